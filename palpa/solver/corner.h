@@ -1,4 +1,4 @@
-// Geometry of a corner: nearest point that is free of all its facets. Internal.
+// Geometry of a corner: nearest feasible point. Internal.
 #pragma once
 
 #include <span>
@@ -23,7 +23,7 @@ struct Face {
     for (int i = 0; i < size; ++i) sum += dot(q[i], v) * q[i];
     return sum;
   }
-  /// Adds facet `j` with normal `n`, unless its component outside the span is shorter than 1e-12.
+  /// Adds facet `j` with normal `n`, unless shorter than 1e-12 outside the span.
   bool take(int j, const Vec3& n) noexcept;
   /// Vector w of the span with n·w = c[facet] for the face's facets.
   Vec3 hull(const double* c) const noexcept;
@@ -48,7 +48,7 @@ Foot foot_of(std::span<const Vec3> normals, const double* c) noexcept;
 /// σ = max over unit vectors e of min nᵢ·e, or 0 if not positive.
 double width_of(std::span<const Vec3> normals) noexcept;
 
-/// Vector from x to the nearest point that is free of all facets [m]; at most `most_facets`.
+/// Vector from x to the nearest point free of all facets [m]; at most `most_facets`.
 Vec3 way_out(std::span<const Primitive> facets, const Vec3& x_m) noexcept;
 
 }  // namespace palpa::detail

@@ -40,7 +40,7 @@ inline Double2 product(Double2 a, double b) noexcept {
 inline double rounded(Double2 a) noexcept { return a.high + a.low; }
 
 /// Components of a − o along q and across it, for q of unit length but for rounding: the error of each is about one rounding of
-/// itself and one of a rounding of |a − o|, at any distance of a from o.
+/// itself and one of a rounding of |a − o|.
 struct Slide {
   double along = 0.0;
   Vec3 across;

@@ -1,5 +1,5 @@
-// Law: finds the balance; and the record that makes a balance verifiable. The exact law is in solver.h; other laws are of
-// earlier systems.
+// Law of the balance, and the record that makes a balance verifiable. The exact law is in solver.h; other laws are of earlier
+// systems.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ struct Balance {
 /// with Huber's function of |r(x)| in place of the last two terms for elastic primitives: the paper's zero of the residual
 /// force (Eq. 8), kinks included.
 ///
-/// Keeps the forces of the last balance for a warm start, so a law serves one session and one thread. `solve` never allocates,
+/// Keeps the forces of the last balance for a warm start: a law serves one session and one thread. `solve` never allocates,
 /// throws, blocks, loops without a cap or returns a value that is not finite.
 class Law {
  public:
@@ -52,20 +52,20 @@ class Law {
                         double time_step_s) noexcept = 0;
 
   /// Force of each primitive on the proxy [N] at the last balance, in the set's order; valid until the next `solve`. For
-  /// redundant primitives this is one of several valid splits.
+  /// redundant primitives one of several valid splits.
   virtual std::span<const Vec3> forces_n() const noexcept = 0;
 
   /// Clears the warm start.
   virtual void reset() noexcept = 0;
 };
 
-/// Decrease of the term of E of a primitive (a single facet counts as a plane) between two positions [m], in joules [J].
+/// Decrease of a primitive's term of E (a single facet counts as a plane) between two positions [m], in joules [J].
 /// \param time_step_s  [s] T as above
 double fall_j(const Primitive& primitive, const Vec3& from_m, const Vec3& to_m, double time_step_s) noexcept;
 
-/// State of a primitive (a single facet counts as a plane) in the balance. Derived from the residual, which is unique, not from
-/// a split of forces, which is not: a proxy within `error_bound_m` of the primitive is on it. An elastic primitive slips from a
-/// deflection of its strength over its stiffness.
+/// State of a primitive (a single facet counts as a plane) in the balance, from the residual, which is unique, not from a split
+/// of forces: a proxy within `error_bound_m` of the primitive is on it. An elastic primitive slips from a deflection of
+/// strength over stiffness.
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept;
 /// State of `primitives[i]`, or of the whole corner that it is a facet of.
 PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;
@@ -76,14 +76,14 @@ Vec3 pressed_direction(std::span<const Primitive> facets, std::span<const Vec3> 
 
 /// Proven bound [m] of |x − x*| for any x and any forces, where x* is the exact balance, by the duality gap (strong convexity
 /// of E): (ρ + √(ρ² + 4kε))/(2k) with ρ the residual force and ε the sum of φ(r) + φ*(u) − u·r. Includes the rounding of this
-/// computation. `forces_n` are first projected on the admissible forces of each primitive. The largest double (no proof) for
-/// unusable k or T or a force that is not finite. Reads only its arguments; allocates nothing.
+/// computation. Projects `forces_n` on the admissible forces of each primitive. The largest double (no proof) for unusable k or
+/// T or a force that is not finite. Reads only its arguments; allocates nothing.
 double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m,
                      const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept;
 
 /// Reason for the end of a move (docs/path.md). `full`: reached the balance; `event`: met a level or an edge of data;
-/// `release`: reached the longest allowed move, the rest follows at this probe; `energy`: no position further on was allowed;
-/// `cap`: a cap was reached.
+/// `release`: longest allowed move, the rest follows at this probe; `energy`: no position further on was allowed; `cap`: a cap
+/// was reached.
 enum class Stop : std::uint8_t { full, event, release, energy, cap };
 
 /// Verifiable record of a sub-step (docs/trace.md, balances.csv).
@@ -116,8 +116,8 @@ struct PlacedPrimitive {
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 
 /// Upper bound [m] of the duality gap (`error_bound_m`) of a recorded balance, at its position in doubles. The law's bound is
-/// that of a position finer than doubles; where the proxy rests on a primitive, or slips by little, the rounding to doubles
-/// adds its root to the gap (docs/theory.md 3.5). At least the law's bound. Reads only its arguments; allocates nothing.
+/// that of a finer position; where the proxy rests on a primitive, or slips by little, the rounding to doubles adds its root to
+/// the gap (docs/theory.md 3.5). At least the law's bound. Reads only its arguments; allocates nothing.
 ///
 /// \param placed             all primitives of the balance, with the law's forces; the facets of a corner in a row and
 ///                           with a common state; facets without force may be left out

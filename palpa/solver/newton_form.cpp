@@ -162,9 +162,9 @@ double most_moved(std::span<const Vec3> normals, const bool* among) noexcept {
   return most;
 }
 
-// For a proxy off the corner, beyond its deflection, the exact force is s w*/|w*| with w* the exact foot; a nearby force may
-// replace it. w = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous in c and linear in each
-// face, so w* is within `reach` of it.
+// Off the corner, beyond its deflection, the exact force is s w*/|w*| with w* the exact foot; a nearby force may replace it. w
+// = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous in c and linear in each face, so w*
+// is within `reach` of it.
 Gap gap_off(const Corner& p, const Vec3& Z, const Foot& foot) noexcept {
   const std::size_t m = p.normals.size();
   Vec3 w;

@@ -61,9 +61,9 @@ struct Plane {
   double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
 };
 
-// Possible rounding of a residual, in ε times the sizes of its terms: k (a − o) costs 1, a product with q 1.5 and the
-// difference ½; q itself is of unit length to 2 ε, which costs 2 for a plane; a line subtracts its component along q twice,
-// from B and from B − Z.
+// Rounding of a residual, in ε times the sizes of its terms: k (a − o) costs 1, a product with q 1.5 and the difference ½; q
+// itself is of unit length to 2 ε, which costs 2 for a plane; a line subtracts its component along q twice, from B and from B −
+// Z.
 inline constexpr double plane_rounding = 5.0 * epsilon;
 inline constexpr double span_rounding = 8.0 * epsilon;
 
@@ -82,12 +82,12 @@ struct Gap {
   double slack = 0.0;    // [N]
 };
 
-// [1] Up to this γ a force that is right to rounding is taken as exact. Above, the last term is computed instead: there γ times
-// the rounding of R would be too large.
+// [1] Up to this γ a force that is right to rounding is taken as exact. Above, γ times the rounding of R would be too large:
+// the last term is computed.
 inline constexpr double largest_exact_gamma = 1.0;
 
 // Gap of an elastic primitive: |R| = `reach`, off by `delta`, and a force of length `t` along R. φ has a slope of at most s and
-// a curvature of at most 1/c, which bounds the effect of rounding.
+// a curvature of at most 1/c, which bounds the rounding.
 inline Gap elastic_gap(double reach, double delta, double t, double s, double c) noexcept {
   const double v = std::min(std::max(0.0, reach) / c, s);
   delta += 4.0 * epsilon * (std::abs(reach) + c * (v + t));

@@ -13,8 +13,8 @@ namespace {
 // forces. Less: normalised directions are refused; more: forces shift.
 constexpr double unit_tolerance = 1e-12;
 
-// A drag's residual at the start counts as zero up to this: the rounding of placing the primitive at the proxy, at any
-// workspace size. Less: rounding refuses drags; more: a drag could act as a spring.
+// Tolerance for a drag's residual at the start: the rounding of placing the primitive at the proxy, at any workspace size.
+// Less: rounding refuses drags; more: a drag could act as a spring.
 constexpr double start_tolerance_m = 1e-14;
 
 bool is_usable(const Vec3& position_m) noexcept {

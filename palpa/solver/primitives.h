@@ -45,12 +45,12 @@ struct PrimitiveId {
 /// paper's strengths alone cannot express.
 ///
 /// A corner is one strength for several planes: R(r) = s|r| with r the shortest vector from x to the region free of all of
-/// them. It is a run of consecutive primitives of kind corner with a common id and strength, each of them a facet: a plane
-/// through its position whose direction points out of the solid. Its force is Σ tᵢ qᵢ over the facets, tᵢ ≥ 0, not longer than
-/// s. A corner of one facet is a plane; no corner has a drag.
+/// them. It is a run of primitives of kind corner with a common id and strength, each a facet: a plane through its position
+/// whose direction points out of the solid. Its force is Σ tᵢ qᵢ over the facets, tᵢ ≥ 0, not longer than s. A corner of one
+/// facet is a plane; no corner has a drag.
 ///
 /// A plane or a corner may be elastic, with a stiffness κ: it deflects by |r|, with a force of κ|r| up to s. Its R is Huber's
-/// function of |r| (1964): κ|r|²/2 up to |r| = s/κ, s|r| − s²/2κ beyond. As a spring it returns energy, so it may have no drag.
+/// function of |r| (1964): κ|r|²/2 up to |r| = s/κ, s|r| − s²/2κ beyond. It returns energy, so it may have no drag.
 struct Primitive {
   PrimitiveKind kind = PrimitiveKind::point;
   PrimitiveId id;
@@ -64,15 +64,15 @@ struct Primitive {
   bool is_elastic() const noexcept { return stiffness_n_per_m < std::numeric_limits<double>::infinity(); }
 };
 
-/// Residual r of `primitive` at `x_m` [m]: the vector from the proxy to the primitive within the primitive's span; zero for
-/// directed and on a plane's free side; of a facet as of a plane. Reads only its arguments.
+/// Residual r of `primitive` at `x_m` [m]: the vector from the proxy to the primitive within its span; zero for directed and on
+/// a plane's free side; of a facet as of a plane. Reads only its arguments.
 Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept;
 /// Residual of `primitives[i]`, or of the whole corner that it is a facet of. \param x_m  [m] the proxy
 Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
-/// Vector [m] from `x_m` [m] to the foot of the elastic `primitives[i]`, or of the whole corner that it is a facet of: the
-/// point of the level from which the proxy pressed it in (docs/theory.md 8.11). At most strength over stiffness, beyond which
-/// it slips; zero for a rigid primitive. Reads only its arguments.
+/// Vector [m] from `x_m` [m] to the foot of the elastic `primitives[i]`, or of the whole corner that it is a facet of
+/// (docs/theory.md 8.11). At most strength over stiffness, beyond which it slips; zero for a rigid primitive. Reads only its
+/// arguments.
 Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
 /// Primitives that act together with `primitives[i]`: all facets of its corner, or itself alone.
@@ -104,7 +104,7 @@ struct Friction {
   bool any() const noexcept { return plane >= 0; }
 };
 
-/// Limits on primitives: far beyond any hand, and far from overflow. Larger: a set might overflow and be unsolvable.
+/// Limits on primitives, far beyond any hand. Larger: a set might overflow and be unsolvable.
 inline constexpr double largest_position_m = 1e6;
 inline constexpr double largest_strength_n = 1e9;
 inline constexpr double largest_drag_ns_per_m = 1e9;
@@ -150,9 +150,9 @@ struct Refused {
   Refusal reason;
 };
 
-/// Primitives of one sub-step. Fixed capacity: allocates at construction only; never throws. The set is always solvable: a
-/// primitive that is not finite, not of unit length, negative, or has a drag away from the start of the sub-step is refused,
-/// logged with its mode and reason, and counted.
+/// Primitives of one sub-step. Fixed capacity: allocates at construction only; never throws. Always solvable: a primitive that
+/// is not finite, not of unit length, negative, or has a drag away from the start of the sub-step is refused, logged with its
+/// mode and reason, and counted.
 ///
 /// One thread at a time.
 class PrimitiveSet {
@@ -162,13 +162,12 @@ class PrimitiveSet {
   PrimitiveSet(const PrimitiveSet&) = delete;
   PrimitiveSet& operator=(const PrimitiveSet&) = delete;
 
-  /// Empties the set for a sub-step that starts at `start_m` [m]; a drag is accepted only if the primitive's residual there is
-  /// zero (elsewhere it would be a spring, not a dissipation).
+  /// Empties the set for a sub-step that starts at `start_m` [m]; a drag is accepted only with zero residual there (elsewhere
+  /// it would be a spring, not a dissipation).
   void clear(const Vec3& start_m) noexcept;
   /// Assigns later primitives to mode number `mode`.
   void begin_mode(std::uint16_t mode) noexcept { begin_mode(mode, start_m_); }
-  /// Likewise for data that moved in the sub-step: a drag is accepted if the residual is zero at `carried_start_m` [m], the
-  /// start carried along by them.
+  /// Likewise for moving data: a drag is accepted with zero residual at `carried_start_m` [m], the start carried along by them.
   void begin_mode(std::uint16_t mode, const Vec3& carried_start_m) noexcept {
     mode_ = mode;
     carried_start_m_ = carried_start_m;
@@ -181,8 +180,8 @@ class PrimitiveSet {
   /// Line primitive through `position_m` along the unit vector `direction` [1]: holds the proxy across it.
   void line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
             double drag_ns_per_m = 0.0) noexcept;
-  /// Plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is behind it. `captured`
-  /// is the level that it stands on: the tick lets no step cross that level.
+  /// Plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is behind it. `captured`:
+  /// the level that it stands on, which the tick lets no step cross.
   void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured = {},
              double drag_ns_per_m = 0.0) noexcept;
   /// Elastic plane, with the unit vector `normal` [1] and a deflection of its force over `stiffness_n_per_m`, > 0.
@@ -191,17 +190,15 @@ class PrimitiveSet {
   /// Directed force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by this mode) at `position_m`, along that
-  /// plane's normal, with strength `coefficient` [1] times the plane's force in this sub-step. Its drag does not depend on the
-  /// plane's force.
+  /// plane's normal, with strength `coefficient` [1] times the plane's force. Its drag does not depend on it.
   void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                 double drag_ns_per_m = 0.0) noexcept;
-  /// Adds a facet to the plane or corner that begins at index `i`: the plane through `position_m` with the unit vector `normal`
-  /// [1] out of the solid, on the corner's level. It is inserted behind the corner's last facet, so that later primitives move
-  /// up by one. Refuses it and returns false if the set is full, there are `most_facets`, the corner would be narrower than
-  /// `narrowest_corner`, or it has a drag.
+  /// Adds a facet to the plane or corner that begins at index `i`, behind its last facet, on its level: the plane through
+  /// `position_m` with the unit vector `normal` [1] out of the solid. Later primitives move up by one. Refuses it and returns
+  /// false if the set is full, there are `most_facets`, the corner would be narrower than `narrowest_corner`, or it has a drag.
   bool add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept;
-  /// Adds any primitive; the mode of its id is replaced by the current one. A facet with the slot of the corner before it
-  /// becomes a facet of that corner.
+  /// Adds any primitive, with the current mode in its id. A facet with the slot of the corner before it becomes a facet of that
+  /// corner.
   void add(Primitive primitive, HeldLevel captured = {}, Friction friction = {}) noexcept;
 
   std::size_t size() const noexcept { return size_; }
@@ -212,7 +209,7 @@ class PrimitiveSet {
   const HeldLevel& captured(std::size_t i) const noexcept { return captured_[i]; }
   const Friction& friction_of(std::size_t i) const noexcept { return friction_[i]; }
   const Vec3& start_m() const noexcept { return start_m_; }
-  /// Whether any primitive has a strength, a drag or friction: false if all have faded away.
+  /// Whether any primitive has a strength, a drag or friction.
   bool can_pull() const noexcept;
 
   // For the tick only.
@@ -238,7 +235,7 @@ class PrimitiveSet {
     primitives_[i].drag_ns_per_m *= share;
   }
 
-  /// Replaces the force of a directed primitive [N].
+  /// Sets the force of a directed primitive [N].
   void set_directed(std::size_t i, const Vec3& force_n) noexcept;
 
   /// First refusals since `clear`; `dropped()` counts all.

@@ -8,7 +8,7 @@ namespace palpa {
 /// Similarity: rotation, uniform scale, translation. As a workspace it maps hand metres to world metres; as a pose it moves a
 /// volume in the world.
 ///
-/// All forces are computed in hand metres: a mode's positions, directions and derivatives are in the hand frame, and no force
+/// Forces are computed in hand metres: a mode's positions, directions and derivatives are in the hand frame, and no force
 /// depends on the size of the data in the world. Scaling the data and this map by a common factor changes no force; by a power
 /// of two, not even a bit.
 struct Similarity {
@@ -43,17 +43,16 @@ struct Similarity {
 /// Whether the map is valid: finite, scale > 0, rotation orthonormal to 1e-9 and not a mirror.
 bool is_usable(const Similarity& map) noexcept;
 
-/// Right-handed rotation about an axis. Multiples of 90° about x, y and z are exact, so that values of a rotated volume keep
-/// their bits. Any thread.
+/// Right-handed rotation about an axis. Multiples of 90° about x, y and z are exact: values of a rotated volume keep their
+/// bits. Any thread.
 /// \param axis     [1] of any length above 0
 /// \param turn_deg  [°] finite
 Mat3 rotation_about(const Vec3& axis, double turn_deg) noexcept;
-/// Axis and angle of a rotation.
 struct AxisTurn {
   Vec3 axis{0, 0, 1};     ///< [1] of length 1
   double turn_deg = 0.0;  ///< 0…180
 };
-/// Axis and angle from which `rotation_about` makes this rotation, to rounding; the z axis for no rotation. Any thread.
+/// Inverse of `rotation_about`, to rounding; the z axis for no rotation. Any thread.
 AxisTurn axis_angle(const Mat3& rotation) noexcept;
 
 }  // namespace palpa

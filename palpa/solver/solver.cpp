@@ -37,7 +37,7 @@ constexpr double near_share = 100.0;
 constexpr double shown_by_root = 9.0;
 
 // [1] Caps. More: a longer worst case; fewer: more balances end with a later stage, or as `capped`. Nearly all balances need
-// one round; the multipliers converge within five penalties, in the rest only the bound is slow.
+// one round; the multipliers converge within five penalties, later only the bound is slow.
 constexpr int max_rounds = 10;
 constexpr int max_rounds_in_vain = 2;      // rounds that do not halve the bound, before the multipliers
 constexpr std::size_t many = 12;           // primitives: above this, a single such round is enough
@@ -146,7 +146,6 @@ class Solver::Work {
   /// Sets a problem and its initial forces, in the order of the set.
   void pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m, double k,
             double T) noexcept;
-  /// Solves for the balance.
   void solve() noexcept;
   /// Writes the best balance and its forces, in the order of the set; stores the proxy's motion for the next warm start.
   void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noexcept;
@@ -193,7 +192,7 @@ class Solver::Work {
   void keep() noexcept;
   void restore() noexcept;
 
-  Vec3 moved_m_;  // from the start to the previous balance, for the warm start
+  Vec3 moved_m_;  // from the start to the previous balance
 
   // The problem.
   std::span<const Primitive> primitives_;
@@ -368,8 +367,8 @@ void Solver::Work::anchor(const Corner& corner) noexcept {
   }
 }
 
-// Moves the origin to the proxy, to rounding. Residuals of primitives that the proxy rests on are then differences of nearby
-// doubles: exact where rounding would be multiplied by τ or stand under a root.
+// Moves the origin to the proxy. Residuals of primitives that the proxy rests on are then differences of nearby doubles: exact
+// where rounding would be multiplied by τ or stand under a root.
 void Solver::Work::recentre() noexcept {
   const Vec3 z_m = by_k_ * Z_;
   const Vec3 origin_m = origin_m_ + z_m;
@@ -465,7 +464,7 @@ void Solver::Work::sweep() noexcept {
 
 // Points with a common anchor, the others without drag: φ of the points together is a function of |R| alone, and that of the
 // others is homogeneous, so the balance is that of the others, drawn towards the anchor as by one point with the strength and
-// drag of all points. The proxy stays on the primitives that it rested on without them.
+// drag of all. The proxy stays on the primitives that it rested on.
 void Solver::Work::add_common_points() noexcept {
   double s = 0.0, gamma = 0.0;
   for (std::size_t i = line_count_; i < all_spans_; ++i) s += spans_[i].s, gamma += spans_[i].gamma;
@@ -488,9 +487,9 @@ void Solver::Work::add_common_points() noexcept {
 // of stiffness τ that starts from u. Where it slips, its force is s + γ|R| along e = w/|w|, and for a move dZ it changes by −γ
 // along e and by −K across it, K = |u|/(|w| − |u|) with the |u| in response to w. Together this is a linear system for dZ:
 //     M dZ = C + Σ(force at dZ = 0) − Z,   M = I + ΣK.
-// The spring leaves R = (u⁺ − u)/τ, and the turn of the slipping forces leaves a force. Solving again with the same M, for that
-// force and for that R (known so, not as a difference of large numbers), reduces both to rounding. Where that converges slowly
-// M is rebuilt, and where a force had to be cut to its admissible set, the states are taken anew from a sweep.
+// The spring leaves R = (u⁺ − u)/τ, and the turn of the slipping forces leaves a force. Solving again with this M, for that
+// force and that R (not as a difference of large numbers), reduces both to rounding. Where that converges slowly M is rebuilt,
+// and where a force had to be cut to its admissible set, a sweep renews the states.
 Solver::Work::Step Solver::Work::active_set_step() noexcept {
   const Sides sides = take_sides();
   const Factor factor(sides.M);
@@ -673,7 +672,7 @@ bool Solver::Work::confine() noexcept {
 // is minimised; the forces `answer` there are the next u. From any forces this converges to balanced forces, the faster the
 // greater τ. Once the states are clear, an active-set step yields the last digits sooner.
 void Solver::Work::augmented_lagrangian() noexcept {
-  // Failed steps can leave forces far beyond s where a drag is large: no good start, so they are cut to s.
+  // Failed steps can leave forces far beyond s where a drag is large: no good start.
   bool too_long = false;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
@@ -775,7 +774,7 @@ bool Solver::Work::minimise(double tau) noexcept {
 
 // Step length along d, where Ψ is convex: its slope, negative at 0, only grows. The full step if that is not past the minimum;
 // otherwise the minimum is bracketed, and a share is taken at which Ψ has surely fallen: before the minimum with half the slope
-// gone, or past it by less than was gained before. 0 if rounding leaves nothing to gain.
+// gone, or past it by less than was gained before. 0 if rounding leaves no gain.
 double Solver::Work::search(const Vec3& d, double slope_at_start, double tau) const noexcept {
   double low = 0.0, at_low = slope_at_start;
   double high = 1.0, at_high = slope(Z_ + d, d, tau);
@@ -834,7 +833,7 @@ bool Solver::Work::shows_in_gap(double off_n, double longest_n, double gamma) co
 
 // A single primitive, or a plane and a line with one direction (a surface and its friction), whose spans are orthogonal: a
 // sweep is the closed form. The balance moves by no more than C, the anchors and the strengths do, so its error is their
-// rounding and the sweep's own. Where rounding would show in the duality gap, with its root, the stages are used.
+// rounding and the sweep's own. Where that would show in the duality gap, with its root, the stages are used.
 bool Solver::Work::in_closed_form() noexcept {
   if (corner_count_ > 0) return corner_in_closed_form();
   const bool one = plane_count_ + all_spans_ == 1;
@@ -848,7 +847,7 @@ bool Solver::Work::in_closed_form() noexcept {
   }
   const double rounding = (16.0 + directed_terms_) * epsilon * size;
   if (shows_in_gap(epsilon * size, longest, gamma)) return false;
-  // From zero forces: a warm start's, a drag's above all, can be far longer and would leave their rounding.
+  // From zero forces: a warm start's can be far longer, a drag's above all, and would leave their rounding.
   Z_ = C_;
   if (plane_count_ == 1) planes_[0].t = 0.0;
   if (all_spans_ == 1) spans_[0].u = {};
@@ -924,8 +923,8 @@ void Solver::Work::solve() noexcept {
   augmented_lagrangian();
 }
 
-// Warm start from the forces and the proxy's motion of the previous balance, which are nearly the new ones: both show Newton's
-// method which primitives slip, and in which direction, even if they slip little. The forces alone do not.
+// Warm start from the forces and the proxy's motion of the previous balance, which are nearly the new ones: together they show
+// which primitives slip, and in which direction, even if they slip little. The forces alone do not.
 bool Solver::Work::solve_from_before() noexcept {
   restore();
   Z_ = k_ * moved_m_;

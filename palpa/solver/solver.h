@@ -32,8 +32,8 @@ class Solver final : public Law {
   std::span<const Vec3> forces_n() const noexcept override { return {forces_.get(), size_}; }
   void reset() noexcept override { size_ = 0; }
 
-  /// [m] Rounding of position_m of the last balance to doubles: the bound was proven at position_m + remainder_m(), a sum that
-  /// is finer than a double, and then widened by the remainder.
+  /// [m] Rounding of the last balance's position_m: the bound was proven at position_m + remainder_m(), a sum finer than a
+  /// double, and then widened by the remainder.
   const Vec3& remainder_m() const noexcept { return remainder_m_; }
 
  private:

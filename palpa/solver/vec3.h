@@ -6,7 +6,7 @@
 
 namespace palpa {
 
-/// Vector of three doubles. Its unit is in the name of the variable that holds it.
+/// Vector of three doubles, in the unit of its variable's name.
 struct Vec3 {
   double x = 0.0;
   double y = 0.0;
@@ -36,7 +36,7 @@ inline double largest_component(const Vec3& a) noexcept { return std::max({std::
 inline bool is_finite(const Vec3& a) noexcept { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 /// Length, in the unit of `a`. Accurate to a few units in the last place for every finite vector: components whose squares
-/// would overflow or vanish are first scaled by a power of two, so that fields in unusual units keep their direction.
+/// would overflow or vanish are first scaled by a power of two, for fields in unusual units.
 inline double norm(const Vec3& a) noexcept {
   const double squared = norm_squared(a);
   if (squared > 1e-280 && squared < 1e280) return std::sqrt(squared);
@@ -60,7 +60,7 @@ inline Vec3 normalized(const Vec3& a) noexcept {
   return scaled / std::sqrt(norm_squared(scaled));
 }
 
-/// `a`, shortened to the length `longest` >= 0, in the unit of `a`, if it is longer; keeps the direction.
+/// `a`, shortened to the length `longest` >= 0, in the unit of `a`, if it is longer.
 inline Vec3 shortened(const Vec3& a, double longest) noexcept {
   const double length = norm(a);
   return length > longest ? (longest / length) * a : a;
