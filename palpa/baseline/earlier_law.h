@@ -7,9 +7,9 @@
 
 namespace palpa::baseline {
 
-/// Law of an earlier system, which determines the proxy and the forces of the primitives there. This class makes the result
-/// finite, keeps it within `largest_position_m`, and adds the proven distance to the exact balance (`error_bound_m`, from those
-/// forces). Handles bad input as the exact law does. The path on which these systems moved the proxy is `Steps` (proxy_path.h).
+/// Law of an earlier system: the proxy, and the forces of the primitives there. This class makes the result finite, keeps it
+/// within `largest_position_m`, and adds the proven distance to the exact balance (`error_bound_m`, from these forces). Handles
+/// bad input as the exact law does. The path of these systems' proxy is `Steps` (proxy_path.h).
 class EarlierLaw : public Law {
  public:
   Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
@@ -48,8 +48,8 @@ class EarlierLaw : public Law {
 Vec3 part_in_span(const Primitive& primitive, const Vec3& v) noexcept;
 
 /// Force [N] of a primitive, alone with a spring of stiffness k, in response to a pull of `pull_n` towards it: the pull itself
-/// up to the strength (a plane: only outwards), above that the strength plus its drag's part. The proxy then stays (pull −
-/// force)/k away from the primitive.
+/// up to the strength (a plane: only outwards), above that the strength plus its drag's part. The proxy stays (pull − force)/k
+/// away.
 Vec3 answer_n(const Primitive& primitive, const Vec3& pull_n, double stiffness_n_per_m, double time_step_s) noexcept;
 
 }  // namespace palpa::baseline

@@ -17,8 +17,8 @@ namespace palpa::baseline {
 ///             (Avila & Sobierajski 1996; Lawrence et al. 2000); its drag for the inward component of v
 ///
 /// The formulas follow surveys and abstracts of these works; the paper itself has only the directed force. Points, lines and
-/// planes were made for a proxy: their forces here are the least that those systems had for this purpose. v is the difference
-/// of two probes over the time step; zero in the first.
+/// planes were made for a proxy: their forces here are the least that these systems had for the purpose. v is the difference of
+/// two probes over the time step; zero in the first.
 ///
 /// Wrong in that nothing holds: friction ends when the hand stops; a surface yields under the least force and loses the point
 /// of entry; a force whose direction changes over a short distance makes the hand vibrate.
