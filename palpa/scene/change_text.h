@@ -1,4 +1,4 @@
-// Edits of single numbers in the text of a scene file.
+// Edits of single numbers in a scene file's text.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace palpa {
 
-/// Returns the text with one number of a table changed, or added if missing; comments, order and spaces are kept. The table
-/// must be written as [TABLE], or is added at the end.
+/// Changes a number of a table, or adds it if missing; keeps comments, order and spaces. The table must be written as [TABLE],
+/// or is added at the end.
 /// \param text   a valid scene file; throws SceneError if it is no TOML
 /// \param table  a plain word: "coupling"
 /// \param value  finite, in the key's own unit

@@ -14,18 +14,18 @@ namespace {
 // [1] Share of noise in moving cells, above which noise is masked; clean flows have less than 0.01. Less: turbulence is masked;
 // more: noise is felt.
 constexpr double many = 0.15;
-// [1] Share of the data that flow, below which another field is used to locate tissue. More: such a field is used for wide
-// flows, too; less: nothing is felt around narrow vessels.
+// [1] Share of the data that flow, below which another field locates tissue. More: it is used for wide flows, too; less:
+// nothing is felt around narrow vessels.
 constexpr double sparse = 0.2;
 // [1] Share of all flowing cells in the object's parts. More: scattered noise widens the object; less: small branches are left
 // out.
 constexpr double enough = 0.9;
-// [spacings] Shortest vortex: noise, smoothed over two spacings, makes blobs of four or five. Less: such blobs are taken for
+// [spacings] Shortest vortex: noise, smoothed over two spacings, makes blobs of four or five. Less: blobs are taken for
 // vortices; more: small vortices are not felt.
 constexpr double least_vortex = 6.0;
 
 // [1] Least Q, as a share of the Q of a solid rotation with equal curl. In a shear layer, which deforms as much as it rotates,
-// Q is 0. Less: shear layers are taken for vortices; more: stretched vortices are lost.
+// Q is 0. Less: shear layers become vortices; more: stretched vortices are lost.
 constexpr double least_swirl = 0.3;
 
 /// Flow at a cell of a lattice.
@@ -87,11 +87,11 @@ std::vector<char> near(const Lattice& lattice, const std::vector<Cell>& cells, d
   return found;
 }
 
-/// The field that separates fluid from wall: all of its values lie near two values, and hardly a cell is on the wrong side.
+/// Field that separates fluid from wall: nearly all of its values lie near two values, and hardly a cell is on the wrong side.
 std::optional<Wall> wall_of(const Lattice& lattice, const Volume& volume, std::size_t flow, const std::vector<Cell>& cells,
                             const std::vector<char>& flows, const std::vector<Statistics>& values) {
   // [1] Distance of values from the ends of the span, as a share of it, and the share of values within: a resampled mask has
-  // fractions at its edge. More, less: an image is taken for a mask; less, more: such a mask is missed.
+  // fractions at its edge. More, less: an image is taken for a mask; less, more: a mask is missed.
   constexpr double near_an_end = 0.02, nearly_all = 0.85;
   // [1] Of the flow: largest share of cells on the wrong side; in a narrow vessel many lie on its edge. More: an unrelated mask
   // is a wall; less: vessels have none.
@@ -154,7 +154,7 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   const double length_m = largest_component(flow.object.box_m.size_m()), spacing_m = field.spacing_m();
   const double rate = 0.5 * std::numbers::pi * flow.speeds.fast / length_m;
   // The coherence measures the deviation of vectors from their mean, by noise or by a slope. White noise with deviation σ,
-  // smoothed over two spacings h, gives each derivative a deviation of 0.0187 σ/h, and one Q in a million is above 17 times its
+  // smoothed over two spacings h, gives each derivative a deviation of 0.0187 σ/h; one Q in a million is above 17 times its
   // square.
   std::vector<double> deviations;
   for (std::size_t n = 0; n < cells.size(); ++n) {
@@ -166,7 +166,7 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   found.from = std::max(rate * rate, 20.0 * steepness * steepness);
   found.by_noise = found.from > rate * rate;
 
-  // Beside walls a flow rotates, too, without a vortex: cells near walls, or near the end of the data, are left out.
+  // Beside walls a flow rotates without a vortex: cells near walls, or near the end of the data, are left out.
   const std::vector<char> walls = near(lattice, cells, 1e-6 * flow.speeds.fast, 4.0 * spacing_m);
   const FieldPtr smoothed = derived(Derivation::smooth_vector, FieldPtr(FieldPtr(), &field));
   std::vector<char> turns(lattice.size(), 0);

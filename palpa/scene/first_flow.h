@@ -10,7 +10,7 @@
 
 namespace palpa::detail {
 
-/// Field of the volume that locates flowing tissue: the magnitude image of a velocity MR.
+/// Field that locates flowing tissue: the magnitude image of a velocity MR.
 struct Signal {
   std::size_t field = 0;  ///< number in the volume
   double from = 0.0;      ///< below, there is no tissue; in that field's own unit
@@ -29,14 +29,13 @@ struct Vortices {
 };
 
 /// Region of rotation or shear, by the length of the curl, in unit of the field/m: there the flow varies, and rails show it.
-/// None in a uniform stream.
 struct Turning {
   double from = 0.0;  ///< a quarter turn while the stream crosses the object
   double full = 0.0;  ///< median above `from`
   double most = 0.0;  ///< the largest
 };
 
-/// Field of the volume with one value in the fluid and another in the wall.
+/// Field with one value in the fluid and another in the wall.
 struct Wall {
   std::size_t field = 0;  ///< number in the volume
   double level = 0.0;     ///< half way; in that field's own unit
@@ -50,7 +49,7 @@ struct Wall {
 struct FlowPlaces {
   Object object;                 ///< region of flow, without noise
   FirstFlow speeds;              ///< without noise
-  double noisy_share = 0.0;      ///< [1] of the moving cells, the part whose vectors disagree with their neighbours
+  double noisy_share = 0.0;      ///< [1] part of the moving cells whose vectors disagree with their neighbours
   bool noisy = false;            ///< noise has to be masked
   std::optional<Signal> signal;  ///< of a flow that is noisy or fills little of the data
   std::optional<Vortices> vortices;
@@ -58,8 +57,8 @@ struct FlowPlaces {
   std::optional<Wall> wall;
 };
 
-/// [1] `coherence` of moving vectors: noise below the first, a stream from the second on. More: parts of turbulent flows are
-/// masked; less: noise is felt.
+/// [1] `coherence` of moving vectors: noise below the first, a stream from the second on. More: turbulent flow is masked; less:
+/// noise is felt.
 constexpr double coherence_of_noise = 0.2, coherence_of_flow = 0.35;
 
 /// Derives coherence and Q of the field, unless it has directions only.

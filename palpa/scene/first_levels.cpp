@@ -16,8 +16,8 @@ constexpr int places = 20000;
 // tissue (40) and most contrast agent; higher: thin bone has holes.
 constexpr double skin_hu = -300.0;
 constexpr double bone_hu = 300.0;
-// [1] Strength of soft tissue, as a share of a level's: a hand is within it most of the time and pushes on, while it meets a
-// level now and then. More: a recorded hand tires; less: friction and drag hide it.
+// [1] Strength of soft tissue, as a share of a level's: a hand stays in it and pushes on, while it meets a level now and then.
+// More: a recorded hand tires; less: friction and drag hide it.
 constexpr double of_tissue = 0.5;
 
 /// Whether the values at the border of the data are below a value: most of them, or a third if the scan ends within the body.
@@ -35,8 +35,8 @@ bool border_is_below(const Field& field, double value) {
   return 3 * below >= border;
 }
 
-/// Share of the contrast of two classes within two sample spacings across a level, as a median over positions on it: 1 for an
-/// edge as sharp as the grid allows, near 0 for a slope.
+/// Share of the contrast of two classes within two sample spacings across a level, as a median over it: 1 for an edge as sharp
+/// as the grid allows, near 0 for a slope.
 double sharpness(const Field& field, double level, double contrast) {
   const Box box = field.bounds_m();
   const double spacing_m = field.spacing_m();
@@ -137,8 +137,7 @@ double faint_value(std::vector<double> around, const FirstLevels& first, double 
   if (around.empty()) return level;
   std::ranges::sort(around, [&](double a, double b) { return sign * a < sign * b; });
   const double at = around[static_cast<std::size_t>((1.0 - wanted) * static_cast<double>(around.size() - 1))];
-  // The drag begins no earlier than at the mean outside of the solid, so that hardly anything is felt of empty space and its
-  // noise.
+  // Drag begins no earlier than at the mean outside of the solid: hardly any in empty space and its noise.
   double sum = 0.0, empty = 0.0;
   for (const double value : around) {
     if (sign * value < sign * level) sum += value, ++empty;

@@ -33,15 +33,15 @@ inline constexpr double first_max_force_n = 3.3;
 /// [N] Of a level that holds: more than first_max_force_n, and than a device of 5 N at its limit.
 inline constexpr double holding_n = 6.0;
 
-/// Levels from the histogram: skin and bone of CT, of which bone holds; else the value that divides it best, and a second value
-/// that divides the solid. Strengths follow the gradients: the sharper an edge, the firmer. A level over another one is soft.
+/// Levels from the histogram: skin and bone of CT, of which bone holds; else the value that divides it best, and a second that
+/// divides the solid. The sharper an edge, the firmer. A level over another is soft.
 /// \param modality  as Volume::modality
 /// \param is_scan  of a part of a body: the solid is then soft tissue, unless the values are Hounsfield units
 FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit, const std::string& modality,
                          bool is_scan);
 
 /// Value at which the drag of a sparse object begins, in the field's own unit: a share `wanted` [1] of `around` lies beyond it,
-/// and it lies between the mean outside of the solid there and the first level.
+/// clamped between the mean outside of the solid and the first level.
 /// \param around  values of the object's box
 double faint_value(std::vector<double> around, const FirstLevels& first, double wanted);
 
@@ -54,7 +54,7 @@ struct FirstFlow {
 };
 FirstFlow first_flow(const Statistics& speeds);
 
-/// Rounds the value to a thousandth to a hundredth of `span`, both in a common unit, so that scenes show few digits.
+/// Rounds the value to a thousandth to a hundredth of `span`, both in a common unit, for few digits in scenes.
 double rounded(double value, double span) noexcept;
 
 }  // namespace palpa::detail

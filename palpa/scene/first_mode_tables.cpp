@@ -17,7 +17,7 @@ std::string points(std::initializer_list<std::pair<double, double>> list) {
   return "[" + all + "]";
 }
 
-/// Function that is 0 up to `zero_at` and `result` from `full_at` to `beyond`, which lies outside of all values.
+/// 0 up to `zero_at`, `result` from `full_at` to `beyond`, which lies outside of all values.
 std::string ramp(const std::string& of, double zero_at, double full_at, double beyond, double result) {
   return "{of = " + toml_string(of) + ", points = " +
          (zero_at < full_at ? points({{zero_at, 0}, {full_at, result}, {beyond, result}})
@@ -38,7 +38,7 @@ std::string mode_head(const char* name, const char* type, const std::string& fie
 }
 
 /// 0.1, between the lining of a bowel (0.007 to 0.054 under steel: Lyle et al. 2013) and dry skin (above 0.2, 0.5 as a rule:
-/// Derler and Gerhardt 2012). More friction would hide the shape of a surface, which a hand finds by gliding over it.
+/// Derler and Gerhardt 2012). More would hide the shape of a surface from a hand gliding over it.
 std::string friction_line() {
   return reasoned("friction_coefficient = 0.1",
                   "a smooth wall: sliding costs a tenth of the pressure; wet tissue 0.01 to 0.05, dry skin 0.2 to 0.5");
@@ -48,7 +48,6 @@ std::string friction_line() {
 // that are worth feeling are left out.
 constexpr std::size_t most_labels = 6;
 
-/// Name of a label in a scene.
 std::string label_name(double value) {
   std::string name = value < 0.0 ? "label_minus_" : "label_";
   return name + with_digits(std::abs(value), 17);
@@ -75,7 +74,7 @@ std::string level_tables(const std::vector<FirstLevel>& levels) {
 std::string material_strength(const std::string& field, const Statistics& values, const FirstLevels& first) {
   const double span = values.max - values.min, sign = first.solid_is_high ? 1.0 : -1.0;
   // [1] Of the values' span, over which a strength rises. More: levels run into one another; less: a step, which releases a
-  // hand as suddenly as a break.
+  // hand like a break.
   constexpr double edge = 0.04;
   std::vector<std::pair<double, double>> curve;
   double before_n = 0.0, last = 0.0;
@@ -134,7 +133,7 @@ std::string mask_line(const Where& where) {
   return where.mask.empty() ? std::string() : reasoned("mask = [" + where.mask + "]", where.why);
 }
 
-/// Rails along directions where neighbours agree: between voxels of unit vectors the length of the mean measures the agreement.
+/// Rails where neighbours agree: between voxels of unit vectors the length of the mean measures the agreement.
 std::string direction_rails(const std::string& field, const std::string& speed, double beyond) {
   return reasoned("[[mode]]", "free along the directions, held across them") + mode_head("stream", "follow", field) +
          reasoned("strength_n = " + ramp(speed, 0.3, 0.7, beyond, 1.2),

@@ -1,4 +1,4 @@
-// Segmentation of the data into the object and the rest: parts, box, and position of a close-up.
+// Segmentation of the data: object, its parts and box, and a close-up.
 #pragma once
 
 #include <array>
@@ -10,8 +10,7 @@
 
 namespace palpa::detail {
 
-/// Cubes that fill a box of the world, `longest` of them along its longest side; on the other axes they reach equally far
-/// beyond the box on both sides.
+/// Cubes that fill a box of the world, `longest` of them along its longest side, centred on the other axes.
 class Lattice {
  public:
   /// [cells] More: time and memory, by the third power; fewer: thin parts fall apart.
@@ -36,7 +35,7 @@ class Lattice {
   Vec3 low_m_;
 };
 
-/// Largest connected parts of the solid, without smaller parts beside them, such as a head rest or specks in the air.
+/// Largest connected parts of the solid, without a head rest or specks in the air.
 struct Object {
   std::vector<char> cells;        ///< of a lattice: 1 in the object
   std::vector<std::size_t> part;  ///< numbers of the cells of its largest part
@@ -45,19 +44,19 @@ struct Object {
 };
 
 /// Parts connected through faces, from the largest on, until they hold `enough` [1] of all object cells; specks of less than
-/// eight cells only if there is nothing else. Empty, with the lattice's box, without any cell.
+/// eight cells only if there is nothing else. Without any cell: empty, with the lattice's box.
 /// \param is_object  for each cell of the lattice
 Object largest_parts(const Lattice& lattice, std::vector<char> is_object, double enough);
 
 /// Mean position [1] along y of solid cells outside of the object: 0 is the middle of the object's box, -1 half its side or
-/// more below, 1 above. 0 also if hardly any such cells exist.
+/// more below, 1 above. 0 also for hardly any cells.
 double beside_at_y(const Lattice& lattice, const Object& object, const std::vector<char>& is_solid);
 
 /// The middle [m] of the cube `side_m` [m] wide, cells of the lattice rounded up, that holds most of the object.
 Vec3 fullest_cube_m(const Lattice& lattice, const Object& object, double side_m);
 
-/// First point [m] of the object on the straight path towards `towards_m`, coming from the direction `from` [1], an axis of the
-/// lattice; none if the path misses it.
+/// First point [m] of the object on the straight path to `towards_m` from the direction `from` [1], an axis of the lattice;
+/// none if the path misses it.
 std::optional<Vec3> met_from(const Lattice& lattice, const Object& object, const Vec3& towards_m, const Vec3& from);
 
 }  // namespace palpa::detail

@@ -35,8 +35,7 @@ bool contains(const Box& box, const Vec3& x) {
          x.z <= box.high_m.z;
 }
 
-/// Whether a field's name means velocity: preferred to others, such as a momentum, because it is the quantity that flows and
-/// rotates.
+/// Whether a field is a velocity by name: preferred to others, such as a momentum, because it flows and rotates.
 bool is_velocity(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name == "u" || name == "v" || name.starts_with("vel") || name.starts_with("wind");
@@ -136,7 +135,6 @@ Draft draft_of_surfaces(const Volume& volume, const Statistics& values, std::siz
   return draft;
 }
 
-/// Keys of the coupling.
 std::string coupling_keys(const Draft& draft) {
   std::string out = reasoned("stiffness_n_per_m = 500",
                              "what touch, omega, falcon and inverse3 hold without humming; palpa check says it of yours");

@@ -11,12 +11,12 @@
 
 namespace palpa {
 
-/// Number of the first field to feel or show: a vector field that is not 0 everywhere, a velocity by name before others; else
-/// the first scalar field that varies; none if no field does.
+/// Number of the first field to feel or show: a vector field that is not 0 everywhere, preferably a velocity; else the first
+/// scalar field that varies; else none.
 /// \param values  statistics of each field
 std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector<Statistics>& values);
 
-/// A scene file for a volume, as text with a reason for every number in a comment.
+/// A scene file for a volume, with a reason for every number in a comment.
 ///
 /// A vector field is felt as a flow: a rail along it, and drag, both only within the flow. A label map is felt as a surface for
 /// each of its largest labels. Another scalar field is felt as surfaces, with drag within the solid: skin and bone for
@@ -25,7 +25,7 @@ std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector
 /// friction and the drag of a hand at 0.4 m/s stay below the force limit.
 ///
 /// \param volume   as it was read, trilinear
-/// \param request  request that it was read by; all of it is written into the scene
+/// \param request  request that it was read by, written into the scene
 /// \param folder   of the scene's file: files given by a relative path, or in that folder or below, are written relative to it,
 /// so that both can be moved; empty: all paths are absolute
 /// The text contains no data of the file but its path, the names and units of its arrays and numbers: no patient's name. Reads

@@ -15,7 +15,7 @@ std::string reasoned(const std::string& what, const std::string& why);
 std::string with_digits(double value, int digits);
 /// \param share  [1]
 std::string percent(double share);
-/// "182 x 230 x 151 mm", in the unit that gives the longest side one to three digits before the point.
+/// "182 x 230 x 151 mm", in the unit that gives the longest side one to three digits.
 std::string size_words(std::initializer_list<double> lengths_m);
 std::string size_words(const Vec3& size_m);
 

@@ -25,7 +25,7 @@ std::string plain_word(const std::string& name, const std::string& otherwise) {
   return is_plain_word(word) ? word : otherwise;
 }
 
-/// Name of a volume from its file; not for DICOM, whose folders are often named after patients.
+/// From the file's name; not for DICOM, whose folders are often named after patients.
 std::string volume_name(const Volume& volume, const VolumeRequest& request, bool is_flow) {
   const std::string kind = is_flow ? "flow" : volume.medical_frame ? "scan" : "data";
   if (volume.format == "dicom") {
@@ -103,7 +103,7 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     out += reasoned("frame = " + std::to_string(frame),
                     "of " + std::to_string(volume.frames) + "; frame_period_s in its place feels all of them, as time goes");
   }
-  // These keys are written elsewhere, each with its reason; all others are written as the user gave them.
+  // Written elsewhere, with reasons; all others are written as the user gave them.
   constexpr std::array<std::string_view, 5> explained{"file", "length_unit", "fields", "frame", "as"};
   for (const auto& [key, value] : how) {
     if (std::ranges::find(explained, key) == explained.end()) out += key + " = " + value + "\n";

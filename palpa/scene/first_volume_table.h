@@ -29,8 +29,8 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
 
 /// Filter of a field that is felt as surfaces, and its cost; empty without voxels.
 std::string filter_of_surfaces(const Field& field, const std::vector<FirstLevel>& levels, bool solid_is_high);
-/// Filter of a flow with fractional values: trilinear, because a smoothing filter would blur the edges of the scalar fields of
-/// masks. Empty: the default.
+/// Filter of a flow with fractional values: trilinear, because smoothing would blur the edges of the scalar fields of masks.
+/// Empty: the default.
 std::string filter_of_flow(const Volume& volume);
 
 }  // namespace palpa::detail

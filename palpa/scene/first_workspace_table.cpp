@@ -9,7 +9,7 @@
 namespace palpa::detail {
 namespace {
 
-// Length of the hand's motion over the longest side of the object; also in the sentences below. More: beyond the reach of small
+// Length of the hand's motion over the longest side of the object; also in sentences below. More: beyond the reach of small
 // devices; less: details become too small for a hand.
 constexpr double reach_m = 0.15;
 

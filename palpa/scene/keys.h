@@ -1,4 +1,4 @@
-// Keys of scene files, collected from the lists of the parts and modes: for checks on loading, and for the documentation.
+// Keys of scene files, collected from the lists of the parts and modes, for checks and documentation.
 #pragma once
 
 #include <optional>
@@ -78,7 +78,6 @@ const Keys& keys_of() {
   return keys;
 }
 
-/// Keys of a mode's own parameters.
 Keys parameter_keys(const Mode& mode);
 
 }  // namespace palpa::detail

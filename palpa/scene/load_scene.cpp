@@ -136,8 +136,8 @@ bool is_choice(const Key& key, const std::string& text) {
   return std::ranges::find(key.choices, text) != key.choices.end() || (key.name == "length_unit" && detail::length_unit(text));
 }
 
-/// A table whose keys have all been checked against their list: known, of the right kind, in range, among the choices, and the
-/// required keys present. Later access needs no check.
+/// A table whose keys have all been checked against their list: known, of the right kind, in range, among the choices, none
+/// missing. Later access needs no check.
 class Section {
  public:
   /// `where` completes "… in ": "[coupling]", "mode 'skin'".
@@ -319,7 +319,6 @@ class Setter {
 
 // ---- Reading
 
-/// Name of an item; must be a plain word.
 std::string check_plain(const std::string& kind, const toml::key& word) {
   const std::string problem = detail::problem_with_name(kind, word.str());
   if (!problem.empty()) fail(place_of(word.source()), problem);
@@ -350,7 +349,7 @@ std::pair<FieldRef, TransferFunction> function_in(const toml::table& table, cons
   }
 }
 
-/// Fills in the parameters of a part or a mode from its table, which has been checked against their keys.
+/// Fills in a part or a mode from its table, which has been checked against its keys.
 class Reader final : public ParameterVisitor {
  public:
   /// \param volumes  allowed volumes of fields; nullptr: any
@@ -668,7 +667,6 @@ class Loader {
     return plan;
   }
 
-  /// Checks the keys of a volume's frames in time.
   static void check_series(const Section& section, const VolumePlan& plan) {
     const bool grids_of_formula =
         plan.sampled && std::ranges::find(beating_volumes(), plan.analytic, &AnalyticVolume::name) != beating_volumes().end();
@@ -748,7 +746,6 @@ class Loader {
                              (path.is_absolute() ? "" : "; name the folder they are in with --data or $PALPA_DATA"));
   }
 
-  /// Reads the pose of a volume, or its poses over time.
   static void place(const Section& volume, VolumePlan& plan) {
     if (const toml::table* pose = volume.subtable("pose")) plan.placed = similarity_of(plan.pose, *pose, volume);
     const toml::node* node = volume.node("poses");
@@ -1018,7 +1015,6 @@ void add_paths(const std::string& before, const Keys& keys, std::vector<std::str
   }
 }
 
-/// Plain words under `name` in the tables of a list.
 std::vector<std::pair<std::string, const toml::table*>> named_in(const toml::table& owner, std::string_view list) {
   std::vector<std::pair<std::string, const toml::table*>> named;
   if (const toml::array* items = owner[list].as_array()) {

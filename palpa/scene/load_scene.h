@@ -13,14 +13,12 @@
 
 namespace palpa {
 
-/// Options of loading, beside the scene's file.
 struct SceneOptions {
   std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
   std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
-  bool thin_parts = false;  ///< also warns of levels whose thin parts the smoothing filter loses; reads all voxels for each
+  bool thin_parts = false;  ///< also warns of thin parts that the smoothing filter loses; reads all voxels for each level
 };
 
-/// Loaded scene, with its text and warnings.
 struct LoadedScene {
   Scene scene;
   std::string text;                   ///< the file, byte for byte
@@ -33,21 +31,21 @@ LoadedScene load_scene(const std::filesystem::path& path, const SceneOptions& op
 /// Likewise, with volumes by another reader and with other modes, such as those of plug-ins.
 LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options = {});
-/// Likewise from text; `name` replaces the path in messages, `folder` the scene's own folder.
+/// From text; `name` replaces the path in messages, `folder` the scene's own folder.
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
                         const VolumeReader& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
 
 /// Valid PATHs of `--set` in this scene, "coupling.stiffness_n_per_m" or "mode.skin.strength_n", for completion; with word
-/// values also "law.method=exact". The scene may be invalid: unreadable parts have no paths.
+/// values also "law.method=exact". Unreadable parts of an invalid scene have none.
 std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& modes);
 /// Likewise the keys of `how_to_read`.
 std::vector<std::string> how_to_read_paths();
 
-/// Request to read a file with these keys of `[volume.NAME]` (length_unit, as, dims, …), each with its value as in `--set`.
-/// Names no file. Throws SceneError.
+/// Request to read a file with these keys of `[volume.NAME]` (length_unit, as, dims, …) and their values as in `--set`. Names
+/// no file. Throws SceneError.
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys);
 
-/// Tables of docs/scene.md, from the list of keys that loading checks against.
+/// Tables of docs/scene.md.
 std::string scene_reference_markdown(const ModeCatalog& modes);
 /// Table of a mode's page: its parameters as Markdown.
 std::string mode_reference_markdown(const Mode& mode);

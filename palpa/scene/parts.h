@@ -1,5 +1,5 @@
-// Parts of a scene file: one list of keys for each part, as modes have (mode/parameters.h). Loading, writing, error lines,
-// range checks, --set and the documentation use these lists: a new key is an entry in parts.cpp and the member that it fills.
+// Parts of a scene file: a list of keys for each part, as modes have (mode/parameters.h). Loading, writing, error lines, range
+// checks, --set and the documentation use it: a new key is an entry in parts.cpp and the member that it fills.
 #pragma once
 
 #include <array>

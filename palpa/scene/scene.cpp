@@ -36,7 +36,6 @@ std::vector<std::string> names_of(const std::vector<SceneVolume>& volumes) {
   return names;
 }
 
-/// Names of all fields of the scene, as in a scene file.
 std::vector<std::string> field_names(const std::vector<SceneVolume>& volumes) {
   std::vector<std::string> names;
   for (const SceneVolume& volume : volumes) {
@@ -100,7 +99,7 @@ std::string call_item(const std::string& list, std::size_t item, const std::stri
   return list + " " + (name.empty() ? std::to_string(item + 1) : in_quotes(name));
 }
 
-/// Base of checks of a mode's or another part's parameters, with those of its lists; tracks the part.
+/// Base of parameter checks of a mode or another part, lists included; tracks the part.
 class CheckingVisitor : public ParameterVisitor {
  public:
   CheckingVisitor(const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
@@ -187,7 +186,6 @@ class ParameterChecks final : public CheckingVisitor {
   std::set<std::pair<std::string, std::string>> names_;
 };
 
-/// Checks that need the fields of the scene.
 class SceneChecks : public CheckingVisitor {
  public:
   SceneChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
@@ -300,7 +298,6 @@ class ThinPartChecks final : public SceneChecks {
   std::string_view solid_ = "high";
 };
 
-/// Values of a part of its own section that are out of range or not finite.
 template <class Part>
 std::vector<Finding> part_findings(const std::string& section, Part part) {
   std::vector<Finding> found;
@@ -510,7 +507,6 @@ std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<st
 
 // ---- Scene
 
-/// Derived fields of a scene and its copies.
 class Scene::DerivedFields : public detail::DerivedFields {};
 
 Scene::Scene(CouplingOptions options) : coupling(options), derived_(std::make_shared<DerivedFields>()) {}

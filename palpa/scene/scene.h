@@ -17,7 +17,7 @@ namespace palpa {
 
 /// Position of the hand's reach in the world.
 struct Workspace {
-  std::string fit;               ///< volume whose box's longest side becomes 0.15 m of hand; empty: `scale` is used
+  std::string fit;               ///< volume whose box's longest side becomes 0.15 m of hand; empty: use `scale`
   std::optional<double> scale;   ///< [1] world metres per hand metre, > 0
   std::string center_volume;     ///< the middle of the reach is this volume's box centre
   std::optional<Vec3> center_m;  ///< middle of the reach [m, world], instead of that; neither: the fitted volume's centre
@@ -31,13 +31,13 @@ struct TimeOptions {
   enum class Play : std::uint8_t {
     hold,  ///< the time stays at `start_s`
     once,  ///< the time stops at the end of the data
-    loop,  ///< the data repeat, each volume after its own length; of a series the last frame blends into the first
+    loop,  ///< the data repeat, each volume after its own length; the last frame of a series blends into the first
   };
   Play play = Play::hold;
   double speed = 1.0;    ///< [1] seconds of data per second, > 0
   double start_s = 0.0;  ///< [s] initial time of the data, >= 0
 
-  /// Time of the data `elapsed_s` [s] after the start of a session.
+  /// Time of the data after `elapsed_s` [s] of a session.
   DataTime at(double elapsed_s) const noexcept;
   friend bool operator==(const TimeOptions&, const TimeOptions&) = default;
 };
@@ -57,7 +57,7 @@ struct SceneVolume {
   std::string source;        ///< body of its TOML table as given, for printing; empty for a volume from code
 };
 
-/// Layer of a picture of the scene ([[view.layer]]). Does not affect the forces.
+/// Layer of pictures of the scene ([[view.layer]]). Does not affect the forces.
 struct ViewLayer {
   enum class Show : std::uint8_t { surface, slices, volume, streamlines, glyphs };
   struct ColorPoint {
@@ -70,7 +70,7 @@ struct ViewLayer {
   FieldRef field{};
   std::optional<double> level{};  ///< of a surface: its value, in the field's own unit
   std::vector<ColorPoint> colors{};
-  std::string name{};      ///< name in the legend; empty: the name of a mode's level, or else of the field
+  std::string name{};      ///< in the legend; empty: the name of a mode's level, or of the field
   bool all_parts = false;  ///< of a surface: also parts that are small beside the largest
   friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
 };
@@ -88,8 +88,8 @@ struct ViewOptions {
   friend bool operator==(const ViewOptions&, const ViewOptions&) = default;
 };
 
-/// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Not for the tick: all members may allocate
-/// and throw SceneError on invalid input.
+/// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Not for the tick: members may allocate and
+/// throw SceneError on invalid input.
 class Scene {
  public:
   explicit Scene(CouplingOptions coupling = {});
@@ -104,7 +104,7 @@ class Scene {
   ViewOptions view;
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name must be a new plain word. Its grids are
-  /// sampled through `filter`; without a filter, trilinear grids get the default of their voxels and all else stays
+  /// sampled through `filter`; by default trilinear grids get the default filter of their voxels and all else stays
   /// (`filtered`, volume.h).
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {}, std::optional<Filter> filter = {});
   /// Adds a volume that moves from pose to pose.
@@ -112,8 +112,8 @@ class Scene {
   /// Adds a mode with a new name; its fields must exist.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 
-  /// Changes the parameters of a mode: `change` is called with an M&. Throws SceneError, with nothing changed, if there is no
-  /// mode of this name and type, and the exceptions of `change`.
+  /// Changes the parameters of a mode: calls `change` with an M&. Throws SceneError, with nothing changed, if there is no mode
+  /// of this name and type, and the exceptions of `change`.
   template <class M, class Change>
   void edit(std::string_view name, Change&& change) {
     SceneMode* const mode = find_mode(name);
@@ -132,18 +132,18 @@ class Scene {
   SceneMode* find_mode(std::string_view name) noexcept;
 
   /// Field of a reference; throws SceneError if there is none, or if a bare volume name has several fields. A derived field is
-  /// computed on first use, and cached: copies of the scene share it. Any thread.
+  /// computed on first use, and cached, also for copies of the scene. Any thread.
   VolumeField field(const FieldRef& ref) const;
   /// Derivation of the field of a reference, likewise cached.
   FieldPtr field(const FieldRef& ref, Derivation derivation) const;
-  /// Number of a field, counting the fields of all volumes in order; -1 for a derived field. Throws as `field` does.
+  /// Number of a field among those of all volumes; -1 for a derived field. Throws as `field` does.
   std::int32_t index_of(const FieldRef& ref) const;
 
-  /// Map from the hand frame to the world by the workspace (design.md, Frames). Without volumes it is the identity.
+  /// Map from the hand frame to the world by the workspace (design.md, Frames); the identity without volumes.
   Similarity hand_to_world() const;
 
   /// Checks all parts and their consistency; throws SceneError at the first error. Returns warnings (level outside the data's
-  /// range, …), without a place.
+  /// range, …).
   std::vector<std::string> check() const;
 
  private:

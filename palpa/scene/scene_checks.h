@@ -1,4 +1,4 @@
-// Findings about a scene and their parts, for `Scene::check` and for loading, which adds the line.
+// Findings about a scene and their parts; loading adds the line.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace palpa::detail {
 
-/// Part of a scene that a finding is about, as far as known.
+/// Part of a scene that a finding is about.
 struct Part {
   std::string section;   ///< "coupling", "law", "workspace", "time", "view" or "mode"
   std::size_t mode = 0;  ///< number of the mode
@@ -26,19 +26,18 @@ struct Finding {
 /// "mode 'skin'".
 std::string called(const SceneMode& mode);
 
-/// Findings about a mode without its data: names, ranges, `problem()`.
+/// Names, ranges, `problem()` of a mode, without its data.
 std::vector<Finding> parameter_findings(const SceneMode& mode, std::size_t number);
-/// Findings about the existence and kind of the fields of a mode.
+/// Existence and kind of a mode's fields.
 std::vector<Finding> field_findings(const Scene& scene, const SceneMode& mode, std::size_t number);
-/// Findings about the existence and kind of the drawn fields: warnings, as the scene can be felt anyway.
+/// Existence and kind of drawn fields: warnings, as the scene can be felt anyway.
 std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLayer>& layers);
-/// Findings about the scene's time.
 std::vector<Finding> time_findings(const Scene& scene);
-/// All findings about a scene, warnings included.
+/// All, warnings included.
 std::vector<Finding> findings(const Scene& scene);
 
 /// Warns of each level of a smooth grid at which the filter loses more than a tenth of the thin parts, and with them more than
-/// a hundredth of the whole (thin_parts.h); not for volumes whose filter the user `chose`.
+/// a hundredth of the whole (thin_parts.h); not for filters that the user `chose`.
 std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<std::string>& chose);
 
 /// "no volume 'hed'; did you mean 'head'?" for a field's name; empty if its volume is among these.

@@ -40,7 +40,7 @@ std::string function(const FieldRef& of, const TransferFunction& curve) {
 }
 
 /// Writes parameters; left-out values stay left out. Lists become tables of `section`, behind all keys, as TOML requires;
-/// without a section they are values.
+/// without a section, values.
 class Writer final : public ParameterVisitor {
  public:
   explicit Writer(std::string section = {}) : section_(std::move(section)) {}
@@ -107,7 +107,6 @@ class Writer final : public ParameterVisitor {
   std::string name_;  // of an item of a table of named tables
 };
 
-/// All values of a part.
 template <class Part>
 Writer written(Part part) {
   Writer writer;

@@ -17,8 +17,8 @@ struct Said {
   friend bool operator==(const Said&, const Said&) = default;
 };
 
-/// Keys of [volume.NAME] for a request: `file` first, with absolute paths, so that it is valid in any folder; then all values
-/// that differ from their defaults. Allocates.
+/// Keys of [volume.NAME] for a request: `file` first, with absolute paths, valid in any folder; then all values that differ
+/// from their defaults. Allocates.
 std::vector<Said> said(const VolumeRequest& request);
 
 /// Value of a key; empty if missing.
