@@ -5,22 +5,22 @@
 
 namespace palpa {
 
-/// A released level would take newtons of force from a pressing hand within one tick; from a motor that is heard and felt as a
-/// knock, and throws the hand. So for 20 ms the output follows the command, straight towards it, by 0.5 N/ms: that is the whole
-/// change of a tick, with the spring's own change in that time, as where drags hold the proxy after a release. The fall takes
-/// at least 5 ms, so a small step is slower, and it ends with the 20 ms, so a step above 10 N is faster. The change due to the
-/// hand's own motion is never delayed: a hand that draws back at once is not pushed after.
+/// A released level would take newtons of force from a pressing hand within one tick: heard and felt as a knock, which throws
+/// the hand. So for 20 ms the output follows the command, straight towards it, by 0.5 N/ms: that is the whole change of a tick,
+/// with the spring's own change in that time, as where drags hold the proxy after a release. The fall takes at least 5 ms, so a
+/// small step is slower, and it ends with the 20 ms, so a step above 10 N is faster. The change due to the hand's own motion is
+/// never delayed: a hand that draws back at once is not pushed after.
 ///
 /// The proxy is also released where a surface folds away below it, a strength vanishes within less than the spring needs, or a
 /// direction turns faster than it can follow: it snaps, further than the probe moved. A step of more than 50 mN beyond the
 /// hand's own, which is perceptible, then takes the whole 20 ms, so that no step remains of up to a newton; and so does any
 /// step during that time.
 ///
-/// Since k times the hand's motion is never delayed, the energy given to the hand is less than the energy that the spring
-/// released: ∫ (F − k s) ds ≤ F²/2k.
+/// Since k times the hand's motion is never delayed, the hand gains less energy than the spring released: ∫ (F − k s) ds ≤
+/// F²/2k.
 ///
-/// The output lies between the last output and the command, so it is never longer than the longer of the two. Its work on the
-/// hand is booked by the loop with that of the guard. Allocates nothing; one thread.
+/// The output lies between the last output and the command, so it is never longer than the longer of the two. The loop books
+/// its work on the hand with that of the guard. Allocates nothing; one thread.
 class BreakThroughFilter {
  public:
   /// Output of this tick.
@@ -32,7 +32,7 @@ class BreakThroughFilter {
   Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go = false) noexcept;
   /// Step [N] of a snap reported in this tick; 0: none.
   double snap_n() const noexcept { return snap_n_; }
-  /// Shifts the output by the step [N] between the commands of two scenes, which is no fall.
+  /// Shifts the output by the step [N] between two scenes' commands, which is no fall.
   void shift(const Vec3& step_n) noexcept { sent_n_ += step_n; }
   /// Ends any fall: the next command is passed unchanged.
   void reset() noexcept { *this = {}; }

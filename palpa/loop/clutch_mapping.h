@@ -1,4 +1,4 @@
-// Mapping of the device's handle to the probe: view rotation, clutch, and rate control at the border of the workspace.
+// Mapping of the device's handle to the probe: view rotation, clutch, and rate control at the workspace's border.
 #pragma once
 
 #include "palpa/device/device.h"
@@ -6,7 +6,7 @@
 
 namespace palpa {
 
-/// The probe is the handle's position, rotated with the view and shifted by clutch and border:
+/// Probe position: the handle's, rotated with the view and shifted by clutch and border:
 ///     probe = turn · handle + offset
 /// A length at the hand is a length at the probe, so k and D hold at the hand in any view. Depends on its arguments only;
 /// allocates nothing; one thread.

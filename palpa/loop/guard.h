@@ -27,7 +27,7 @@ struct GuardInput {
 class Guard {
  public:
   /// The limit alone.
-  /// \param max_force_n  [N] >= 0: the smaller of the scene's and the device's limit; any other limit allows no force
+  /// \param max_force_n  [N] >= 0: the smaller of the scene's and the device's limit; any other value allows no force
   explicit Guard(double max_force_n) noexcept;
   explicit Guard(const GuardOptions& options) noexcept;
 
@@ -36,7 +36,7 @@ class Guard {
     GuardState state = GuardState::pass;
     GuardCause cause = GuardCause::none;  ///< of any state but pass, limited or damped
     bool begins = false;                  ///< once per return: contact restarts with the proxy on the probe
-    bool brakes = false;                  ///< the device's brake, if any, should hold the hand
+    bool brakes = false;                  ///< the device's brake should hold the hand
   };
 
   /// Passes a force, shortens it to the limit (keeping its direction), or, if it is not finite, returns zero and reports a

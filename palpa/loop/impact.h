@@ -14,9 +14,9 @@ namespace palpa {
 /// feedback, IEEE TVCG 12(2), 2006). With v the speed along the normal and g the gain it is
 ///     g v (e^(−t/τ) − e^(−T/τ)) / (1 − e^(−T/τ)),  τ = 4 ms,  T = 20 ms, then zero,
 /// and at most the level's strength. Hard levels are rigid, or elastic and stiffer than the coupling. A free hand of mass m
-/// gains no energy from it as long as g is at most 2m over the pulse's 3.9 ms (docs/concepts.md).
+/// gains no energy while g is at most 2m over the pulse's 3.9 ms (docs/concepts.md).
 ///
-/// Its work on the hand is booked by the loop with that of the guard. Allocates nothing; one thread.
+/// The loop books its work on the hand with that of the guard. Allocates nothing; one thread.
 class Impact {
  public:
   /// \param gain_ns_per_m  [N·s/m] >= 0; 0: no pulses, commands are unchanged

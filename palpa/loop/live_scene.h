@@ -9,7 +9,7 @@
 
 namespace palpa {
 
-/// A session of a scene, and a second one for rehearsals, whose modes measure their time.
+/// A session, and a second one for rehearsals, whose modes measure their time.
 struct PreparedSession {
   PreparedSession(const Scene& scene, double encoder_step_m);
 

@@ -23,22 +23,22 @@ namespace palpa {
 class Recorder {
  public:
   /// \param writer      must outlive `finish`, unused by others
-  /// \param ring_bytes  memory of the ring, reserved at construction, committed by the system on use
+  /// \param ring_bytes  memory of the ring, committed on use
   explicit Recorder(TraceWriter& writer, std::size_t ring_bytes = std::size_t{16} << 20);
   /// Writes the remaining ticks; ignores a full disk.
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Commits all memory of the ring now instead of on use: a real-time loop must not page-fault. Before the first tick.
+  /// Commits all memory of the ring now: a real-time loop must not page-fault. Before the first tick.
   void make_resident() noexcept;
   /// Copies a whole tick, with the session's records of it, to the ring. Never blocks, allocates or throws: false without room,
-  /// or after a writer's failure (the disk is full).
+  /// or if the writer has failed (a full disk).
   bool offer(const TickFrame& frame, const Session& session) noexcept;
   /// Likewise from the parts of a tick.
   bool offer(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
              std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept;
-  /// Wakes the writer, and blocks until at most `most_pending_ticks` [1] are not yet in the operating system's hands. Not for a
+  /// Wakes the writer, and blocks until at most `most_pending_ticks` [1] are outside of the operating system's hands. Not for a
   /// real-time loop. Rethrows the writer's exception.
   void keep_up(std::int64_t most_pending_ticks);
   /// Writes the remaining ticks, joins the thread. Rethrows the writer's exception.
@@ -68,11 +68,11 @@ GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_forc
 /// Smaller of the scene's force limit and the device's [N].
 double force_limit_n(const Scene& scene, double device_max_force_n) noexcept;
 
-/// One turn of the loop without its device: tick → release → impact → guard. Used by live loops and replays, so that equal
+/// One turn of the loop without its device: tick → release → impact → guard. Live loops and replays share it, so that equal
 /// probes give equal frames. Allocates at construction only; one thread.
 class GuardedSession {
  public:
-  /// For a hand without motors: the guard is the limit alone. Sets the session's force limit.
+  /// The guard is the limit alone, for a hand without motors. Sets the session's force limit.
   /// \param device_max_force_n  [N] the device's limit; the scene's holds as well
   GuardedSession(Session& session, double device_max_force_n);
   /// With the whole guard.
@@ -82,16 +82,15 @@ class GuardedSession {
   GuardedSession(const GuardedSession&) = delete;
   GuardedSession& operator=(const GuardedSession&) = delete;
 
-  /// Runs a tick; `command_n` is the force for the device: zero if the probe is unusable. The frame's probe is the argument,
-  /// finite or not, so that the frame's own probe, velocity, validity, buttons, circumstances and time step reproduce the
-  /// frame. `late_us`, `tick_us` and `device_us` stay 0.
+  /// Runs a tick; `command_n` is the force for the device: zero for an unusable probe. The frame's probe is the argument,
+  /// finite or not, so that the frame's own probe, velocity, validity, buttons, circumstances and time step reproduce it.
+  /// `late_us`, `tick_us` and `device_us` stay 0.
   /// \param circumstances  bits of Circumstance
   TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe, std::uint32_t circumstances = 0) noexcept;
   /// Switches to another session from the next tick on; it must continue from this one (`Session::copy_state_from` or
   /// `resume_in_changed_scene`). That tick runs both, and spreads the step between their forces over the ramp's time. The old
-  /// session is unused after that tick.
+  /// session is then unused.
   void switch_to(Session& next) noexcept;
-  /// Whether the device's brake should hold the hand.
   bool brakes() const noexcept;
   const Session& session() const noexcept;
 
@@ -112,7 +111,7 @@ using TickObserver = std::function<void(const TickFrame&, const Session&)>;
 
 /// Runs `session` with `device` on a simulated clock: at full speed, with reproducible bits. Tick n begins at exactly n /
 /// rate_hz; the time step is 1 / rate_hz, in the first as well. With a recorder it blocks on the writer, so that nothing is
-/// lost, and a kill loses at most 100 ticks. Returns the number of ticks. `stop` ends it after the current tick (an interrupt).
+/// lost, and a kill loses at most 100 ticks. Returns the number of ticks. `stop` (an interrupt) ends it after the current tick.
 /// Rethrows the exceptions of the recorder's writer and of `observer`.
 std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
                            const TickObserver& observer, const std::atomic<bool>* stop = nullptr);
@@ -122,7 +121,7 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
 /// The scene with stiffness and damping within a device's limits.
 Scene clamped_to(Scene scene, const DeviceLimits& limits);
 
-/// A scene that can be changed during a live loop. Any thread may read and change it; a LiveLoop never blocks on them.
+/// A scene that can be changed by any thread during a live loop, which never blocks on it.
 class LiveScene {
  public:
   /// \param limits  of the device, applied to every scene (`clamped_to`)
@@ -132,10 +131,9 @@ class LiveScene {
   LiveScene(const LiveScene&) = delete;
   LiveScene& operator=(const LiveScene&) = delete;
 
-  /// Last scene set.
   Scene scene() const;
   /// Replaces the scene: makes its session on the caller's thread; the loop switches to it in the next tick and continues at
-  /// the hand. Of several scenes set between two ticks the last wins. Throws SceneError and changes nothing.
+  /// the hand. Of several scenes between two ticks the last wins. Throws SceneError and changes nothing.
   void set(const Scene& scene);
   /// Applies `edit` to the scene; concurrent edits are all kept. Rethrows the exceptions of `edit`.
   void change(const std::function<void(Scene&)>& edit);
@@ -155,17 +153,16 @@ class LoopClock {
   virtual void wait_until_s(double time_s) noexcept = 0;
 };
 
-/// Options of a live loop, and of the device's use.
+/// Options of a live loop and its device.
 struct LiveOptions {
   double rate_hz = 1000.0;                                      ///< [100, 20000]
   double duration_s = std::numeric_limits<double>::infinity();  ///< > 0
-  bool rehearse = true;              ///< a second session processes the expected probe before each tick, which warms the caches
+  bool rehearse = true;              ///< a second session processes the expected probe before each tick, to warm the caches
   GuardOptions guard{};              ///< with the device's `max_force_n`; the scene's holds as well
   std::uint32_t clutch_buttons = 0;  ///< while one of these is held, the handle moves without the probe
   bool goes_on_at_border = false;    ///< a handle at the border of its workspace moves the probe on
 };
 
-/// Statistics of a running loop.
 struct LoopStatistics {
   struct Times {
     double mean_us = 0.0, p50_us = 0.0, p99_us = 0.0, p999_us = 0.0, max_us = 0.0;
@@ -192,8 +189,8 @@ struct LiveView {
 };
 
 /// Real-time loop: one thread, absolute deadlines; in each tick read → tick → guard → write, then publish and record, then a
-/// rehearsal. Late ticks are skipped and counted, never bunched: the next tick has the whole time step. Its thread does not
-/// allocate or lock, and blocks on the clock only.
+/// rehearsal. Late ticks are skipped and counted: the next tick has the whole time step. Its thread does not allocate or lock,
+/// and blocks on the clock only.
 class LiveLoop {
  public:
   /// \param recorder  or nullptr
@@ -235,9 +232,9 @@ class LiveLoop {
 ///
 /// While any exists, the signals that would end or suspend the program, or that its own faults raise, have a handler of the
 /// library, which blocks until the motors rest, at most 0.25 s, and then runs the default action, or the fault's previous
-/// handler. Signals handled or ignored by the program stay with the program, except for faults: its handlers make a
-/// `MotorsAtRest`. `exit`, `quick_exit`, `abort` and `terminate` are covered, too; `_exit`, `exec`, SIGKILL, SIGSTOP and a
-/// failing driver's thread are not.
+/// handler. Signals that the program handles or ignores stay with it, except for faults: its handlers make a `MotorsAtRest`.
+/// Also covers `exit`, `quick_exit`, `abort` and `terminate`; not `_exit`, `exec`, SIGKILL, SIGSTOP and a failing driver's
+/// thread.
 class DrivenDevice {
  public:
   /// \param device  must outlive this. Throws std::runtime_error if the program drives 64 already.
@@ -247,8 +244,8 @@ class DrivenDevice {
   DrivenDevice(const DrivenDevice&) = delete;
   DrivenDevice& operator=(const DrivenDevice&) = delete;
 
-  /// Whether the program is stopping: the next force written must be zero, or fall to zero within a few writes. Call before
-  /// each write, on its thread; neither allocates nor blocks.
+  /// Whether the program is stopping: the next force must be zero, or fall to zero within a few writes. Call before each write,
+  /// on its thread; neither allocates nor blocks.
   bool has_to_rest() noexcept;
 
  private:
@@ -256,7 +253,7 @@ class DrivenDevice {
 };
 
 /// Zero force of all devices driven by this program, during its lifetime: the constructor blocks until the motors rest, at most
-/// 0.25 s; after the last one's end the force returns by the ramp. For a program's own signal handlers: async-signal-safe.
+/// 0.25 s; after the last object's end the force returns by the ramp. For a program's own signal handlers: async-signal-safe.
 class MotorsAtRest {
  public:
   MotorsAtRest() noexcept;

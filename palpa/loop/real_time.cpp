@@ -9,8 +9,8 @@
 namespace palpa {
 
 namespace {
-// Above a desktop's threads, below the kernel's own threads of 50 and more, so that interrupts are served. Higher: may delay a
-// driver that brings the device's response; lower: other real-time programs (sound) go first.
+// Above a desktop's threads, below the kernel's own of 50 and more, so that interrupts are served. Higher: may delay a driver
+// with the device's response; lower: other real-time programs (sound) go first.
 constexpr int wanted_priority = 40;
 // Part of the stack that is touched before the first tick [bytes]. Less: a page fault when a tick first goes as deep; more:
 // memory.
