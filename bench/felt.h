@@ -63,7 +63,7 @@ std::vector<Figure> held(const FeltScene& felt);
 std::vector<Figure> let_go();
 
 #ifdef PALPA_BENCH_PICTURES
-/// Slide, press, held hand and spectra of a scene, as a PNG.
+/// HandSlide, press, held hand and spectra of a scene, as a PNG.
 void save_felt_picture(const FeltScene& felt, const std::filesystem::path& file);
 #endif
 

@@ -7,7 +7,7 @@ namespace palpa::baseline {
 
 namespace {
 
-// Stiffest k that is accepted, the same as the exact law's: larger ones could overflow, and are `bad_input`.
+// Stiffest accepted k, as for the exact law: larger values could overflow, and are `bad_input`.
 constexpr double stiffest_n_per_m = 1e12;
 
 bool usable(const Vec3& position_m) noexcept {

@@ -4,16 +4,16 @@ namespace palpa::baseline {
 
 namespace {
 
-// [1] A direction whose part outside the span is shorter than this counts as spanned. Less: rounding becomes an axis of its
-// own; more: where axes are nearly parallel, the proxy follows the probe along one that should hold it.
+// [1] A direction whose component outside the span is shorter counts as spanned. Less: rounding becomes an axis of its own;
+// more: with nearly parallel axes, the proxy follows the probe along an axis that should hold it.
 constexpr double spanned_share = 1e-6;
 
-// The directions that the constraints span, as an orthonormal basis.
+// Orthonormal basis of the directions that the constraints span.
 class Span {
  public:
   void add(const Vec3& direction) noexcept {
     Vec3 rest = direction;
-    for (int pass = 0; pass < 2; ++pass) rest = outside(rest);  // the second removes the first one's rounding
+    for (int pass = 0; pass < 2; ++pass) rest = outside(rest);  // the second pass removes the rounding of the first
     if (size_ < 3 && norm(rest) > spanned_share) basis_[size_++] = normalized(rest);
   }
   void add(const Primitive& p) noexcept {

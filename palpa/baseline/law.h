@@ -1,4 +1,4 @@
-// Laws by name: the exact one, and those of earlier systems to compare with.
+// Laws by name: the exact law, and those of earlier systems for comparison.
 #pragma once
 
 #include <array>
@@ -9,11 +9,11 @@
 
 namespace palpa::baseline {
 
-/// Names of all laws, the exact one first: the values of `[law] method`.
+/// Names of all laws, the exact law first: the values of `[law] method`.
 inline constexpr std::array<std::string_view, 5> law_names{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential",
                                                            "no-proxy"};
 
-/// Makes the law of a name; nullptr where there is none. Allocates.
+/// Makes the law of a name; nullptr for an unknown name. Allocates.
 std::unique_ptr<Law> law(std::string_view name);
 
 }  // namespace palpa::baseline

@@ -8,8 +8,8 @@ void NoProxy::reset() noexcept {
 }
 
 EarlierLaw::Moved NoProxy::move(const Posed& posed, std::span<Vec3> forces_n) noexcept {
-  // Within one tick the same balance may be asked for again, with the friction that follows from the first answer. The probe
-  // has not moved in between: its velocity stays that of the first call.
+  // Within a tick this balance may be solved again, with the friction that follows from the first result. The probe has not
+  // moved in between: its velocity stays that of the first call.
   const Asked asked{posed.start_m, posed.probe_m};
   if (last_ != asked) {
     probe_before_m_ = last_ ? last_->probe_m : posed.probe_m;

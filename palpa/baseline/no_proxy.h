@@ -1,4 +1,4 @@
-// The law of the systems without a proxy: force functions of the probe.
+// Law of the systems without a proxy: force functions of the probe.
 #pragma once
 
 #include <optional>
@@ -7,22 +7,21 @@
 
 namespace palpa::baseline {
 
-/// The force is a function of the data at the probe and of the probe's velocity v. The data are looked up at
-/// the probe (path.h), and the balance is probe + force/k, so that the coupling (Eq. 1, D = 0) gives that force exactly.
+/// The force is a function of the data at the probe and of the probe's velocity v. The data are sampled at the probe (`Steps`),
+/// and the balance is probe + force/k, so that the coupling (Eq. 1, D = 0) renders that force exactly.
 ///
 ///   directed  s q: the vector or gradient as a force (Iwata & Noma 1993; Pao & Lawrence 1998)
 ///   point     −s v/|v| − c v: retarding force and viscosity (Avila & Sobierajski 1996; Iwata & Noma 1993)
-///   line      the same on the part of v across the line: transverse damping (Pao & Lawrence 1998)
-///   plane     min(k·depth, s) q where the probe is behind it: a spring on the penetration, with a threshold
-///             (Avila & Sobierajski 1996; Lawrence et al. 2000); its drag on the part of v that goes in
+///   line      likewise for the component of v across the line: transverse damping (Pao & Lawrence 1998)
+///   plane     min(k·depth, s) q if the probe is behind it: a spring on the penetration, with a threshold
+///             (Avila & Sobierajski 1996; Lawrence et al. 2000); its drag for the inward component of v
 ///
-/// The formulas are as these works are known to us from surveys and abstracts; only the directed force is told
-/// in the paper itself. Points, lines and planes were made for a proxy: their forces here are the least that
-/// those systems had for the same purpose. v is the difference of two probes over the time step; zero
-/// in the first.
+/// The formulas follow surveys and abstracts of these works; the paper itself has only the directed force. Points, lines and
+/// planes were made for a proxy: their forces here are the least that these systems had for the purpose. v is the difference of
+/// two probes over the time step; zero in the first.
 ///
-/// What it gets wrong: nothing holds. Friction ends when the hand stops; a surface gives way under the least force and forgets
-/// where the hand came in; a force whose direction changes over a short distance makes the hand vibrate.
+/// Wrong in that nothing holds: friction ends when the hand stops; a surface yields under the least force and loses the point
+/// of entry; a force whose direction changes over a short distance makes the hand vibrate.
 class NoProxy final : public EarlierLaw {
  public:
   explicit NoProxy(std::size_t capacity = 64) : EarlierLaw(capacity) {}

@@ -4,11 +4,11 @@ namespace palpa::baseline {
 
 namespace {
 
-// All are our reading; the errors in docs/laws.md were measured with them.
+// All our reading; the errors in docs/laws.md were measured with these values.
 constexpr int most_steps = 200;            // [1] More: a longer worst case; fewer: it stops short of the balance
 constexpr double shortest_step_m = 1e-12;  // ends the search. Longer: it ends early; shorter: steps of rounding alone
 constexpr double growth = 1.1;             // [1] of h while f_res keeps its direction. More: it turns more often; less: slow
-constexpr int force_sweeps = 10;           // [1] for the forces given out. More: slower; fewer: a larger proven bound
+constexpr int force_sweeps = 10;           // [1] for the returned forces. More: slower; fewer: a larger proven bound
 
 }  // namespace
 

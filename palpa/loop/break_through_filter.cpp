@@ -5,15 +5,15 @@
 namespace palpa {
 
 namespace {
-// The fall after a break-through. Faster: felt as a knock that throws the hand; slower: the break-through feels soft.
+// Fall of the force after a break-through. Faster: felt as a knock that throws the hand; slower: the break-through feels soft.
 constexpr double fall_n_per_s = 500.0;
-// A fall takes at least the first and has arrived after the second. A shorter first makes small steps abrupt; a shorter second
-// makes large steps (now above 10 N) steeper, a longer one keeps force after the level is gone.
+// Minimum and maximum duration of a fall. Shorter minimum: small steps are abrupt; shorter maximum: large steps (now above 10
+// N) are steeper; longer maximum: force remains after the level is gone.
 constexpr double shortest_s = 0.005;
 constexpr double longest_s = 0.020;
-constexpr double rounding_share = 1e-9;  // [1] of a step: a fall as steep as planned is not told as a new snap
-// A step beyond the hand's own that counts as a snap. Less: steps that fingers do not feel (some 30 mN) are slowed down and
-// told; more: steps that they feel are not.
+constexpr double rounding_share = 1e-9;  // [1] of a step: a fall as steep as planned is not reported as a new snap
+// Step beyond the hand's own that counts as a snap. Less: imperceptible steps (some 30 mN) are slowed down and reported; more:
+// perceptible steps are not.
 constexpr double told_n = 0.05;
 }  // namespace
 
@@ -39,7 +39,7 @@ Vec3 BreakThroughFilter::shape(const Vec3& command_n, bool is_released, double b
     const double steady_n = is_snap_ ? 0.0 : std::min(furthest_n_ / shortest_s, fall_n_per_s) * time_step_s;
     step_n = std::max({steady_n, apart_n * time_step_s / left_s_, by_hand_n});
   }
-  // Drags may hold the proxy when the level has let go, so that a fall begins late: its time is not over when it has caught up.
+  // Drags may hold the proxy after a release, so that a fall begins late: its time continues after it has caught up.
   left_s_ = std::max(0.0, left_s_ - time_step_s);
   sent_n_ = step_n >= apart_n ? command_n : sent_n_ + (step_n / apart_n) * rest_n;
   return sent_n_;

@@ -1,49 +1,47 @@
-// The fall of the force where the proxy lets go.
+// Limited fall of the force at a release.
 #pragma once
 
 #include "palpa/solver/vec3.h"
 
 namespace palpa {
 
-/// A level that lets go leaves a hand that pressed with newtons without any force from one tick to the next; a motor that does
-/// that is heard and felt as a knock, and throws the hand. So for 20 ms what is sent goes after the command, straight towards
-/// it, by 0.5 N/ms: that is the whole change of a tick, with what the spring does in the same time, as where drags hold the
-/// proxy when a level has let go. What it has to go takes no less than 5 ms, so a small step is slower, and it has arrived when
-/// the 20 ms are over, so a step above 10 N is faster. As much as the spring makes of the hand's own motion is never delayed: a
-/// hand that draws back at once is not pushed after.
+/// A released level would take newtons of force from a pressing hand within one tick: heard and felt as a knock, which throws
+/// the hand. So for 20 ms the output follows the command, straight towards it, by 0.5 N/ms: that is the whole change of a tick,
+/// with the spring's own change in that time, as where drags hold the proxy after a release. The fall takes at least 5 ms, so a
+/// small step is slower, and it ends with the 20 ms, so a step above 10 N is faster. The change due to the hand's own motion is
+/// never delayed: a hand that draws back at once is not pushed after.
 ///
-/// The proxy also lets go where a surface folds away below it, a strength is gone within less than the spring needs, or a
-/// direction turns faster than it can follow: it snaps, further than the probe went. A step of more than 50 mN beyond the
-/// hand's own, which fingers tell, then takes the whole 20 ms, so that none is left of a step of up to a newton; and so does
-/// what steps while that is under way, whatever it is.
+/// The proxy is also released where a surface folds away below it, a strength vanishes within less than the spring needs, or a
+/// direction turns faster than it can follow: it snaps, further than the probe moved. A step of more than 50 mN beyond the
+/// hand's own, which is perceptible, then takes the whole 20 ms, so that no step remains of up to a newton; and so does any
+/// step during that time.
 ///
-/// Since as much as k times the hand's way is never delayed, all that it gives to the hand is less than what the spring let go:
-/// ∫ (F − k s) ds ≤ F²/2k.
+/// Since k times the hand's motion is never delayed, the hand gains less energy than the spring released: ∫ (F − k s) ds ≤
+/// F²/2k.
 ///
-/// What is sent lies between what was sent last and the command, so it is never longer than the longer of the two. It
-/// does work on the hand like any other force: the loop books it with what the guard does to the force.
-/// Allocates nothing; one thread.
+/// The output lies between the last output and the command, so it is never longer than the longer of the two. The loop books
+/// its work on the hand with that of the guard. Allocates nothing; one thread.
 class BreakThroughFilter {
  public:
-  /// What is to be sent in this tick.
-  /// \param command_n    [N] what would be sent without
-  /// \param is_released  a level has been pressed through in this tick
-  /// \param by_hand_n    [N] >= 0: k times the probe's step, and what else grows by itself
+  /// Output of this tick.
+  /// \param command_n    [N] unfiltered command
+  /// \param is_released  break-through of a level in this tick
+  /// \param by_hand_n    [N] >= 0: k times the probe's step, and any other gradual change
   /// \param time_step_s  [s] > 0
-  /// \param has_let_go   the spring has let go of something in this tick
+  /// \param has_let_go   the spring has released energy in this tick
   Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go = false) noexcept;
-  /// The step [N] of a snap that was told in this tick; 0: none.
+  /// Step [N] of a snap reported in this tick; 0: none.
   double snap_n() const noexcept { return snap_n_; }
-  /// The commands of another scene follow, which differ by so much [N] in this tick: that is no fall.
+  /// Shifts the output by the step [N] between two scenes' commands, which is no fall.
   void shift(const Vec3& step_n) noexcept { sent_n_ += step_n; }
-  /// Nothing falls any more: the next command is sent as it is.
+  /// Ends any fall: the next command is passed unchanged.
   void reset() noexcept { *this = {}; }
 
  private:
-  Vec3 sent_n_;              // last
+  Vec3 sent_n_;              // last output
   double left_s_ = 0.0;      // of the 20 ms
-  double furthest_n_ = 0.0;  // that it was from the command
-  bool is_snap_ = false;     // no level has been pressed through
+  double furthest_n_ = 0.0;  // largest distance from the command
+  bool is_snap_ = false;     // not by a break-through
   double snap_n_ = 0.0;
 };
 

@@ -7,11 +7,11 @@
 namespace palpa {
 
 namespace {
-// The border begins at this share [1] of the workspace's radius. Larger: less way to say how fast; smaller: less room to feel.
+// Border, as a share [1] of the workspace's radius. Larger: less range for the speed; smaller: less room to feel.
 constexpr double border_share = 0.85;
-// At the radius itself the probe goes on by so much [m/s]. Faster: hard to stop; slower: tedious.
+// Speed of the probe at the radius itself [m/s]. Faster: hard to stop; slower: tedious.
 constexpr double border_m_per_s = 0.08;
-// A rotation is one to this. More: a shear passes for one; less: rounding does not.
+// Tolerance of a rotation. More: a shear passes; less: rounding does not.
 constexpr double rotation_error = 1e-6;
 
 bool is_rotation(const Mat3& turn) noexcept {
@@ -33,7 +33,7 @@ ClutchMapping::Held ClutchMapping::hold(const DeviceState& state, double time_st
   Held held{.probe = {.position_m = turn_ * state.position_m + offset_m_, .valid = state.valid, .buttons = state.buttons}};
   if (state.velocity_m_per_s) held.probe.velocity_m_per_s = turn_ * *state.velocity_m_per_s;
   if (!state.valid || !is_finite(state.position_m)) return held;
-  // The probe stays where it is while the view turns or the clutch is held: the offset gives way.
+  // The probe stays in place while the view turns or the clutch is held: the offset absorbs the motion.
   held.moves = std::exchange(turned_, false) || (state.buttons & options_.clutch_buttons) != 0;
   if (held.moves && has_probe_) {
     offset_m_ = probe_m_ - turn_ * state.position_m;

@@ -1,4 +1,4 @@
-// How the device's handle holds the probe: camera, clutch, and the way on beyond the border of its workspace.
+// Mapping of the device's handle to the probe: view rotation, clutch, and rate control at the workspace's border.
 #pragma once
 
 #include "palpa/device/device.h"
@@ -6,36 +6,36 @@
 
 namespace palpa {
 
-/// The probe is where the handle is, turned as the view is and put further by what the clutch and the border did:
+/// Probe position: the handle's, rotated with the view and shifted by clutch and border:
 ///     probe = turn · handle + offset
-/// A length at the hand is a length at the probe, so k and D are those at the hand whatever the view. Pure on told time;
+/// A length at the hand is a length at the probe, so k and D hold at the hand in any view. Depends on its arguments only;
 /// allocates nothing; one thread.
 class ClutchMapping {
  public:
   struct Options {
     double workspace_radius_m = 0.15;  ///< > 0: of the device
-    std::uint32_t clutch_buttons = 0;  ///< while one of these is held the handle moves and the probe does not; 0: no clutch
-    bool goes_on_at_border = false;    ///< a handle at the border of its workspace takes the probe further (rate control)
+    std::uint32_t clutch_buttons = 0;  ///< while one of these is held the handle moves the offset, not the probe; 0: no clutch
+    bool goes_on_at_border = false;    ///< a handle at the border of its workspace moves the probe on (rate control)
   };
   explicit ClutchMapping(const Options& options) noexcept : options_(options) {}
 
-  /// How the view lies: a device's direction is this times it in the hand frame of the scene. A rotation; anything else is
-  /// left out. What is felt begins anew after it.
+  /// Sets the rotation of the view: from the device's axes to the scene's hand frame. Ignores any other matrix. Contact
+  /// restarts after it.
   void turn(const Mat3& turn) noexcept;
   struct Held {
     Probe probe;
-    bool moves = false;  ///< the clutch or the view moves: nothing may be felt
+    bool moves = false;  ///< the clutch or the view moves: no force allowed
   };
   /// \param time_step_s  [s] > 0
   Held hold(const DeviceState& state, double time_step_s) noexcept;
-  /// A force in the hand frame of the scene [N] as the device has to make it.
+  /// Rotates a force in the hand frame of the scene [N] to the device's axes.
   Vec3 at_device(const Vec3& force_n) const noexcept;
 
  private:
   Options options_;
   Mat3 turn_ = Mat3::identity();
   Vec3 offset_m_;
-  Vec3 probe_m_;  // last
+  Vec3 probe_m_;  // last position
   bool has_probe_ = false;
   bool turned_ = false;
 };

@@ -19,26 +19,26 @@ namespace palpa {
 
 namespace {
 
-// Devices that are driven at once. More: a longer search in a handler; fewer: one more device is refused.
+// Largest number of driven devices. More: a longer search in a handler; fewer: one more device is refused.
 constexpr std::size_t most_driven = 64;
-// A thread that drives a device sees within this that it has to rest. Longer: a program whose loop hangs stops later; shorter:
-// a loop on a busy machine is not waited for.
+// Time for a driver's thread to notice a stop. Longer: a program whose loop hangs stops later; shorter: a loop on a busy
+// machine is cut off.
 constexpr int longest_unseen_ms = 60;
-// Until all motors have no force. Longer: a program with a silent device stops later; shorter: a busy machine's motors may not
-// have it yet.
+// Time for all motors to release their force. Longer: a program with a silent device stops later; shorter: a busy machine's
+// motors may still be on.
 constexpr int longest_stop_ms = 250;
-// After a loop has ended, before its device is not looked after any more. As above.
+// Likewise after a loop has ended, before its device is abandoned.
 constexpr int longest_end_ms = 20;
 
-/// A device that is driven; `device` is null where the place is free. Read in signal handlers.
+/// A driven device; `device` is null in a free slot. Read in signal handlers.
 struct Place {
   std::atomic<Device*> device{nullptr};
   std::atomic<pthread_t> driver{};
-  std::atomic<bool> is_seen{false};  // its driver knows that it has to rest
+  std::atomic<bool> is_seen{false};  // its driver has noticed the stop
 };
 std::array<Place, most_driven> places;
-std::atomic<int> stops_under_way{0};  // that are under way: while there are any, motors rest
-std::atomic<int> looks_under_way{0};  // of handlers, at devices
+std::atomic<int> stops_under_way{0};  // stops in progress: motors rest while there are any
+std::atomic<int> looks_under_way{0};  // accesses of handlers to devices in progress
 std::atomic<pid_t> process{0};
 static_assert(std::atomic<Device*>::is_always_lock_free && std::atomic<pthread_t>::is_always_lock_free &&
                   std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
@@ -46,9 +46,9 @@ static_assert(std::atomic<Device*>::is_always_lock_free && std::atomic<pthread_t
 
 constexpr int most_signals = 65;
 std::mutex taking;
-int driven = 0;                                          // devices; with `taking`
-std::array<struct sigaction, most_signals> before_ours;  // with `taking`, and only read while handlers are there
-std::array<bool, most_signals> is_ours{};                // with `taking`; may lie under a later one
+int driven = 0;                                          // number of devices; with `taking`
+std::array<struct sigaction, most_signals> before_ours;  // with `taking`; read-only while handlers are installed
+std::array<bool, most_signals> is_ours{};                // with `taking`; may be below a later handler
 
 void wait_a_millisecond() noexcept {
   const timespec pause{.tv_sec = 0, .tv_nsec = 1'000'000};
@@ -58,12 +58,12 @@ void wait_a_millisecond() noexcept {
 bool is_at_rest(const Place& place, int waited_ms) noexcept {
   const Device* const device = place.device.load();
   if (device == nullptr) return true;
-  // The thread of a driver that is stopped itself writes no force any more, and does not see anything either.
+  // The thread of a stopped driver writes no further force, and cannot notice the stop.
   const bool is_over = place.is_seen.load() || ::pthread_equal(place.driver.load(), ::pthread_self()) != 0;
   return (is_over || waited_ms >= longest_unseen_ms) && device->rests();
 }
 
-/// What the system does with a signal that no program takes: it ends the program, or stops it until it is told to go on.
+/// Default action of a signal: ends the program, or suspends it until SIGCONT.
 void do_as_the_system(int number) noexcept {
   struct sigaction ours {};
   struct sigaction by_the_system {};
@@ -74,7 +74,7 @@ void do_as_the_system(int number) noexcept {
   ::sigemptyset(&only);
   ::sigaddset(&only, number);
   ::pthread_sigmask(SIG_UNBLOCK, &only, &before);
-  // A stopped program goes on here.
+  // A suspended program resumes here.
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   ::sigaction(number, &ours, nullptr);
 }
@@ -98,14 +98,14 @@ bool is_fault(int number) noexcept {
   return std::find(std::begin(detail::fault_signals), std::end(detail::fault_signals), number) !=
          std::end(detail::fault_signals);
 }
-/// Signals that cannot be taken, and those by which a program neither ends nor stops.
+/// Signals that cannot be handled, and signals that neither end nor suspend a program.
 bool stops_nothing(int number) noexcept {
   for (const int other : {SIGKILL, SIGSTOP, SIGCONT, SIGCHLD, SIGURG, SIGWINCH})
     if (number == other) return true;
   return false;
 }
 
-/// A fault's handler goes first, and what was there before second; of other signals those are taken that nobody has.
+/// Installs handlers: for faults before an existing handler, which runs second; for other signals only where there is none.
 void take_signals() {
   struct sigaction action {};
   action.sa_sigaction = on_stop;
@@ -118,7 +118,7 @@ void take_signals() {
     if (stops_nothing(number) || ::sigaction(number, nullptr, &now) != 0) continue;
     const bool has_handler = (now.sa_flags & SA_SIGINFO) != 0 || (now.sa_handler != SIG_DFL && now.sa_handler != SIG_IGN);
     const bool is_free = !has_handler && now.sa_handler == SIG_DFL;
-    // One that came over ours calls it: to call that one from ours would have no end.
+    // A handler installed over ours calls ours: calling it from ours would recurse without end.
     if (!is_free && !(has_handler && is_fault(number) && !is_ours[n])) continue;
     before_ours[n] = now;
     is_ours[n] = ::sigaction(number, &action, nullptr) == 0;
@@ -136,7 +136,7 @@ void give_signals_back() {
   }
 }
 
-/// For good: nothing that still runs while the program ends gives a force.
+/// Permanent: threads that still run while the program ends give no force.
 void rest_at_exit() { [[maybe_unused]] static const MotorsAtRest* const for_good = new MotorsAtRest; }
 
 }  // namespace
@@ -159,7 +159,7 @@ DrivenDevice::~DrivenDevice() {
   for (int waited_ms = 0; waited_ms < longest_end_ms && !place.device.load()->rests(); ++waited_ms) wait_a_millisecond();
   const std::lock_guard lock(taking);
   place.device = nullptr;
-  while (looks_under_way > 0) wait_a_millisecond();  // a handler that found the device before
+  while (looks_under_way > 0) wait_a_millisecond();  // for a handler that found the device before
   if (--driven == 0) give_signals_back();
 }
 

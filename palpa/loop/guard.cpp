@@ -9,27 +9,27 @@ namespace {
 
 // A force is small below this. Larger: a start with a tug; smaller: light touches keep the gate shut.
 constexpr double small_n = 0.2;
-// It has to be small for so long. Longer: a pause at the start; shorter: a force that passes through zero opens the gate.
+// Required duration of a small force. Longer: a pause at the start; shorter: a force that passes through zero opens the gate.
 constexpr double small_s = 0.004;
-// A force that stays (a wind that is everywhere) opens the gate as well. Longer: flows are silent for longer at the start;
-// shorter: a hand that presses on while it waits is pushed.
+// A constant force (a wind that is everywhere) opens the gate after this. Longer: flows are silent for longer at the start;
+// shorter: a hand that presses on meanwhile is pushed.
 constexpr double steady_s = 0.5;
-// The hand's velocity is a mean over this. Longer: late; shorter: an encoder's step of 55 µm looks like speed.
+// Averaging time of the hand's velocity. Longer: late; shorter: an encoder's step of 55 µm appears as speed.
 constexpr double velocity_s = 0.005;
-// Below this share [1] of the largest speed a hand is slow again. Larger: it flickers; smaller: it takes longer to come back.
+// Share [1] of the largest speed below which a hand is slow again. Larger: it flickers; smaller: longer recovery.
 constexpr double slow_share = 0.5;
-// What is let go without haste falls within this. Longer: a view moves while the force is still there; shorter: a jerk.
+// Duration of an ordinary release. Longer: a view moves while the force is still there; shorter: a jerk.
 constexpr double let_go_s = 0.05;
-// A fall after a fault: what is left [1] after one, two, three ticks. Slower: longer in danger; faster: a knock.
+// Fall after a fault: remaining share [1] after one, two, three ticks. Slower: longer in danger; faster: a knock.
 constexpr double left_after[] = {1.0 / 4.0, 1.0 / 16.0, 0.0};
-// Warmth [1] at which the limit begins to come down to what the motors bear for ever. Higher: comes down more abruptly; lower:
-// strong forces are shorter.
+// Warmth [1] from which the limit decreases to the motors' continuous force. Higher: more abrupt; lower: strong forces are
+// shorter.
 constexpr double warm = 0.5;
-// The observer forgets with this time constant, and acts above this. Longer or less: it acts on quick strokes, too, which gain
-// (k/2)|Δp|² per tick; shorter or more: an oscillation grows further before it is damped.
+// Time constant and threshold of the passivity observer. Longer or less: acts on quick strokes, too, which gain (k/2)|Δp|² per
+// tick; shorter or more: an oscillation grows further before it is damped.
 constexpr double account_s = 0.2;
 constexpr double most_gained_j = 0.005;
-// The most that the controller damps with [N·s/m]. More: unstable on a handle of 45 g; less: stiff scenes oscillate.
+// Largest damping of the controller [N·s/m]. More: unstable on a handle of 45 g; less: stiff scenes oscillate.
 constexpr double most_damping_ns_per_m = 5.0;
 
 // A normalised vector may be a few ulp too long: shortened so that the command never exceeds the limit.
@@ -38,8 +38,8 @@ Vec3 within(const Vec3& force_n, double most_n) noexcept {
   return norm(force_n) <= most_n ? force_n : (inside * most_n) * normalized(force_n);
 }
 
-// The force nearest to the wanted one that is no further than `reach_n` from those between zero and the last one: it may fall
-// as it likes, and grow or turn by so much.
+// Force nearest to the wanted force within `reach_n` of the segment from zero to the last force: it may fall freely, and grow
+// or turn by that much.
 Vec3 slewed(const Vec3& wanted_n, const Vec3& last_n, double reach_n) noexcept {
   const double along = norm_squared(last_n);
   const double share = along > 0.0 ? std::clamp(dot(wanted_n, last_n) / along, 0.0, 1.0) : 0.0;
@@ -72,14 +72,14 @@ Guard::Passed Guard::tick(const GuardInput& input) noexcept {
   if (!options_.motors) return pass(input.force_n);
   const Passed passed = next(input);
   sent_n_ = passed.command_n;
-  // The warmth that this force leads to, approached exponentially.
+  // Warmth approaches the equilibrium of this force exponentially.
   const double bears_n = options_.continuous_force_n;
   const double leads_to = std::isinf(bears_n) ? 0.0 : bears_n > 0.0 ? norm_squared(sent_n_) / (bears_n * bears_n) : 1.0;
   warmth_ = leads_to + (warmth_ - leads_to) * std::exp(-input.time_step_s / options_.thermal_s);
   return passed;
 }
 
-// What has gone wrong in this tick, the worst first.
+// Fault of this tick, the worst first.
 GuardCause Guard::fault_of(const GuardInput& input) noexcept {
   const bool steps = input.usable && is_finite(input.probe_step_m);
   const double share = std::min(1.0, input.time_step_s / velocity_s);
@@ -97,7 +97,7 @@ GuardCause Guard::fault_of(const GuardInput& input) noexcept {
   return is_fast_ ? GuardCause::speed : GuardCause::none;
 }
 
-// Why nothing is to be felt though nothing is wrong.
+// Reason for zero force without a fault.
 GuardCause Guard::pause_of(const GuardInput& input) const noexcept {
   if ((input.circumstances & bit_of(Circumstance::view_moves)) != 0) return GuardCause::view_moves;
   if (options_.dead_man_buttons != 0 && (input.buttons & options_.dead_man_buttons) == 0) return GuardCause::dead_man;
@@ -164,7 +164,7 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
   return {.state = GuardState::off, .cause = cause_};
 }
 
-// The small-force gate.
+// Small-force gate.
 Guard::Passed Guard::wait(const GuardInput& input, GuardCause held_by) noexcept {
   if (held_by != GuardCause::none) {
     if (held_by != cause_ || has_begun_) enter(Phase::waiting, held_by);
@@ -172,7 +172,7 @@ Guard::Passed Guard::wait(const GuardInput& input, GuardCause held_by) noexcept 
   }
   Passed passed{.state = GuardState::waiting, .cause = cause_};
   if (!has_begun_) {
-    // The force of this tick is that of the proxy where it was; from the next on it is the new one's.
+    // Old proxy in this tick, new proxy from the next.
     has_begun_ = passed.begins = true;
     steady_n_ = {};
     return passed;
@@ -208,14 +208,14 @@ double Guard::limit_n(double time_step_s) const noexcept {
   const double bears_n = std::min(most_n, options_.continuous_force_n);
   if (bears_n == most_n) return most_n;
   const double cooled = std::clamp((1.0 - warmth_) / (1.0 - warm), 0.0, 1.0);
-  // A tick that is long for the motors makes them no warmer than 1 either.
+  // A long tick heats the motors to at most 1 as well.
   const double kept = std::exp(-time_step_s / options_.thermal_s);
   const double just_warm_n = bears_n * std::sqrt((1.0 - kept * warmth_) / (1.0 - kept));
   return std::min(bears_n + cooled * (most_n - bears_n), std::max(bears_n, just_warm_n));
 }
 
 // Passivity observer and controller (Hannaford and Ryu, Time-domain passivity control of haptic interfaces, IEEE Trans.
-// Robotics and Automation 18(1), 2002), on the ledger of the balance: what modes bring in is booked there and not damped.
+// Robotics and Automation 18(1), 2002), on the ledger of the balance: energy injected by modes is booked there and not damped.
 Vec3 Guard::damping_n(const GuardInput& input) noexcept {
   const double takes_out_j = options_.device_damping_ns_per_m * norm_squared(input.probe_step_m) / input.time_step_s;
   const double change_j = input.gained_j - takes_out_j;

@@ -10,7 +10,7 @@ namespace palpa {
 
 namespace {
 
-// The smaller of two limits; none that is a number if either is none.
+// The smaller of two limits; NaN if either is.
 double lesser_n(double scene_n, double device_n) noexcept { return scene_n < device_n ? scene_n : device_n; }
 
 }  // namespace
@@ -26,7 +26,7 @@ double force_limit_n(const Scene& scene, double device_max_force_n) noexcept {
   return lesser_n(scene.coupling.max_force_n, device_max_force_n);
 }
 
-// What is done to the force of a session before the guard.
+// Filters between the session's force and the guard.
 struct Shaper {
   explicit Shaper(const Scene& scene) noexcept : impact(scene.coupling.impact_ns_per_m) {}
   void reset() noexcept {
@@ -58,18 +58,18 @@ struct GuardedSession::State {
   Session* next = nullptr;
   Guard guard;
   Shaper shaper;
-  Vec3 blend_n;  // what is left of the step from one scene's force to another's
+  Vec3 blend_n;  // rest of the step from one scene's force to another's
   Vec3 held_force_n;
   Vec3 held_command_n;
   bool brakes = false;
   bool begins = false;
 };
 
-// A tick of the session and, where another one takes its place, of both: only so is known what of the new force is a step.
+// A tick of the session and, on a switch, of both: the difference is the step of the new force.
 Tick GuardedSession::State::exchanged(const Probe& probe, double dt_s) noexcept {
   if (!next) return session->tick(probe, dt_s);
   const Tick last = session->tick(probe, dt_s);
-  // Of what the old one would have felt, the hand's part: had it let go in this very tick, that is not felt any more.
+  // The hand's part of the old session's force: a release in this very tick is dropped.
   const Vec3 held_n = guard.pass(held_force_n).command_n;
   const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(last.probe_step_m);
   const Vec3 before_n = held_n + shortened(guard.pass(last.force_n).command_n - held_n, by_hand_n);
@@ -92,7 +92,7 @@ TickFrame GuardedSession::State::tick(TickFrame frame, const Probe& probe) noexc
   }
   frame.result = exchanged(probe, frame.dt_s);
   frame.buttons = probe.buttons;
-  // A recording holds what the device showed, usable or not: so it can be felt again.
+  // A recording holds the device's values, usable or not, so that a replay is possible.
   frame.result.probe_m = probe.position_m;
   if (probe.velocity_m_per_s) frame.result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
   shape(frame, probe);
@@ -109,9 +109,9 @@ void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept
   const Guard::Passed passed = guard.pass(felt.force_n);
   frame.guard = passed.state;
   frame.guard_cause = passed.cause;
-  Vec3 wanted_n = felt.force_n;  // as it is where it is not finite: the guard has to see that
+  Vec3 wanted_n = felt.force_n;  // unchanged if not finite: the guard reports that
   if (usable && passed.state != GuardState::fault) {
-    // What comes back of a withheld force grows by itself, and is no fall either.
+    // The returned part of a withheld force grows gradually, and is no fall either.
     const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(felt.probe_step_m) + felt.given_back_n;
     const bool is_released = std::ranges::any_of(
         session->events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });

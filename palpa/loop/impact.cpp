@@ -11,13 +11,13 @@ namespace {
 // Decay of the pulse, as of a knock on wood. Longer: more impulse per gain, so that hands of more mass could gain energy from
 // it; shorter: less of a knock.
 constexpr double decay_s = 0.004;
-// End of the pulse. Shorter: it is cut off before it has decayed (to a hundredth); longer: nothing is left to feel.
+// End of the pulse. Shorter: cut off before it has decayed (to a hundredth); longer: imperceptible rest.
 constexpr double whole_s = 0.020;
-// Time over which the speed of an impact is averaged. Shorter: noisier (a step of 55 um is 7 mm/s); longer: late when the hand
-// speeds up before the impact.
+// Averaging time of an impact's speed. Shorter: noisier (a step of 55 um is 7 mm/s); longer: late when the hand speeds up
+// before the impact.
 constexpr double velocity_s = 0.008;
 
-// How high the pulse is when so much of it is left [1].
+// Relative height of the pulse with `left_s` remaining [1].
 double share_at(double left_s) noexcept {
   const double end = std::exp(-whole_s / decay_s);
   return (std::exp((left_s - whole_s) / decay_s) - end) / (1.0 - end);
@@ -48,7 +48,7 @@ Vec3 Impact::shape(const Vec3& command_n, const Session& session, const Vec3& pr
   return left_s_ > 0.0 ? command_n + share_at(left_s_) * height_n_ : command_n;
 }
 
-// A pulse under way gives way to a higher one only.
+// Only a higher pulse replaces a pulse in progress.
 void Impact::hit(const PlacedPrimitive& level) noexcept {
   const Vec3& normal = level.primitive.direction;
   const double speed_m_per_s = std::max(0.0, -dot(normal, velocity_m_per_s()));
@@ -59,7 +59,7 @@ void Impact::hit(const PlacedPrimitive& level) noexcept {
   left_s_ = whole_s;
 }
 
-// The mean over the last ticks: two positions of an encoder alone are too coarse.
+// Mean over the last ticks: two positions of an encoder alone are too coarse.
 Vec3 Impact::velocity_m_per_s() const noexcept {
   Vec3 way_m;
   double time_s = 0.0;

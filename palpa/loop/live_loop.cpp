@@ -16,18 +16,18 @@ namespace palpa {
 
 namespace {
 
-// So many ticks missed at once are a fault of a device with motors. More: these hold an old force for longer; fewer: any busy
+// Consecutive missed ticks that are a fault of a device with motors. More: it holds an old force for longer; fewer: any busy
 // desktop stops the hand.
 constexpr std::int64_t late_ticks = 3;
 // A rehearsal begins before its tick's deadline by this and twice the mean tick. Longer: caches are polluted again until the
-// tick; shorter: a rehearsal that takes long makes the tick late.
+// tick; shorter: a long rehearsal makes the tick late.
 constexpr double rehearsal_lead_s = 60e-6;
-// ... but by no more than this share [1] of the period. More: the processor does nothing but rehearse; less: ticks of high
+// ... but by no more than this share [1] of the period. More: the processor is always busy with rehearsals; less: ticks of high
 // rates are cold.
 constexpr double largest_lead = 0.4;
-// A rehearsal is left out when it would end later than this share [1] of its lead. More: ticks get late; less: cold.
+// A rehearsal is skipped if it would end later than this share [1] of its lead. More: ticks get late; less: cold.
 constexpr double latest_share = 0.7;
-// The mean of the tick's time is over about so many ticks [1]. More: slow to see that a scene costs more; fewer: jumpy.
+// Number of ticks in the mean of the tick's time [1]. More: slow response to a costlier scene; fewer: jumpy.
 constexpr double averaged_ticks = 64.0;
 
 double seconds(clockid_t clock) noexcept {
@@ -55,7 +55,7 @@ LoopStatistics::Times times_of(const TimeHistogram& histogram) {
           .max_us = histogram.max_us()};
 }
 
-// One thread counts, any may read.
+// Single writer, any number of readers.
 class Counter {
  public:
   void add(std::int64_t number) noexcept { store(load() + number); }
@@ -90,7 +90,7 @@ class LiveLoop::State {
   void tell(TickFrame& frame, const char* device_fault) noexcept;
   void rehearse(double deadline_s, double period_s) noexcept;
 
-  static constexpr std::size_t most_modes = 64;  // whose cost is told. More: memory; fewer: large scenes tell less
+  static constexpr std::size_t most_modes = 64;  // with a reported cost. More: memory; fewer: large scenes report less
 
   LiveScene::State& scene;
   Device& device;
@@ -100,19 +100,19 @@ class LiveLoop::State {
   LoopClock& clock;
   PreparedSession* prepared;
   GuardedSession guarded;
-  const bool has_motors;  // without, no old force was held while ticks were missed
+  const bool has_motors;  // without, no old force was held in missed ticks
   ClutchMapping grip;
 
-  // What other threads say.
+  // Inputs from other threads.
   std::atomic<bool> panics{false}, resumes{false}, view_moves{false};
   Latest<Mat3> turns;
-  // What they are told.
+  // Outputs to other threads.
   Latest<LiveView> views;
   TimeHistogram late, period, tick_time;
   Counter ticks, missed_ticks, unrecorded, scenes, rehearsals;
   std::array<Counter, most_modes> spent_ns;  // by mode
 
-  // What a tick leaves to the next one.
+  // State between ticks.
   bool is_linked = true;
   bool brakes = false;
   double mean_tick_s = 0.0;
@@ -135,7 +135,7 @@ std::uint32_t LiveLoop::State::circumstances_now(const DeviceState& state, std::
   return bits;
 }
 
-// A scene that was set since the last tick takes the place of the one that is felt.
+// Switches to a scene set since the last tick.
 void LiveLoop::State::change_scene(std::uint32_t& circumstances) noexcept {
   PreparedSession* const next = scene.take();
   if (!next) return;
@@ -148,14 +148,14 @@ void LiveLoop::State::change_scene(std::uint32_t& circumstances) noexcept {
   rehearsals.store(0);
 }
 
-// What is told of a tick after its force was sent.
+// Publishes and records a tick after its force was sent.
 void LiveLoop::State::tell(TickFrame& frame, const char* device_fault) noexcept {
   views.give({frame, turn_now, device_fault});
   if (recorder && !recorder->offer(frame, guarded.session())) unrecorded.add(1);
 }
 
-// A second session takes the probe that is expected: the next tick then finds its code and data in the caches. Nothing of it is
-// felt or recorded.
+// A second session processes the expected probe: the next tick then has its code and data in the caches. Its results are
+// discarded.
 void LiveLoop::State::rehearse(double deadline_s, double period_s) noexcept {
   const double lead_s = std::min(rehearsal_lead_s + 2.0 * mean_tick_s, largest_lead * period_s);
   clock.wait_until_s(deadline_s - lead_s);
@@ -240,13 +240,13 @@ const LiveView& LiveLoop::latest() noexcept { return state_->views.take(); }
 LoopStatistics LiveLoop::statistics() const {
   const State& s = *state_;
   LoopStatistics account{.ticks = s.ticks.load(),
-                      .missed = s.missed_ticks.load(),
-                      .unrecorded = s.unrecorded.load(),
-                      .scenes = s.scenes.load(),
-                      .late = times_of(s.late),
-                      .period = times_of(s.period),
-                      .tick = times_of(s.tick_time),
-                      .modes = {}};
+                         .missed = s.missed_ticks.load(),
+                         .unrecorded = s.unrecorded.load(),
+                         .scenes = s.scenes.load(),
+                         .late = times_of(s.late),
+                         .period = times_of(s.period),
+                         .tick = times_of(s.tick_time),
+                         .modes = {}};
   const auto rehearsals = static_cast<double>(std::max<std::int64_t>(1, s.rehearsals.load()));
   const Scene scene = s.scene.scene();
   for (std::size_t m = 0; m < std::min(scene.modes().size(), State::most_modes); ++m)

@@ -1,4 +1,4 @@
-// A live scene as its loop sees it.
+// Live scene, as used by its loop.
 #pragma once
 
 #include <atomic>
@@ -9,17 +9,17 @@
 
 namespace palpa {
 
-/// A session that is ready to be felt, and a second one of the same scene to rehearse with, whose modes say how long they take.
+/// A session, and a second one for rehearsals, whose modes measure their time.
 struct PreparedSession {
   PreparedSession(const Scene& scene, double encoder_step_m);
 
   std::vector<std::int64_t> spent_ns;  // by mode, in rehearsals
   Session felt;
   Session rehearsal;
-  PreparedSession* next = nullptr;  // of those to be freed
+  PreparedSession* next = nullptr;  // in the list to be freed
 };
 
-/// A session on its way from the thread that made it to the loop, and back to be freed: two atomic pointers.
+/// Passes a session from its maker's thread to the loop, and back to be freed, by two atomic pointers.
 class LiveScene::State {
  public:
   State(const Scene& scene, const DeviceLimits& limits);
@@ -30,17 +30,17 @@ class LiveScene::State {
   void change(const std::function<void(Scene&)>& edit);
 
   // ---- the loop ----
-  /// The session that was set last, if none has taken it yet; else nullptr. The loop's until it gives it back.
+  /// Last session set and not yet taken; else nullptr. Owned by the loop until it gives it back.
   PreparedSession* take() noexcept { return waiting_.exchange(nullptr, std::memory_order_acq_rel); }
-  /// The loop has ended: the next one begins with this session, unless another one was set.
+  /// Returns the session at the end of a loop: the next loop begins with it, unless another was set.
   void put_back(PreparedSession* session) noexcept;
-  /// To be freed by another thread.
+  /// Returns the session to be freed by another thread.
   void give_back(PreparedSession* session) noexcept;
 
  private:
   void free_given_back() noexcept;
 
-  mutable std::mutex mutex_;  // of those who change; the loop never takes it
+  mutable std::mutex mutex_;  // of the changing threads; the loop never takes it
   Scene scene_;
   DeviceLimits limits_;
   std::atomic<PreparedSession*> waiting_;

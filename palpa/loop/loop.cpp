@@ -8,7 +8,7 @@ namespace palpa {
 
 namespace {
 
-// A kill loses at most the sum of these: 0.1 s at 1 kHz. Larger: more is lost; smaller: the loop waits for the writer more
+// A kill loses at most the sum of these: 0.1 s at 1 kHz. Larger: more is lost; smaller: the loop blocks on the writer more
 // often.
 constexpr std::int64_t ticks_between_looks = 32;
 constexpr std::int64_t most_pending_ticks = 64;
@@ -48,8 +48,8 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
     if (recorder) record(*recorder, frame, session);
     if (observer) observer(frame, session);
 
-    // Neighbouring times differ by at most a factor of two (the first apart), so the difference is
-    // exact, and the device's own clock shows the same bits.
+    // Successive times differ by at most a factor of two (but for the first), so the difference is exact, and the device's own
+    // clock has equal bits.
     const double next_s = static_cast<double>(tick + 1) / options.rate_hz;
     device.advance(next_s - t_s);
     t_s = next_s;

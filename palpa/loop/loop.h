@@ -1,4 +1,4 @@
-// The loop: read → tick → release, impact, guard → write, on a simulated clock or live, and a recorder that can never slow it.
+// Loop: read → tick → release, impact, guard → write, on a simulated clock or live; and a recorder that never blocks it.
 #pragma once
 
 #include <atomic>
@@ -18,31 +18,30 @@
 
 namespace palpa {
 
-/// Takes whole ticks from the loop through a bounded ring and has its own thread format and write
-/// them. What it took is in the operating system's hands at the latest 10 ms and 100 ticks later.
+/// Copies whole ticks from the loop to a bounded ring; its own thread formats and writes them. Ticks reach the operating system
+/// within 10 ms and 100 ticks.
 class Recorder {
  public:
-  /// \param writer      stays, and is left alone, until `finish` returned
-  /// \param ring_bytes  memory of the ring, taken at construction, given by the system as it is used
+  /// \param writer      must outlive `finish`, unused by others
+  /// \param ring_bytes  memory of the ring, committed on use
   explicit Recorder(TraceWriter& writer, std::size_t ring_bytes = std::size_t{16} << 20);
-  /// Writes what is left; says nothing of a full disk.
+  /// Writes the remaining ticks; ignores a full disk.
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Has the system give all memory of the ring now, not as it is used: a real-time loop must not wait for it.
-  /// Before the first tick is offered.
+  /// Commits all memory of the ring now: a real-time loop must not page-fault. Before the first tick.
   void make_resident() noexcept;
-  /// Puts one whole tick, with what the session has to say of it, into the ring. Never blocks,
-  /// allocates or throws: false when there is no room, or nobody to make it (the disk is full).
+  /// Copies a whole tick, with the session's records of it, to the ring. Never blocks, allocates or throws: false without room,
+  /// or if the writer has failed (a full disk).
   bool offer(const TickFrame& frame, const Session& session) noexcept;
-  /// The same from the parts of a tick.
+  /// Likewise from the parts of a tick.
   bool offer(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
              std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept;
-  /// Has the writer begin at once, and blocks until at most `most_pending_ticks` that were taken are not
-  /// yet in the operating system's hands. Not for a real-time loop. Throws what the writer threw.
+  /// Wakes the writer, and blocks until at most `most_pending_ticks` [1] are outside of the operating system's hands. Not for a
+  /// real-time loop. Rethrows the writer's exception.
   void keep_up(std::int64_t most_pending_ticks);
-  /// Writes what is left, joins the thread. Throws what the writer threw.
+  /// Writes the remaining ticks, joins the thread. Rethrows the writer's exception.
   void finish();
 
  private:
@@ -50,50 +49,48 @@ class Recorder {
   std::unique_ptr<Ring> ring_;
 };
 
-/// What the guard is to hold to (docs/safety.md).
+/// Limits of the guard (docs/safety.md).
 struct GuardOptions {
-  double max_force_n = 3.3;  ///< no command is longer
-  bool motors = true;        ///< a person holds a device; false: a simulated hand, for which the limit is all
-  double continuous_force_n = std::numeric_limits<double>::infinity();    ///< that the motors bear for ever
+  double max_force_n = 3.3;  ///< of a command
+  bool motors = true;        ///< a person holds a device; false: a simulated hand, with the limit alone
+  double continuous_force_n = std::numeric_limits<double>::infinity();    ///< continuous force of the motors
   double thermal_s = 20.0;                                                ///< > 0: time constant of their warmth
-  double slew_n_per_s = 1000.0;                                           ///< > 0: the most by which a command grows or turns
+  double slew_n_per_s = 1000.0;                                           ///< > 0: largest growth or turn rate of a command
   double max_speed_m_per_s = 2.0;                                         ///< > 0: of the hand
-  double ramp_s = 0.7;                                                    ///< > 0: from nothing to all of a force
+  double ramp_s = 0.7;                                                    ///< > 0: from zero to full force
   double max_damping_ns_per_m = std::numeric_limits<double>::infinity();  ///< of the device
   double device_damping_ns_per_m = 0.0;                                   ///< of the device's own mechanics
-  std::uint32_t dead_man_buttons = 0;                                     ///< one of these has to be held; 0: none
+  std::uint32_t dead_man_buttons = 0;                                     ///< one of these must be held; 0: none
 };
-/// Those of a device, and a scene's limit [N].
+/// Options for a device and a scene's limit [N].
 GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept;
 
-/// The most that reaches a hand [N]: the smaller of the scene's limit and the device's [N].
+/// Smaller of the scene's force limit and the device's [N].
 double force_limit_n(const Scene& scene, double device_max_force_n) noexcept;
 
-/// One turn of the loop without its device: tick → release → impact → guard. Both a live loop and a replay go through it,
-/// so that the same probes give the same frames. Allocates nothing after construction; one thread.
+/// One turn of the loop without its device: tick → release → impact → guard. Live loops and replays share it, so that equal
+/// probes give equal frames. Allocates at construction only; one thread.
 class GuardedSession {
  public:
-  /// Tells the session what it lets through. For a hand without motors: of the guard there is the limit.
+  /// The guard is the limit alone, for a hand without motors. Sets the session's force limit.
   /// \param device_max_force_n  [N] the device's limit; the scene's holds as well
   GuardedSession(Session& session, double device_max_force_n);
-  /// With all of the guard.
-  /// \param options  whose `max_force_n` is the device's; the scene's holds as well
+  /// With the whole guard.
+  /// \param options  with the device's `max_force_n`; the scene's holds as well
   GuardedSession(Session& session, const GuardOptions& options);
   ~GuardedSession();
   GuardedSession(const GuardedSession&) = delete;
   GuardedSession& operator=(const GuardedSession&) = delete;
 
-  /// A tick and what becomes of it; `command_n` is what is to be sent to the device: zero where the
-  /// probe cannot be used. The frame's probe is what was given, finite or not, so that the frame's own
-  /// probe, velocity, validity, buttons, circumstances and time step give the same frame again. `late_us`, `tick_us`
-  /// and `device_us` stay 0.
+  /// Runs a tick; `command_n` is the force for the device: zero for an unusable probe. The frame's probe is the argument,
+  /// finite or not, so that the frame's own probe, velocity, validity, buttons, circumstances and time step reproduce it.
+  /// `late_us`, `tick_us` and `device_us` stay 0.
   /// \param circumstances  bits of Circumstance
   TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe, std::uint32_t circumstances = 0) noexcept;
-  /// From the next tick on another session is felt; it has to go on from where this one is (`Session::copy_state_from` or
-  /// `resume_in_changed_scene`). In that tick both are asked, and the step from one's force to the other's is spread over the
-  /// ramp's time. The old one is left alone after that tick.
+  /// Switches to another session from the next tick on; it must continue from this one (`Session::copy_state_from` or
+  /// `resume_in_changed_scene`). That tick runs both, and spreads the step between their forces over the ramp's time. The old
+  /// session is then unused.
   void switch_to(Session& next) noexcept;
-  /// Whether the device should hold the hand by its brake.
   bool brakes() const noexcept;
   const Session& session() const noexcept;
 
@@ -102,46 +99,43 @@ class GuardedSession {
   std::unique_ptr<State> state_;
 };
 
-/// How a loop on a simulated clock runs.
+/// Options of a loop on a simulated clock.
 struct LoopOptions {
   double rate_hz = 1000.0;   ///< > 0
   double duration_s = 10.0;  ///< ticks begin at n / rate_hz for all n with n / rate_hz below this; infinite: until `stop`
   bool time_ticks = true;    ///< measure each tick with the monotonic clock
 };
 
-/// Called after every tick, on the loop's thread; what a summary is gathered with.
+/// Called after every tick, on the loop's thread.
 using TickObserver = std::function<void(const TickFrame&, const Session&)>;
 
-/// Runs `session` with `device` on a simulated clock: as fast as it can, the same bits every time.
-/// Tick n begins at exactly n / rate_hz; the time step is 1 / rate_hz, in the first as well. With a
-/// recorder it waits for the writer, so that nothing is lost, and a kill loses at most 100 ticks.
-/// Returns the number of ticks. `stop` ends it after the tick under way (an interrupt). Throws what
-/// the recorder's writer threw, and what `observer` throws.
+/// Runs `session` with `device` on a simulated clock: at full speed, with reproducible bits. Tick n begins at exactly n /
+/// rate_hz; the time step is 1 / rate_hz, in the first as well. With a recorder it blocks on the writer, so that nothing is
+/// lost, and a kill loses at most 100 ticks. Returns the number of ticks. `stop` (an interrupt) ends it after the current tick.
+/// Rethrows the exceptions of the recorder's writer and of `observer`.
 std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
                            const TickObserver& observer, const std::atomic<bool>* stop = nullptr);
 
-// ---- live: with a person's hand, on the clock of the wall ----
+// ---- live: with a person's hand, in real time ----
 
-/// The scene as a device bears it: neither stiffer nor more damped than its limits.
+/// The scene with stiffness and damping within a device's limits.
 Scene clamped_to(Scene scene, const DeviceLimits& limits);
 
-/// A scene that is being felt, and can be changed while it is. Any thread may ask and change; only a LiveLoop feels it, and
-/// never waits for the others.
+/// A scene that can be changed by any thread during a live loop, which never blocks on it.
 class LiveScene {
  public:
-  /// \param limits  of the device that it is felt with, which holds for whatever it is changed to (`within`)
+  /// \param limits  of the device, applied to every scene (`clamped_to`)
   /// Throws SceneError.
   explicit LiveScene(const Scene& scene, const DeviceLimits& limits = {});
   ~LiveScene();
   LiveScene(const LiveScene&) = delete;
   LiveScene& operator=(const LiveScene&) = delete;
 
-  /// The scene as it was set last.
   Scene scene() const;
-  /// Replaces it: a session of it is made here, on the caller's thread, and felt from the next tick on, going on from where the
-  /// hand is. Of several that are set between two ticks the last is felt. Throws SceneError: nothing is changed then.
+  /// Replaces the scene: makes its session on the caller's thread; the loop switches to it in the next tick and continues at
+  /// the hand. Of several scenes between two ticks the last wins. Throws SceneError and changes nothing.
   void set(const Scene& scene);
-  /// Sets what `edit` makes of the scene; of two threads that do so neither loses its change. Throws what `edit` throws.
+  /// Applies `edit` to the scene; concurrent edits are all kept. Rethrows the exceptions of `edit`.
   void change(const std::function<void(Scene&)>& edit);
 
  private:
@@ -150,83 +144,81 @@ class LiveScene {
   std::unique_ptr<State> state_;
 };
 
-/// A clock that a loop runs by. `now_s` never goes back; neither throws.
+/// Clock of a loop. `now_s` never decreases; neither throws.
 class LoopClock {
  public:
   virtual ~LoopClock() = default;
   virtual double now_s() noexcept = 0;
-  /// Returns at `time_s` or later; at once if that is over.
+  /// Blocks until `time_s`; returns at once if that is over.
   virtual void wait_until_s(double time_s) noexcept = 0;
 };
 
-/// How a live loop runs, and what of the device it makes use of.
+/// Options of a live loop and its device.
 struct LiveOptions {
   double rate_hz = 1000.0;                                      ///< [100, 20000]
   double duration_s = std::numeric_limits<double>::infinity();  ///< > 0
-  bool rehearse = true;              ///< a second session takes the expected probe before each tick, so that the tick is warm
-  GuardOptions guard{};              ///< whose `max_force_n` is the device's; the scene's holds as well
-  std::uint32_t clutch_buttons = 0;  ///< while one of these is held, the handle moves and the probe does not
-  bool goes_on_at_border = false;    ///< a handle at the border of its workspace takes the probe further
+  bool rehearse = true;              ///< a second session processes the expected probe before each tick, to warm the caches
+  GuardOptions guard{};              ///< with the device's `max_force_n`; the scene's holds as well
+  std::uint32_t clutch_buttons = 0;  ///< while one of these is held, the handle moves without the probe
+  bool goes_on_at_border = false;    ///< a handle at the border of its workspace moves the probe on
 };
 
-/// What a loop counted, as it is shown while it runs.
 struct LoopStatistics {
   struct Times {
     double mean_us = 0.0, p50_us = 0.0, p99_us = 0.0, p999_us = 0.0, max_us = 0.0;
   };
   struct ModeCost {
     std::string name;
-    double mean_us = 0.0;  ///< of a tick: to place its primitives, measured in rehearsals
+    double mean_us = 0.0;  ///< per tick, to place its primitives, measured in rehearsals
   };
   std::int64_t ticks = 0;
-  std::int64_t missed = 0;      ///< ticks that were skipped because the loop came too late for them
-  std::int64_t unrecorded = 0;  ///< ticks that the recorder had no room for
-  std::int64_t scenes = 0;      ///< that took another's place
-  Times late;                   ///< how late ticks began
-  Times period;                 ///< from one tick's beginning to the next one's
-  Times tick;                   ///< time of the processor in `GuardedSession::tick`
+  std::int64_t missed = 0;      ///< ticks skipped by a late loop
+  std::int64_t unrecorded = 0;  ///< ticks without room in the recorder
+  std::int64_t scenes = 0;      ///< scene changes
+  Times late;                   ///< delay of ticks' starts
+  Times period;                 ///< between the starts of successive ticks
+  Times tick;                   ///< processor time of `GuardedSession::tick`
   std::vector<ModeCost> modes;
 };
 
-/// What a viewer sees of a tick.
+/// Latest tick, for a viewer.
 struct LiveView {
   TickFrame frame;
   Mat3 turn = Mat3::identity();
-  const char* device_fault = nullptr;  ///< a literal: what the device says is wrong with it
+  const char* device_fault = nullptr;  ///< a literal: fault reported by the device
 };
 
-/// A loop in real time: one thread, absolute deadlines; in each tick read → tick → guard → write, then what is told of it, then
-/// a rehearsal. Ticks that it comes too late for are skipped and counted, never bunched: the next one has the whole time step.
-/// In its thread there is no allocation, no lock, and nothing is waited for but the clock.
+/// Real-time loop: one thread, absolute deadlines; in each tick read → tick → guard → write, then publish and record, then a
+/// rehearsal. Late ticks are skipped and counted: the next tick has the whole time step. Its thread does not allocate or lock,
+/// and blocks on the clock only.
 class LiveLoop {
  public:
   /// \param recorder  or nullptr
-  /// \param clock     nullptr: the monotonic one
+  /// \param clock     nullptr: the monotonic clock
   LiveLoop(LiveScene& scene, Device& device, const LiveOptions& options, Recorder* recorder = nullptr,
            LoopClock* clock = nullptr);
   ~LiveLoop();
   LiveLoop(const LiveLoop&) = delete;
   LiveLoop& operator=(const LiveLoop&) = delete;
 
-  /// Runs on this thread until `stop` or the duration is over; the motors then have no force. `observer` may be empty; it must
-  /// not do what a tick may not do.
+  /// Runs on this thread until `stop` or the end of the duration; the motors then have no force. `observer` may be empty; it
+  /// must not allocate or block.
   void run(const std::atomic<bool>& stop, const TickObserver& observer = {});
 
-  // Any thread, while it runs.
+  // Any thread, during `run`.
 
-  /// No force from the next tick on, until `resume`.
+  /// Zero force from the next tick on, until `resume`.
   void panic() noexcept;
-  /// Lets it go on after a panic, with the gate and the ramp of a start.
+  /// Resumes after a panic, with the gate and the ramp of a start.
   void resume() noexcept;
-  /// While the view or the map moves nothing is felt; what is felt begins anew when it has come to rest.
+  /// Zero force while the view or the map moves; contact restarts afterwards.
   void hold_while_view_moves(bool moves) noexcept;
   LoopStatistics statistics() const;
 
   // One other thread, the viewer's.
 
-  /// The hand's axes lie as these in the scene's hand frame: pushing right goes to the right of the screen.
+  /// Sets the rotation from the hand's axes to the scene's hand frame: a push to the right moves to the right of the screen.
   void set_view_rotation(const Mat3& rotation) noexcept;
-  /// The latest tick.
   const LiveView& latest() noexcept;
 
  private:
@@ -234,34 +226,34 @@ class LiveLoop {
   std::unique_ptr<State> state_;
 };
 
-/// A device that this program drives, from construction to destruction: whatever stops the program and can be known of, has its
-/// motors without force first (docs/safety.md). A LiveLoop has one while it runs; a program that writes to a device itself
-/// makes one on the thread that does so.
+/// A device driven by this program, from construction to destruction: any detectable stop of the program first releases the
+/// force of its motors (docs/safety.md). A LiveLoop has one while it runs; a program that writes to a device itself makes one
+/// on the thread that does so.
 ///
-/// While there is any, the signals that would end or stop the program, or that a fault of its own raises, have a handler of the
-/// library's, which waits for the motors, at most 0.25 s, and then does what the system, or the fault's handler before, does.
-/// What the program takes or ignores itself stays with the program, but for faults: its handlers make a `MotorsAtRest`. `exit`,
-/// `quick_exit`, `abort` and `terminate` are known of, too; `_exit`, `exec`, SIGKILL, SIGSTOP and a driver's thread that fails
-/// are not.
+/// While any exists, the signals that would end or suspend the program, or that its own faults raise, have a handler of the
+/// library, which blocks until the motors rest, at most 0.25 s, and then runs the default action, or the fault's previous
+/// handler. Signals that the program handles or ignores stay with it, except for faults: its handlers make a `MotorsAtRest`.
+/// Also covers `exit`, `quick_exit`, `abort` and `terminate`; not `_exit`, `exec`, SIGKILL, SIGSTOP and a failing driver's
+/// thread.
 class DrivenDevice {
  public:
-  /// \param device  stays. Throws std::runtime_error where the program drives 64 already.
+  /// \param device  must outlive this. Throws std::runtime_error if the program drives 64 already.
   explicit DrivenDevice(Device& device);
-  /// Waits until the motors have no force, at most 20 ms.
+  /// Blocks until the motors have no force, at most 20 ms.
   ~DrivenDevice();
   DrivenDevice(const DrivenDevice&) = delete;
   DrivenDevice& operator=(const DrivenDevice&) = delete;
 
-  /// Whether the program is being stopped: the next force that is written is zero, or falls to zero within a few writes. Before
-  /// each write, on its thread; neither allocates nor waits.
+  /// Whether the program is stopping: the next force must be zero, or fall to zero within a few writes. Call before each write,
+  /// on its thread; neither allocates nor blocks.
   bool has_to_rest() noexcept;
 
  private:
   std::size_t place_ = 0;
 };
 
-/// All devices that this program drives have no force, from construction, which waits for it, at most 0.25 s, until none of
-/// these is left: then it comes back by the ramp. For a program's own handlers of signals: it only does what a handler may.
+/// Zero force of all devices driven by this program, during its lifetime: the constructor blocks until the motors rest, at most
+/// 0.25 s; after the last object's end the force returns by the ramp. For a program's own signal handlers: async-signal-safe.
 class MotorsAtRest {
  public:
   MotorsAtRest() noexcept;
@@ -270,12 +262,11 @@ class MotorsAtRest {
   MotorsAtRest& operator=(const MotorsAtRest&) = delete;
 
  private:
-  bool is_counted_ = false;  // a process that was forked has no devices
+  bool is_counted_ = false;  // false in a forked process, which has no devices
 };
 
-/// Asks the system for a thread that nothing holds up: first in, first out at a high priority, memory that stays, short timers.
-/// What it does not give is said in a sentence each, with what would give it. Given back by the destructor. For the
-/// thread that makes it.
+/// Requests real-time scheduling of the calling thread: FIFO at a high priority, locked memory, precise timers. Each refusal is
+/// a sentence with its remedy. The destructor restores the thread.
 class RealTimeThread {
  public:
   RealTimeThread();

@@ -9,10 +9,11 @@
 namespace palpa {
 
 namespace {
-// Above what a desktop runs, below the kernel's own threads of 50 and more, so that interrupts are served. Higher: a driver
-// that brings the device's answer may wait for us; lower: other real-time programs (sound) go first.
+// Above a desktop's threads, below the kernel's own of 50 and more, so that interrupts are served. Higher: may delay a driver
+// with the device's response; lower: other real-time programs (sound) go first.
 constexpr int wanted_priority = 40;
-// Of the stack that is touched before the first tick [bytes]. Less: a page fault when a tick first goes as deep; more: memory.
+// Part of the stack that is touched before the first tick [bytes]. Less: a page fault when a tick first goes as deep; more:
+// memory.
 constexpr std::size_t stack_bytes = 256 << 10;
 }  // namespace
 
@@ -27,7 +28,7 @@ RealTimeThread::RealTimeThread() {
         "the system gives this user no real-time priority, so other programs may delay a tick; add the line "
         "'@audio - rtprio 40' to /etc/security/limits.d/palpa.conf, join the group audio, and log in again");
   }
-  // mlockall succeeds within a limit, and then every allocation beyond it fails: asked for only where there is none.
+  // Under a limit, mlockall succeeds and every allocation beyond it fails later: used only without a limit.
   rlimit limit{};
   const bool unlimited = ::getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
   has_memory_ = unlimited && ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
@@ -36,7 +37,7 @@ RealTimeThread::RealTimeThread() {
         "the system does not let this user keep memory from being swapped out; add the line '@audio - memlock unlimited' to "
         "/etc/security/limits.d/palpa.conf, join the group audio, and log in again");
   }
-  ::prctl(PR_SET_TIMERSLACK, 1UL);  // 50 µs otherwise
+  ::prctl(PR_SET_TIMERSLACK, 1UL);  // 50 µs by default
   volatile char stack[stack_bytes];
   for (std::size_t i = 0; i < sizeof stack; i += 1024) stack[i] = 0;
 }

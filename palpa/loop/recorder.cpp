@@ -16,26 +16,26 @@ namespace palpa {
 
 namespace {
 
-// The writing thread looks this often. Longer: a kill loses more ticks and the ring fills further; shorter: more wake-ups.
+// Polling interval of the writing thread. Longer: a kill loses more ticks and the ring fills further; shorter: more wake-ups.
 constexpr auto poll_interval = std::chrono::milliseconds(10);
 // Ticks between flushes. More: a kill loses more; fewer: more system calls.
 constexpr std::int64_t ticks_per_flush = 32;
 
-/// What stands in the ring before a tick's arrays.
+/// Header of a tick in the ring, before its arrays.
 struct TickHead {
   TickFrame frame;
   std::uint32_t modes;
   std::uint32_t sub_steps;
   std::uint32_t placed;
   std::uint32_t events;
-  std::int64_t lost;  // ticks just before this one that there was no room for
+  std::int64_t lost;  // ticks without room just before this one
 };
 
 static_assert(std::is_trivially_copyable_v<TickHead> && std::is_trivially_copyable_v<ModeForce> &&
               std::is_trivially_copyable_v<SubStep> && std::is_trivially_copyable_v<PlacedPrimitive> &&
               std::is_trivially_copyable_v<SessionEvent>);
 
-/// A tick as the writing thread takes it out.
+/// A tick as read by the writing thread.
 struct TakenTick {
   TickHead head;
   std::vector<ModeForce> modes;
@@ -46,9 +46,8 @@ struct TakenTick {
 
 }  // namespace
 
-/// A ring of bytes with one producer, the loop, and one consumer, the writing thread. `begin_` and
-/// `end_` count bytes since the start and only grow: what lies between them is full, and only their
-/// owners (consumer, producer) change them.
+/// Ring of bytes with one producer, the loop, and one consumer, the writing thread. `begin_` and `end_` count bytes since the
+/// start and only grow: the bytes between them are full; `begin_` is changed by the consumer alone, `end_` by the producer.
 class Recorder::Ring {
  public:
   Ring(TraceWriter& writer, std::size_t bytes)
@@ -117,7 +116,7 @@ class Recorder::Ring {
     thread_.join();
   }
 
-  // Copies `values` behind `end`, round the end of the memory where need be.
+  // Copies `values` behind `end`, wrapping round at the end of the memory.
   template <class T>
   void put(std::uint64_t& end, std::span<const T> values) noexcept {
     const char* from = reinterpret_cast<const char*>(values.data());
@@ -161,7 +160,7 @@ class Recorder::Ring {
     return true;
   }
 
-  // Writes and flushes what is in the ring; says after each flush how far it came.
+  // Writes and flushes the ring's contents; publishes its progress after each flush.
   void drain(TakenTick& tick) {
     for (;;) {
       std::int64_t written = 0;
@@ -210,10 +209,10 @@ class Recorder::Ring {
   std::atomic<std::uint64_t> end_{0};
   std::atomic<std::int64_t> taken_{0};
   std::atomic<bool> failed_{false};
-  std::int64_t lost_ = 0;      // the loop's: ticks that there was no room for since the last that there was
+  std::int64_t lost_ = 0;      // the loop's: consecutive ticks without room
   std::int64_t refused_ = -1;  // the last of them: it may be offered again
 
-  // What the loop's `offer` never touches.
+  // Unused by the loop's `offer`.
   std::mutex mutex_;
   std::condition_variable wake_writer_, wake_loop_;
   bool wanted_ = false;

@@ -6,7 +6,7 @@
 namespace palpa {
 
 namespace {
-// One thread writes, so what it reads is what it wrote.
+// Single writer: a relaxed store suffices.
 template <class Value>
 void store(std::atomic<Value>& kept, Value value) noexcept {
   kept.store(value, std::memory_order_relaxed);

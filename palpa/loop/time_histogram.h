@@ -1,4 +1,4 @@
-// Times, counted by their size.
+// Histogram of times.
 #pragma once
 
 #include <array>
@@ -8,19 +8,19 @@
 
 namespace palpa {
 
-/// Counts times in classes of equal ratio from 1 ns to 10 s, so that percentiles are good to 1 %. One thread adds, which
-/// allocates nothing and waits for nobody; any thread may ask.
+/// Counts times in classes of equal ratio from 1 ns to 10 s, so that percentiles are good to 1 %. A single thread adds, without
+/// allocating or blocking; any thread may read.
 class TimeHistogram {
  public:
   void add(double time_us) noexcept;
   std::int64_t count() const noexcept { return count_.load(std::memory_order_relaxed); }
   double max_us() const noexcept { return max_us_.load(std::memory_order_relaxed); }
   double mean_us() const noexcept;
-  /// The time [us] that a `share` [1] of all times does not exceed; 0 without any.
+  /// Time [us] that a `share` [1] of all times does not exceed; 0 without any.
   double percentile_us(double share) const noexcept;
 
  private:
-  // A smaller ratio needs more classes and memory for the same range.
+  // A smaller ratio needs more classes and memory for an equal range.
   static constexpr double class_ratio = 1.01;
   static constexpr std::size_t classes = 2320;
 

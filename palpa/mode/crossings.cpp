@@ -10,14 +10,14 @@
 namespace palpa {
 
 namespace {
-// [1] of a sample spacing: crossings are located to this, and gaps in data this short are rounding. Less: rounding is told as a
+// [1] of a sample spacing: location error of crossings; shorter gaps in data are rounding. Less: rounding is reported as a
 // crossing; more: crossings are located less precisely.
 constexpr double hair_share = 1e-9;
-// [1] of a sample spacing: a proxy that starts on the wrong side of a level must be back within this. Less: a slight
-// displacement counts as a crossing; more: a real crossing may be taken for a displacement.
+// [1] of a sample spacing: a proxy that starts on the wrong side of a level must return within this. Less: a slight
+// displacement counts as a crossing; more: a real crossing as a displacement.
 constexpr double back_share = 0.25;
-// [1] Pieces beyond its share of the work that a search may need to come past what is rounding. More: longer worst tick; fewer:
-// a crossing there is told later, where the next search sets out.
+// [1] Pieces beyond its work budget that a search may use to get past rounding. More: longer worst tick; fewer: a crossing
+// there is reported later, where the next search starts.
 constexpr int most_within_rounding = 64;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -26,13 +26,13 @@ bool is_before(const Threshold& a, const Threshold& b) noexcept {
 }
 }  // namespace
 
-// One field along the way, piece by piece, up to what happens first in it.
+// Search for the first change of a field along the path, piece by piece.
 struct Crossings::FieldOnWay {
   struct Change {
-    double share = no_passage;  // [1] of the way
+    double share = no_passage;  // [1] of the path
     Event::Kind kind = Event::Kind::none;
     std::int32_t field = -1;
-    std::int32_t watch = -1;  // that is crossed
+    std::int32_t watch = -1;  // crossed
   };
 
   const Crossings& all_;
@@ -40,24 +40,25 @@ struct Crossings::FieldOnWay {
   Samples& samples_;
   const std::int32_t field_;
   const std::span<Side> sides_;
-  const Vec3 start_m_, end_m_;  // as its data see them
-  // Rounding of positions, and `hair_share`, both as shares [1] of the way.
+  const Vec3 start_m_, end_m_;  // shifted with the field's data
+  // Rounding of positions, and `hair_share`, both as shares [1] of the path.
   const double length_m_ = distance(start_m_, end_m_);
   const double rounding_ = std::numeric_limits<double>::epsilon() *
                            std::max(1.0, std::max(largest_component(start_m_), largest_component(end_m_)) / length_m_);
   const double hair_ = hair_share * samples_.spacing_m(field_) / length_m_;
-  double from_ = 0.0;   // [1] of the way
-  double begin_ = 0.0;  // [1] of the way, of the piece
+  double from_ = 0.0;   // [1] of the path
+  double begin_ = 0.0;  // [1] of the path, start of the piece
   PolynomialPiece piece_{};
-  std::int32_t displaced_ = -1;  // the value is beyond this watch, and on its way back
+  std::int32_t displaced_ = -1;  // the value is beyond this watch, and returning
 
   Vec3 at(double share) const noexcept { return share < 1.0 ? start_m_ + share * (end_m_ - start_m_) : end_m_; }
 
-  // The first change from the share `from` of the way on, if it is earlier than `first`, which it then becomes.
+  // First change from the share `from` of the path on; stored in `first` if it is earlier.
   void find(double from, int most_work, WorkBudget& budget, Change& first) noexcept {
     from_ = begin_ = from;
     bool begins = true, has_data = true;
-    // So that a search out of work has come somewhere. Where the whole way is rounding, as far away, pieces have no end.
+    // Minimum progress of a search out of work. Far from the origin, where the whole path is within rounding, pieces have no
+    // end.
     const double least = std::min(1.0, std::max(hair_, 2.0 * rounding_));
     const int of_piece = samples_.work_of_look(field_);
     for (int work = 0; begin_ < std::min(1.0, first.share); work += of_piece, begin_ = piece_.end) {
@@ -67,9 +68,9 @@ struct Crossings::FieldOnWay {
         return;
       }
       budget.spend(of_piece);
-      // Between the watched values on either side of the present one nothing happens.
+      // Between the adjacent watched values there is no event.
       piece_ = samples_.piece_along(field_, start_m_, end_m_, begin_, all_.quiet(policy_, field_, sides_));
-      // A piece always has a length, whatever a field answers: the search makes progress.
+      // A piece always has a length, whatever a field returns: the search makes progress.
       piece_.end = std::min(1.0, std::max(piece_.end, std::nextafter(begin_, 2.0)));
       const bool is_short = piece_.end - begin_ <= hair_ && piece_.end < 1.0;
       if (begins && !is_short) has_data = piece_.inside;
@@ -95,13 +96,13 @@ struct Crossings::FieldOnWay {
   double value_of_watch(std::int32_t watch) const noexcept { return all_.watches_[watch].value; }
   bool is_above(std::int32_t watch) const noexcept { return sides_[watch] == Side::above; }
 
-  // Whether samples at a share of the way see the other side of a watched value.
+  // Whether a sample at a share of the path is on the other side of a watched value.
   bool is_beyond(std::int32_t watch, double share) const noexcept {
     const ScalarSample& sample = samples_.scalar(field_, at(share));
     return sample.inside && (sample.value >= value_of_watch(watch)) != is_above(watch);
   }
 
-  // Where the way begins the value may be on another side than it counts.
+  // At the start of the path the value may be on a side other than the stored one.
   void set_out() noexcept {
     if (!all_.has_sides(field_, sides_)) {
       const ScalarSample& sample = samples_.scalar(field_, at(begin_));
@@ -117,7 +118,7 @@ struct Crossings::FieldOnWay {
     }
   }
 
-  // The first place from `share` on, up to `hair_` beyond, whose samples show the change; the last place tried if none does.
+  // First point from `share` on, up to `hair_` beyond, whose samples show the change; else the last point.
   template <class Shows>
   double just_beyond(double share, Shows&& shows) const noexcept {
     double at = share;
@@ -141,8 +142,8 @@ struct Crossings::FieldOnWay {
     }
   }
 
-  // The share of the way just beyond the first place on the piece at which a watched value is passed; `no_passage` where there
-  // is none before the share `before`.
+  // Share of the path just beyond the first crossing of a watched value on the piece; `no_passage` if there is none before the
+  // share `before`.
   double passage(std::int32_t watch, bool up, double before) noexcept {
     const double value = value_of_watch(watch);
     const double length = piece_.end - begin_;
@@ -151,7 +152,7 @@ struct Crossings::FieldOnWay {
     if (displaced_ != watch && std::none_of<const double*>(piece_.control, end, is_across)) return no_passage;
     double root = 0.0;
     while (root <= 1.0) {
-      if (displaced_ == watch) {  // it has to be back on its side first
+      if (displaced_ == watch) {  // must return to its side first
         root = first_passage(piece_.control, piece_.degree, value, !up, root);
         if (root > 1.0) break;
         displaced_ = -1;
@@ -160,26 +161,26 @@ struct Crossings::FieldOnWay {
       const double share = begin_ + root * length;
       if (root > 1.0 || share >= before) break;
       const double found = located(watch, share);
-      // Of a proxy that stands on the level rounding alone may see it on either side, where the way begins. Further on walls
-      // may be thinner than that.
+      // At its start, a proxy on the level may be sampled on either side, by rounding alone. Further on walls may be thinner
+      // than that.
       const bool is_rounding = found <= from_ + hair_ && !is_beyond(watch, std::min(1.0, found + hair_));
       if (found <= 1.0 && !is_rounding) return found;
-      // Touched, for all that samples can tell.
+      // Touched, as far as samples can resolve.
       root = std::max(root + hair_ / length, std::nextafter(root, 2.0));
       displaced_ = watch;
     }
     return no_passage;
   }
 
-  // The share just beyond a change at the root `share`, as samples see it; `no_passage` where they see none. The polynomial is
-  // the interpolant to within rounding, or, of a formula, close to it.
+  // Share just beyond the sampled change near the root `share`; `no_passage` without one. The polynomial is the interpolant to
+  // within rounding, or, for a formula, close to it.
   double located(std::int32_t watch, double share) const noexcept {
     const auto shows = [&](double there) { return is_beyond(watch, there); };
     double near = begin_, far = std::max(begin_, share - hair_);
     if (!shows(far)) {  // else the formula's own root is earlier
       near = just_beyond(share, shows);
       if (shows(near)) return near;
-      far = piece_.end;  // or later, if it has any there
+      far = piece_.end;  // or later on the piece, if at all
       if (far <= near || !shows(far)) return no_passage;
     }
     while (far - near > std::max(hair_, rounding_)) {
@@ -253,8 +254,7 @@ void Crossings::take_side(const Threshold& watch, bool above) noexcept {
   if (i >= 0 && sides_[i] != Side::none) sides_[i] = above ? Side::above : Side::below;
 }
 
-// The watch of a field that is crossed next on the way up, or down; -1 where there is none. Of thousands of watches all but a
-// few are passed over by the system's search for a byte, which looks at dozens at once.
+// Next watch of a field upwards or downwards; -1 if there is none. The system's byte search skips dozens of watches at once.
 std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides,
                                bool up) const noexcept {
   const auto [first, last] = ranges_[field];
@@ -270,7 +270,7 @@ std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, st
   return -1;
 }
 
-// The values that a field may take while nothing happens; none where that is not known.
+// Range of a field's values without an event; empty if unknown.
 ValueRange Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept {
   ValueRange quiet = policy.fields[field].allowed;
   if (ranges_[field].first < ranges_[field].last && !has_sides(field, sides)) return {infinity, -infinity};
@@ -281,7 +281,7 @@ ValueRange Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::
   return quiet;
 }
 
-// Whether the whole way lies so near to where the field is known that nothing happens on it.
+// Whether the path lies so near to a known value that no event is possible.
 bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                         Event& event) const noexcept {
   const ValueRange quiet = this->quiet(policy, field, sides_);
@@ -328,7 +328,7 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     if (event.crossings.size() < event.crossings.capacity())
       event.crossings.push_back({watches_[watch].field, watches_[watch].value, up});
   };
-  // Goes on beyond changes that do not stop the way.
+  // Continues beyond changes that do not stop the path.
   while (event.kind == Event::Kind::none) {
     FieldOnWay::Change first;
     int fields_left = static_cast<int>(event.on_way_.size());
@@ -345,7 +345,7 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
       using CrossingRule = EventPolicy::CrossingRule;
       const CrossingRule passing = policy.passing[first.watch];
       if (passing == CrossingRule::passes || passing == (up ? CrossingRule::leaves_up : CrossingRule::leaves_down)) continue;
-      // Levels may be so close to one another that they are passed in one step.
+      // Close levels may be crossed in a single step.
       std::int32_t next = border(policy, first.field, event.sides_, up);
       for (; next >= 0 && on_way(first.field).is_beyond(next, event.share);
            next = border(policy, first.field, event.sides_, up))

@@ -1,4 +1,4 @@
-// What a mode reads.
+// Fields and thresholds of a mode.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace palpa {
 
-/// The fields that a mode reads, by number, and where in their values it may set in.
+/// Fields that a mode reads, by number, and thresholds of their values.
 struct ModeInputs {
-  std::vector<std::int32_t> fields;        ///< once each
+  std::vector<std::int32_t> fields;        ///< without duplicates
   std::int32_t main_field = -1;            ///< its parameter `field`
-  std::vector<Threshold> watches;          ///< its levels, and the points of its strengths and masks
-  std::vector<const Strength*> strengths;  ///< those of the mode that are functions; it outlives this
-  bool onset_is_watched = false;           ///< where it places nothing, only a watch can make it place something
+  std::vector<Threshold> watches;          ///< levels, and points of strengths and masks
+  std::vector<const Strength*> strengths;  ///< strengths of the mode that are functions; the mode outlives this
+  bool onset_is_watched = false;           ///< a mode without primitives can set in only at a watch
 };
 
-/// The number of a field, or of a derivation of it, in whoever holds the fields.
+/// Number of a field, or of its derivation.
 using NumberOfField = std::function<std::int32_t(const FieldRef&, std::optional<Derivation>)>;
 
-/// Gives the references of a mode and of its masks the numbers of their fields. Allocates; throws what `number_of` throws.
+/// Resolves the field references of a mode and its masks. Allocates; throws the exceptions of `number_of`.
 ModeInputs resolve(Mode& mode, std::span<Mask> masks, const NumberOfField& number_of);
 
 }  // namespace palpa

@@ -1,4 +1,4 @@
-// The contract of a mode, and any mode as a value.
+// Contract of a mode, and a type-erased mode.
 #pragma once
 
 #include <algorithm>
@@ -18,11 +18,11 @@
 
 namespace palpa {
 
-/// The set of a sub-step as a mode sees it: it can add primitives of its own, and neither read nor change those of others.
-/// Each function is that of `PrimitiveSet`, which refuses what could not be solved. Passed by value: a reference.
+/// Write-only view of a sub-step's PrimitiveSet for a mode. Each function forwards to `PrimitiveSet`, which refuses unsolvable
+/// input. Passed by value: a reference.
 class PrimitiveSink {
  public:
-  PrimitiveSink(PrimitiveSet& set) noexcept : set_(set) {}  // NOLINT: every set is one
+  PrimitiveSink(PrimitiveSet& set) noexcept : set_(set) {}  // NOLINT: implicit on purpose
 
   /// Holds the proxy at `position_m` in every direction.
   void point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m = 0.0) const noexcept {
@@ -34,21 +34,22 @@ class PrimitiveSink {
     set_.line(slot, position_m, direction, strength_n, drag_ns_per_m);
   }
   /// Pushes along the unit vector `normal` [1] while the proxy is behind it.
-  /// \param captured  the level that it stands on: the tick lets no step cross that level
+  /// \param captured  level that it stands on: the tick lets no step cross that level
   void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured = {},
              double drag_ns_per_m = 0.0) const noexcept {
     set_.plane(slot, position_m, normal, strength_n, captured, drag_ns_per_m);
   }
-  /// One that gives way by its force over `stiffness_n_per_m`, > 0; `normal` [1].
+  /// Elastic plane with deflection force / `stiffness_n_per_m`, > 0; `normal` [1].
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
                      double stiffness_n_per_m, HeldLevel captured = {}) const noexcept {
     set_.elastic_plane(slot, position_m, normal, strength_n, stiffness_n_per_m, captured);
   }
-  /// A force of `strength_n` along the unit vector `direction` [1].
+  /// Force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) const noexcept {
     set_.directed(slot, direction, strength_n);
   }
-  /// A line through the plane of slot `plane_slot`, placed before, as strong as `coefficient` [1] times that plane's force.
+  /// Friction line through the plane of slot `plane_slot`, placed before, with strength `coefficient` [1] times the plane's
+  /// force.
   void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                 double drag_ns_per_m = 0.0) const noexcept {
     set_.friction(slot, plane_slot, position_m, coefficient, drag_ns_per_m);
@@ -58,35 +59,35 @@ class PrimitiveSink {
   PrimitiveSet& set_;
 };
 
-/// A level or breakpoint that the proxy's path went through, located by the tick.
+/// Crossing of a level or breakpoint by the proxy's path, located by the tick.
 struct Crossing {
   std::int32_t field = -1;
   double value = 0.0;  ///< the field's own unit
   bool up = false;     ///< towards higher values
 };
 
-/// What became of one primitive in the sub-step.
+/// Result of a primitive in the sub-step.
 struct SlotState {
   std::uint16_t slot = 0;
   PrimitiveState state = PrimitiveState::off;
-  HeldLevel captured;   ///< the level it was placed on
-  bool yields = false;  ///< its strength is less because data end near by or its level jumped: a slip is no break-through
+  HeldLevel captured;   ///< level of its placement
+  bool yields = false;  ///< its strength is reduced (data end nearby, or its level jumped): a slip is no break-through
 };
 
-/// What a mode learns when a sub-step has been accepted.
+/// Result of an accepted sub-step, for a mode.
 struct StepResult {
   const ModeContext& here;              ///< at the new proxy
   std::span<const SlotState> slots;     ///< of this mode, in the order placed
   std::span<const Crossing> crossings;  ///< of the whole session, in the order met
 
-  /// State of a slot; off where nothing was placed there.
+  /// State of a slot; off without a primitive.
   PrimitiveState state(std::uint16_t slot) const noexcept {
     for (const SlotState& s : slots) {
       if (s.slot == slot) return s.state;
     }
     return PrimitiveState::off;
   }
-  /// The level that the primitive of a slot was placed on; none where nothing was placed there.
+  /// Level of a slot's primitive; none without a primitive.
   HeldLevel captured(std::uint16_t slot) const noexcept {
     for (const SlotState& s : slots) {
       if (s.slot == slot) return s.captured;
@@ -96,7 +97,7 @@ struct StepResult {
   bool placed(std::uint16_t slot) const noexcept {
     return std::ranges::any_of(slots, [slot](const SlotState& s) { return s.slot == slot; });
   }
-  /// Whether the plane of a slot yields: then a slip presses its level in, up to where the proxy is, and breaks nothing.
+  /// Whether the plane of a slot yields: a slip then moves its level to the proxy, without a break-through.
   bool yields(std::uint16_t slot) const noexcept {
     return std::ranges::any_of(slots, [slot](const SlotState& s) { return s.slot == slot && s.yields; });
   }
@@ -109,23 +110,23 @@ struct StepResult {
 ///   static constexpr auto parameters() { return std::tuple{param(…), …}; }
 ///   void place(const ModeContext&, PrimitiveSink) const noexcept;
 ///
-/// `place` is pure: it may be called any number of times per sub-step, also at trial points. A mode
-/// that must remember something declares a trivially copyable `struct Memory` of at most 256 bytes; then
+/// `place` is pure: it may be called any number of times per sub-step, also at trial points. A mode with state declares a
+/// trivially copyable `struct Memory` of at most 256 bytes; then
 ///   void place(const ModeContext&, const Memory&, PrimitiveSink) const noexcept;
 ///   void on_step_accepted(const StepResult&, Memory&) const noexcept;    once per accepted sub-step
-/// A mode whose parameters must fit together may add
-///   std::string problem() const;                           empty, or what is wrong and what would be right
+/// A mode with constraints between parameters may add
+///   std::string problem() const;                           empty, or the fault and its remedy
 template <class M>
 concept HasMemory = requires {
   typename M::Memory;
 };
 
-/// Any mode, as a value: copying copies the mode.
+/// Type-erased mode; copies are deep.
 class Mode {
  public:
   template <class M>
   requires(!std::is_same_v<std::remove_cvref_t<M>, Mode>) Mode(M mode)
-      : model_(std::make_unique<Model<M>>(std::move(mode))) {}  // NOLINT: every mode is a Mode
+      : model_(std::make_unique<Model<M>>(std::move(mode))) {}  // NOLINT: implicit on purpose
   Mode(const Mode& other) : model_(other.model_->copy()), spent_ns_(other.spent_ns_) {}
   Mode(Mode&&) noexcept = default;
   Mode& operator=(const Mode& other) { return model_ = other.model_->copy(), spent_ns_ = other.spent_ns_, *this; }
@@ -136,7 +137,7 @@ class Mode {
   std::string problem() const { return model_->problem(); }
   void visit(ParameterVisitor& visitor) { model_->visit(visitor); }
 
-  /// Bytes of memory that the session keeps for it (0…256), and a fresh memory.
+  /// Bytes of memory kept by the session (0…256), and their initialisation.
   std::size_t memory_bytes() const noexcept { return model_->memory_bytes(); }
   void start(std::byte* memory) const noexcept { model_->start(memory); }
   void place(const ModeContext& here, const std::byte* memory, PrimitiveSink out) const noexcept {
@@ -148,13 +149,13 @@ class Mode {
       model_->place(here, memory, out);
     }
   }
-  /// From here on this mode and its copies add to `spent_ns` how long they take to place; nullptr: they do not.
+  /// Adds the duration of `place` of this mode and its copies to `spent_ns`; nullptr: off.
   void measure(std::int64_t* spent_ns) noexcept { spent_ns_ = spent_ns; }
   void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept {
     model_->on_step_accepted(result, memory);
   }
 
-  /// The mode as its own type; nullptr if it is another.
+  /// The mode as its own type; nullptr for other types.
   template <class M>
   const M* as() const noexcept {
     const auto* model = dynamic_cast<const Model<M>*>(model_.get());
@@ -180,7 +181,7 @@ class Mode {
     virtual void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept = 0;
   };
 
-  /// Whether it has a `place` as a mode has it. An exception within a tick would end the program: so it is noexcept.
+  /// Whether `place` has a mode's signature; noexcept: an exception within a tick would end the program.
   template <class M>
   static consteval bool places(const M* mode, const ModeContext* here, const PrimitiveSink* out) {
     if constexpr (HasMemory<M>) {
@@ -243,12 +244,12 @@ class Mode {
   std::int64_t* spent_ns_ = nullptr;
 };
 
-/// The types of modes that scene files may name. A value.
+/// Mode types that scene files may name. A value.
 class ModeCatalog {
  public:
-  /// Adds a mode type by an example of it with its defaults. Throws std::invalid_argument if the type is there.
+  /// Adds a mode type by an example with its defaults. Throws std::invalid_argument if the type exists.
   void add(Mode example);
-  /// A fresh mode of this type with its defaults; nullptr if there is none.
+  /// New mode of this type with its defaults; nullptr if unknown.
   const Mode* find(std::string_view type) const noexcept;
   const std::vector<Mode>& modes() const noexcept { return modes_; }
 
@@ -256,7 +257,6 @@ class ModeCatalog {
   std::vector<Mode> modes_;
 };
 
-/// The modes that Palpa brings.
 const ModeCatalog& standard_modes();
 
 }  // namespace palpa

@@ -10,23 +10,23 @@
 
 namespace palpa {
 
-// What a field is evaluated by.
+// Evaluation of a field.
 struct Samples::Slot {
   const Field* field = nullptr;
-  const TimedField* timed = nullptr;         // the same one, if it changes with time
-  const detail::GridBase* grid = nullptr;    // the same one, if it is a grid
-  int lattice = -1;                          // of it, or of what it is taken of
-  int of = -1;                               // slot of the field that this one is computed from; -1: none
-  int axis = 0;                              // component or magnitude of a vector field that this one is
-  const detail::FineDetail* fine = nullptr;  // set if this one is the fine detail of that field
+  const TimedField* timed = nullptr;         // same field, if it changes with time
+  const detail::GridBase* grid = nullptr;    // same field, if it is a grid
+  int lattice = -1;                          // lattice of the field or of its source
+  int of = -1;                               // slot of its source field; -1: none
+  int axis = 0;                              // component or magnitude of the source vector field
+  const detail::FineDetail* fine = nullptr;  // set for the fine detail of a field
   bool with_hessian = false;
   Memory<VectorSample> vector{};
-  Memory<VectorSample> world_vector{};  // as it is in the world
+  Memory<VectorSample> world_vector{};  // in the world frame
   Memory<Mat3> world_hessian{};
   Memory<double> depth_m{};
 };
 
-// What fields have in common.
+// Evaluation shared between fields.
 class Samples::Plan {
  public:
   explicit Plan(std::span<const FieldPtr> fields) {
@@ -45,7 +45,7 @@ class Samples::Plan {
   }
 
   Slot& operator[](std::int32_t field) noexcept { return slots_[static_cast<std::size_t>(field)]; }
-  // Grids of one geometry, each of them able to look a position up for all.
+  // Grids of equal geometry: a position looked up in one holds for all.
   struct Lattice {
     const detail::GridBase* grid;
     Memory<detail::GridBase::Place> places{};
@@ -61,7 +61,7 @@ class Samples::Plan {
   Lattice& lattice_of(const Slot& slot) noexcept { return lattices_[static_cast<std::size_t>(slot.lattice)]; }
 
  private:
-  // The i-th is taken of another field, which is added where it is none of the session's.
+  // Makes slot i derive from another field, which is added if it is none of the session's.
   void take(std::size_t i, const Field& from) {
     auto of = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) { return slot.field == &from; });
     if (of == slots_.end()) {
@@ -83,13 +83,13 @@ class Samples::Plan {
     slots_.push_back(slot);
   }
 
-  std::vector<Slot> slots_;  // of the fields, then of what they are taken of
+  std::vector<Slot> slots_;  // of the fields, then of their sources
   std::vector<Lattice> lattices_;
 };
 
 namespace {
-// [1] of a field's largest value: rounding of a sum over a stencil's voxels. Where voxels are equal a spline's gradient is only
-// that. Less: its direction is taken for one; more: true weak gradients are ignored.
+// [1] of a field's largest value: rounding of a sum over a stencil's voxels. Between equal voxels a spline's gradient is pure
+// rounding. Less: its direction is taken for real; more: true weak gradients are ignored.
 constexpr double sum_rounding = 64.0 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -109,7 +109,7 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
   }
 }
 
-// A new place replaces the one that was asked for longest ago.
+// A new place replaces the least recently used one.
 std::size_t Samples::find_place(const Vec3& hand_m) noexcept {
   last_ = 0;
   for (std::size_t i = 0; i < remembered; ++i) {
@@ -133,7 +133,7 @@ void Samples::set_time(DataTime at, DataTime came_from) noexcept {
   }
 }
 
-// A derivative per hand metre can overflow where the one per world metre did not.
+// A derivative per hand metre can overflow where its world counterpart did not.
 const ScalarSample& Samples::take_scalar(std::size_t field, std::size_t place) noexcept {
   ScalarSample sample = scalar_in_world((*plan_)[static_cast<std::int32_t>(field)], place);
   sample.gradient = map_.gradient_to_hand(sample.gradient);
@@ -190,7 +190,7 @@ Mat3 Samples::hessian(std::int32_t field, const Vec3& hand_m) noexcept {
       slot.world_hessian.keep(place, visit, slot.timed ? slot.timed->hessian_at(world_m, at_) : slot.field->hessian(world_m));
     }
   }
-  // The gradient per hand metre is the turned gradient times the scale; so is its derivative once more.
+  // The gradient per hand metre is the rotated gradient times the scale; its derivative has another such factor.
   const Mat3 hessian = map_.scale * map_.jacobian_to_hand(slot.world_hessian.samples[place]);
   return is_finite(hessian) ? hessian : Mat3{};
 }
@@ -237,7 +237,7 @@ const ValueRange& Samples::range(std::int32_t field) const noexcept {
 
 double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   if (!is_field(field)) return 0.0;
-  // What is taken of a field lies as deep in the data as that. Grids of one geometry do, but for holes.
+  // A derived field has the depth of its source. So do grids of equal geometry, but for holes.
   Slot& slot = (*plan_)[(*plan_)[field].of >= 0 ? (*plan_)[field].of : field];
   const std::size_t place = place_at(hand_m);
   const std::uint64_t visit = places_[place].visit;
@@ -279,7 +279,7 @@ double ModeContext::depth_m() const noexcept {
   return least_m;
 }
 
-// What is negative or not a number goes through as it is: the set of primitives refuses it by name.
+// A negative strength or NaN is passed on: PrimitiveSet refuses it by name.
 double ModeContext::limited_n(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
@@ -287,11 +287,11 @@ double ModeContext::limited_n(double strength_n) const noexcept {
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
 }
 
-// How much of a level's strength is left near a border, 0…1 [1]. A border's own effect, what a filter makes of voxels that are
-// not there, reaches two spacings. A level fades over these, or over up to four where it is so strong that it would end with a
-// jerk: friction pulls the proxy out as the level weakens, which makes a slope a of it one of a/(1 − μa/k) under the hand.
+// Share of a level's strength near a border, 0…1 [1]. The filter's use of missing voxels reaches two spacings. A level fades
+// over these, or over up to four if it would end with a jerk: friction pulls the proxy out as the level weakens, which turns a
+// slope a of the strength into a/(1 − μa/k) under the hand.
 double ModeContext::border_share(double strength_n) const noexcept {
-  constexpr double reach = 2.0, furthest = 4.0;  // [1] spacings. Less: ends with a jerk; more: weak where data are whole
+  constexpr double reach = 2.0, furthest = 4.0;             // [1] spacings. Less: ends with a jerk; more: weak in intact data
   const double steepest_n_per_m = 1.5 * stiffness_n_per_m;  // Less: a wide rim; more: a jerk
   double share = 1.0;
   for (const std::int32_t field : fields_) {
@@ -329,8 +329,7 @@ LevelStrength ModeContext::newtons(const Strength& strength, const HeldLevel& le
 
 double ModeContext::drag(double drag_ns_per_m) const noexcept {
   if (!(drag_ns_per_m > 0.0)) return drag_ns_per_m;
-  // A drag fades in like a strength of 1 N, over 2 N / k from the edge. Less: a sudden onset; more: a wide rim with little
-  // drag.
+  // A drag fades in like a strength of 1 N, over 2 N / k from the edge. Less: a sudden onset; more: a wide rim.
   constexpr double fade_n = 1.0;
   const double depth = depth_m();
   if (!(depth > 0.0)) return 0.0;

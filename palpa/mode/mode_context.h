@@ -1,4 +1,4 @@
-// What a mode sees: the data at the proxy, in the hand frame.
+// Data at the proxy in the hand frame, for modes.
 #pragma once
 
 #include <array>
@@ -15,31 +15,28 @@
 
 namespace palpa {
 
-/// The fields of a session, sampled at positions of the hand frame. Samples at the last few positions are remembered, since a
-/// tick comes back to the same ones again and again; beyond that a query changes nothing. Takes its memory at construction;
-/// then never allocates. One thread.
+/// Samples of a session's fields at positions in the hand frame. Caches the last few positions, since a tick repeats them.
+/// Allocates at construction only. One thread.
 ///
-/// What fields have in common is found at construction: a position is looked up once in all grids of one geometry, with the
-/// weights that a spline gives the voxels there, and for the detail of such a grid; a magnitude or a component is taken of the
-/// sample of its vector; and a field whose second derivative has ever been asked for gives it with the value, from the same
-/// voxels.
+/// Evaluation is shared, as planned at construction: a position is looked up once in all grids of equal geometry, with its
+/// spline weights, also for their detail; a magnitude or a component reuses the sample of its vector; and a field whose second
+/// derivative has ever been requested computes it with the value, from the same voxels.
 class Samples {
  public:
   /// \param fields  the session's fields, by index; they outlive this
   /// \param map     hand to world
   Samples(std::span<const FieldPtr> fields, const Similarity& map);
 
-  /// From here on everything is sampled as it is at this moment of the data; `came_from` is the one that the sub-step began at.
-  /// Forgets what was sampled where it changes.
+  /// Sets the time of later samples; `came_from`: at the start of the sub-step. Clears the cache on a change.
   void set_time(DataTime at, DataTime came_from) noexcept;
   void set_time(DataTime at) noexcept { set_time(at, at); }
   DataTime time() const noexcept { return at_; }
   DataTime came_from() const noexcept { return came_from_; }
-  /// Any of the fields changes with time.
+  /// Whether any field changes with time.
   bool any_timed() const noexcept { return any_timed_; }
 
-  /// Value at a position of the hand frame [m], and gradient per hand metre. Outside for an index that is no scalar field. This
-  /// reference and those below hold until `remembered` other positions have been asked for.
+  /// Value at a position in the hand frame [m], and gradient per hand metre. Outside if the index is no scalar field.
+  /// References returned here and below hold until `remembered` other positions have been sampled.
   const ScalarSample& scalar(std::int32_t field, const Vec3& hand_m) noexcept {
     static constexpr ScalarSample outside;
     if (!is_field(field)) return outside;
@@ -48,56 +45,55 @@ class Samples {
     const Memory<ScalarSample>& known = scalars_[index];
     return known.knows(place, places_[place].visit) ? known.samples[place] : take_scalar(index, place);
   }
-  /// Value turned into the hand frame, and Jacobian per hand metre. Outside for an index that is no vector field.
+  /// Value rotated into the hand frame, and Jacobian per hand metre. Outside if the index is no vector field.
   const VectorSample& vector(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Second derivative of a scalar field [unit per hand metre²]; zero outside.
   Mat3 hessian(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
-  /// The piece of the straight way between two positions of the hand frame [m] that begins at the share `begin` [1]
-  /// (Field::piece_along). No data as far as the end for an index that is no scalar field.
+  /// Piece of the straight path between two positions in the hand frame [m] from the share `begin` [1] on (Field::piece_along).
+  /// No data up to the end if the index is no scalar field.
   PolynomialPiece piece_along(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
                               const ValueRange& quiet) const noexcept;
-  /// What bounds a field around a position of the hand frame [m] (Field::lipschitz_bound), per hand metre.
+  /// Lipschitz bound of a field around a position in the hand frame [m] (Field::lipschitz_bound), per hand metre.
   LipschitzBound lipschitz_bound(std::int32_t field, const Vec3& hand_m) noexcept;
-  /// Sample spacing of a field [hand m], which is `min_spacing_m` where it is finer; 0 for an index that is none.
+  /// Sample spacing of a field [hand m], at least `min_spacing_m`; 0 for an invalid index.
   double spacing_m(std::int32_t field) const noexcept {
     return is_field(field) ? spacings_m_[static_cast<std::size_t>(field)] : 0.0;
   }
-  /// The same where a position of the hand frame [m] is (Field::local_spacing_m).
+  /// Local sample spacing at a position in the hand frame [m] (Field::local_spacing_m).
   double spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept;
-  /// The range of a scalar field's values; 0 to 0 for others.
+  /// Range of a scalar field's values; 0 to 0 for others.
   const ValueRange& range(std::int32_t field) const noexcept;
-  /// By how much two samples of a scalar field may differ by rounding alone, in the field's own unit; 0 for others.
+  /// Largest difference of two samples of a scalar field by rounding alone, in the field's own unit; 0 for others.
   double rounding(std::int32_t field) const noexcept {
     return is_field(field) ? roundings_[static_cast<std::size_t>(field)] : 0.0;
   }
-  /// Where the data's point of a field that is at `hand_m` [m] at one moment is at another (TimedField::carried). The position
-  /// itself for an index that is no field, or a field that stays as it is.
+  /// Position at time `to` of a field's data point that is at `hand_m` [m] at time `from` (TimedField::carried). Unchanged for
+  /// an invalid index or a static field.
   Carried carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept;
   Vec3 carried_m(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
     return carried(field, hand_m, from, to).position_m;
   }
-  /// What a look at a field takes of a tick [units of tick_work.h]; 1 for an index that is none.
+  /// Work of a sample [units of tick_work.h]; 1 for an invalid index.
   int work_of_look(std::int32_t field) const noexcept { return is_field(field) ? works_[static_cast<std::size_t>(field)] : 1; }
-  /// The same of so many modes that look at all of the fields at one position: a unit for each mode, and what a field takes
-  /// beyond one once, as it is remembered.
+  /// Work of `modes` [1] modes that sample all fields at one position: 1 unit a mode; extra cost of a field once (cached).
   int work_of_modes(std::size_t modes) const noexcept { return static_cast<int>(modes) + work_beyond_; }
   const Similarity& hand_to_world() const noexcept { return map_; }
 
-  /// [m] A finer spacing counts as this one. Less: in thin layers of cells the steps of a slow hand are more than a tick has;
-  /// more: what is coarser than an encoder's step is jumped over.
+  /// [m] Lower bound of spacings. Smaller: budget exceeded by a slow hand in thin cells; larger: details coarser than an
+  /// encoder step are skipped.
   static constexpr double min_spacing_m = 2e-5;
-  static constexpr std::size_t remembered = 4;  ///< positions; more: longer searches and more memory, fewer: samples again
+  static constexpr std::size_t remembered = 4;  ///< positions; more: longer searches and more memory, fewer: repeated sampling
 
  private:
   struct Place {
     Vec3 hand_m;
     Vec3 world_m;
     std::uint64_t visit = 0;  // 0: never
-    std::uint64_t asked = 0;  // for the last time
+    std::uint64_t asked = 0;  // last use
   };
-  // What is known at the places that are remembered.
+  // Cached samples at the cached positions.
   template <class Sample>
   struct Memory {
     std::array<Sample, remembered> samples{};
@@ -122,7 +118,7 @@ class Samples {
   std::span<const FieldPtr> fields_;
   Similarity map_;
   std::array<Place, remembered> places_;
-  std::size_t last_ = 0;  // place asked for
+  std::size_t last_ = 0;  // place last used
   DataTime at_;
   DataTime came_from_;
   bool any_timed_ = false;
@@ -130,11 +126,11 @@ class Samples {
   std::uint64_t asked_ = 0;
   std::vector<Memory<ScalarSample>> scalars_;  // by field
   std::vector<double> spacings_m_;             // [hand m]
-  std::vector<double> least_slopes_;           // [unit per hand metre] what is not steeper is flat, but for rounding
+  std::vector<double> least_slopes_;           // [unit per hand metre] gradients up to this are rounding
   std::vector<ValueRange> ranges_;
   std::vector<double> roundings_;
-  std::vector<int> works_;  // [units] of a look
-  int work_beyond_ = 0;     // [units] of a look at each of them, beyond one
+  std::vector<int> works_;  // [units] of a sample
+  int work_beyond_ = 0;     // [units] of a sample of each field, beyond one
   class Plan;
   std::shared_ptr<Plan> plan_;
 };
@@ -145,67 +141,64 @@ struct LevelStrength {
   bool limited = false;  ///< by the border of the data: the level yields there, which is no break-through
 };
 
-/// Everything a mode may look at when it places primitives. All of it is in the hand frame: metres,
-/// directions turned, derivatives per hand metre; but values keep the data's own unit.
+/// Inputs of a mode's `place`, in the hand frame: metres, rotated directions, derivatives per hand metre; values keep the
+/// data's own unit.
 ///
-/// The primitives of a sub-step pass through `proxy_m`, where the sub-step starts. The data may be
-/// sampled elsewhere (a trial point on the way), so a mode asks `here` for them and computes nothing
-/// from the proxy's position itself.
+/// The primitives of a sub-step pass through `proxy_m`, where it starts. The data may be sampled elsewhere (a trial point of
+/// the path), so a mode samples through `here` and computes nothing from the proxy's position itself.
 class ModeContext {
  public:
-  Vec3 proxy_m;                    ///< [m] the proxy at the start of the sub-step, carried with the mode's data to its end
+  Vec3 proxy_m;                    ///< [m] proxy at the start of the sub-step, carried with the mode's data
   Vec3 probe_m;                    ///< [m]
-  Vec3 at_m;                       ///< [m] where the data are sampled; usually the proxy
+  Vec3 at_m;                       ///< [m] sample position; usually the proxy
   double time_step_s = 0.0;        ///< [s] of the sub-step
   double stiffness_n_per_m = 0.0;  ///< [N/m] k of Eq. 1
   double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields near the proxy
-  /// [N] the most that reaches the hand: towards a border a stronger level fades from this
+  /// [N] force limit: towards a border a stronger level fades from this
   double most_n = std::numeric_limits<double>::infinity();
-  std::span<const Foot> feet;  ///< of the mode's elastic levels that hold the proxy
+  std::span<const Foot> feet;  ///< on the mode's elastic levels that hold the proxy
 
-  /// The field's sample at `at_m`. `inside` is false for a field without data there.
+  /// Sample at `at_m`. `inside` is false without data there.
   ScalarSample scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
   VectorSample vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
-  /// Likewise at a position of the hand frame [m].
+  /// At a position in the hand frame [m].
   ScalarSample scalar(const FieldRef& field, const Vec3& x_m) const noexcept { return samples_->scalar(field.index, x_m); }
-  /// The way from the proxy to the foot of the plane of `slot` [m]; zero where it is not pressed in.
+  /// Vector from the proxy to the foot of the plane of `slot` [m]; zero if it is not pressed in.
   Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
     for (const Foot& foot : feet) {
       if (foot.id.slot == slot) return foot.offset_m;
     }
     return {};
   }
-  /// Where that plane is to look at its level [m]: at its foot. `at_m` where it is not pressed in.
+  /// Sample position of that plane's level [m]: its foot, or `at_m`.
   Vec3 foot_m(std::uint16_t slot) const noexcept { return at_m + foot_offset_m(slot); }
-  /// A scalar field's value, in its own unit, at `proxy_m`, where the sub-step starts: the level that a material holds the
-  /// proxy on, wherever the data are looked at. That at `at_m` where there are no data.
+  /// Value of a scalar field, in its own unit, at `proxy_m`, where the sub-step starts: the level on which a material holds the
+  /// proxy. Without data there, the value at `at_m`.
   double value_at_start(const FieldRef& field) const noexcept;
-  /// How a scalar field's gradient changes at `at_m` [unit per hand metre²].
+  /// Second derivative of a scalar field at `at_m` [unit per hand metre²].
   Mat3 hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index, at_m); }
-  /// The smallest and the largest value of a scalar field, wherever they are.
+  /// Range of a scalar field's values.
   const ValueRange& range(const FieldRef& field) const noexcept { return samples_->range(field.index); }
 
-  /// The strength in newtons at this place: the number or the transfer function, times the mode's
-  /// masks, faded towards the edges of the mode's fields so that it never exceeds k/2 × the depth
-  /// (a fade steeper than the coupling would kick the hand at its end). Zero where any field
-  /// of the mode has no data.
+  /// Strength in newtons at this position: the number or the transfer function, times the mode's masks, faded towards the edges
+  /// of its fields to at most k/2 × the depth (a fade steeper than the coupling would kick the hand at its end). Zero where any
+  /// field of the mode has no data.
   double newtons(const Strength& strength) const noexcept;
-  /// The same for a plane that stands on a level. A transfer function of the level's own field is taken
-  /// at the level's value instead of the sample's, at a step as the limit from `side` (the level's solid
-  /// side), so that rounding cannot make contact chatter. The fade is that of a border (`border_share`): a level
-  /// yields across its fade, not along it.
+  /// Strength of a plane on a level. A transfer function of the level's own field is evaluated at the level's value, at a step
+  /// as the limit from `side` (the level's solid side), so that rounding cannot make contact chatter. Fades like a border
+  /// (`border_share`): a level yields across its fade, not along it.
   LevelStrength newtons(const Strength& strength, const HeldLevel& level, TransferFunction::Side side) const noexcept;
-  /// A drag [N·s/m] at this place: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
+  /// Drag [N·s/m] at this position: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
   double drag(double drag_ns_per_m) const noexcept;
-  /// Where the data point of `field` that was at `x_m` [m] when the sub-step began is at its end [m].
+  /// Position [m] at the end of the sub-step of the data point that was at `x_m` [m] at its start.
   Vec3 carried(const FieldRef& field, const Vec3& x_m) const noexcept;
 
-  /// The length of `gradient` [unit per hand metre] as the steepness that scenes speak of [unit per world metre].
+  /// Length of `gradient` [unit per hand metre] as the steepness used in scenes [unit per world metre].
   double steepness_per_m(const Vec3& gradient) const noexcept;
-  /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
+  /// Rotates `world`, a vector in the world in its own unit, into the hand frame.
   Vec3 direction_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().direction_to_hand(world); }
 
-  /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].
+  /// For the tick: shared samples, and masks and fields of a mode that samples at `seen_m` [m].
   ModeContext(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
       : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
 

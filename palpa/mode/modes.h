@@ -1,4 +1,4 @@
-// The modes that Palpa brings, for scenes that are made in a program. Each is placed by the source of its name.
+// Modes of the library, for scenes made in a program.
 #pragma once
 
 #include <array>
@@ -14,32 +14,30 @@
 
 namespace palpa {
 
-/// Surface and friction (paper, Fig. 4): a plane on a surface of a scalar field, and a line along its
-/// normal that resists sliding.
+/// Surface and friction (paper, Fig. 4): a plane on a surface of a scalar field, and a line along its normal that resists
+/// sliding.
 ///
-/// The surface is either one of the levels (shells: one stands on them until k·depth reaches the
-/// level's strength, then the shell lets go; one with a stiffness of its own gives way before, and what lies below is felt
-/// through it), or, with `strength_n` as a transfer function of the field
-/// (material), wherever the proxy is: every value is a surface that yields at its own strength.
+/// The surface is one of the levels (shells: each bears until k·depth reaches its strength, then breaks; a level with a
+/// stiffness of its own yields before, so that levels below are felt through it), or, with `strength_n` as a transfer function
+/// of the field (material), at the proxy: every value is a surface that yields at its own strength.
 ///
-/// With φ the field, g = ∇φ, σ = +1 where high values are solid: normal n = −σ g/|g|, and the plane
-/// stands on the captured level φ_c, one Newton step from the proxy: a = x + g (φ_c − φ)/|g|². A plane
-/// left at the proxy instead would drift off a sphere by π·speed·T per turn.
+/// With φ the field, g = ∇φ, σ = +1 where high values are solid: normal n = −σ g/|g|, and the plane stands on the captured
+/// level φ_c, one Newton step from the proxy: a = x + g (φ_c − φ)/|g|². A plane left at the proxy would drift off a sphere by
+/// π·speed·T per turn.
 ///
-/// Friction grips harder while it holds than while it slides, by a ratio, and has a viscous part, both switched off at first:
-/// the paper's law. It grips again where it has held for 20 ms, not at the first position that is the one before: to an
-/// encoder a slow hand stands still most of the time (the band of velocity that counts as none: Karnopp, Computer simulation
-/// of stick-slip friction in mechanical dynamic systems, J. Dyn. Syst. Meas. Control 107(1), 1985).
+/// Static friction exceeds kinetic friction by a ratio, and friction has a viscous part; both are off by default (the paper's
+/// law). It becomes static after 20 ms without sliding, not at the first repeated position: to an encoder a slow hand stands
+/// still most of the time (zero-velocity band: Karnopp, Computer simulation of stick-slip friction in mechanical dynamic
+/// systems, J. Dyn. Syst. Meas. Control 107(1), 1985).
 ///
-/// Texture, off at first, makes friction stronger and weaker by what the voxels say that the field's filter takes away
-/// (Derivation::detail): roughness that is felt along the surface, as in M. Minsky et al., Feeling and seeing: issues in force
-/// display, Symp. Interactive 3D Graphics, 1990, and, by friction as here, C.-H. Ho, C. Basdogan and M. A. Srinivasan,
-/// Efficient point-based rendering techniques for haptic display of virtual objects, Presence 8(5), 1999. It is added: no law
-/// of the paper and no property of what was scanned. It only scales what resists, so it takes energy and the surface stays
-/// where it is.
+/// Texture, off by default, modulates friction by the detail that the field's filter removes (Derivation::detail): roughness
+/// along the surface, as in M. Minsky et al., Feeling and seeing: issues in force display, Symp. Interactive 3D Graphics, 1990,
+/// and, by friction as here, C.-H. Ho, C. Basdogan and M. A. Srinivasan, Efficient point-based rendering techniques for haptic
+/// display of virtual objects, Presence 8(5), 1999. It is no law of the paper and no property of the scanned object. It only
+/// scales resistance, so it dissipates energy and the surface stays in place.
 ///
-/// Where the field is as flat as its noise a gradient has a random direction: there the surface fades, and in
-/// the solid a point at the proxy may stand in, so that one feels that something is there without a wrong direction.
+/// Where the field is as flat as its noise a gradient has a random direction: there the surface fades, and in the solid a point
+/// at the proxy may replace it.
 struct SurfaceAndFriction {
   static constexpr auto type = "surface_and_friction";
   static constexpr auto summary = "Surfaces that one stands on, slides over and presses through.";
@@ -79,7 +77,7 @@ struct SurfaceAndFriction {
   double noise_per_m = 0.0;  ///< [unit of the field per world metre]
   Strength flat_strength_n{0.0};
   double texture_ratio = 0.0;  ///< [1]
-  FieldRef detail{};           ///< of the field, where there is texture
+  FieldRef detail{};           ///< derived from the field if there is texture
 
   static constexpr auto parameters() {
     using S = SurfaceAndFriction;
@@ -109,22 +107,22 @@ struct SurfaceAndFriction {
         companion_param(&S::detail, &S::field, Derivation::detail, &S::has_texture)};
   }
   bool has_texture() const { return texture_ratio > 0.0; }
-  /// Levels or material, friction as a force or as a coefficient: one of each pair. What is flat needs a noise and a
-  /// side that is solid, texture needs friction.
+  /// Checks: levels or material, friction as a force or as a coefficient; flat strength needs a noise and a solid side, texture
+  /// needs friction.
   std::string problem() const;
 
-  /// So many levels can hold the proxy at once: one that is rigid, below others that give way.
+  /// Largest number of levels that hold the proxy at once: a rigid one below elastic ones.
   static constexpr std::size_t most_held = 4;
   struct Memory {
     struct Held {
-      std::int32_t level = -1;  ///< its index; -1: none
+      std::int32_t level = -1;  ///< index; -1: none
       bool from_low = true;     ///< met from lower values: the low side is free
-      double kinetic_s = 0.0;   ///< for so long yet its friction is the kinetic one
-      double pressed_to = 0.0;  ///< where the level stands, in the field's own unit: at its value until it yields
+      double kinetic_s = 0.0;   ///< remaining time of kinetic friction
+      double pressed_to = 0.0;  ///< position of the level, in the field's own unit: its value until it yields
     };
-    std::array<Held, most_held> held;  ///< levels, in any order; of material the friction of the first
-    bool captured = false;             ///< by material, that gives way
-    double value = 0.0;                ///< of it, in the field's own unit
+    std::array<Held, most_held> held;  ///< levels, in any order; for material the friction of the first
+    bool captured = false;             ///< held by material
+    double value = 0.0;                ///< of the material, in the field's own unit
   };
   void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;
   void on_step_accepted(const StepResult& result, Memory& memory) const noexcept;
@@ -139,8 +137,8 @@ struct SurfaceAndFriction {
   bool is_solid(double value) const noexcept;
 };
 
-/// Viscosity: a point primitive at the proxy. Its strength resists motion with the same force at any
-/// speed (Coulomb; the paper's mode); its drag resists in proportion to the speed (true viscosity, f = c v).
+/// Viscosity: a point primitive at the proxy. Its strength resists motion with equal force at any speed (Coulomb; the paper's
+/// mode); its drag in proportion to the speed (f = c v).
 struct Viscosity {
   static constexpr auto type = "viscosity";
   static constexpr auto summary = "Resistance to motion in every direction, where the data say so.";
@@ -155,14 +153,14 @@ struct Viscosity {
         param("strength_n", &Viscosity::strength_n, "force that motion has to overcome, whatever its speed"),
         param("drag_ns_per_m", &Viscosity::drag_ns_per_m, "force per speed: true viscosity", Range{0, 100})};
   }
-  /// At least one of strength and drag.
+  /// Checks: strength or drag is set.
   std::string problem() const;
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Gradient force (paper: directed force): a pull uphill or downhill in a scalar field, smoothed when it
-/// is loaded. A pull whose direction turns within less than 2s/k would buzz at the top of a hill, so there
-/// it is weaker: s ≤ (k/2)·|g|/‖∂g/∂x‖ with g the gradient.
+/// Gradient force (paper: directed force): a pull uphill or downhill in a scalar field, smoothed on loading. A pull whose
+/// direction turns within less than 2s/k would buzz at the top of a hill, so it is limited there: s ≤ (k/2)·|g|/‖∂g/∂x‖ with g
+/// the gradient.
 struct GradientForce {
   static constexpr auto type = "gradient_force";
   static constexpr auto summary = "A pull uphill or downhill in a scalar field.";
@@ -188,8 +186,8 @@ struct GradientForce {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Follow: a line primitive along the field, so that moving across it costs force and moving along it
-/// is free. The sign of the field does not matter.
+/// Follow: a line primitive along the field: motion across it costs force, motion along it is free. The field's sign has no
+/// effect.
 struct Follow {
   static constexpr auto type = "follow";
   static constexpr auto summary = "A rail along the field: free along it, held across it.";
@@ -207,8 +205,8 @@ struct Follow {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Front shape: a plane across the field at the proxy, its normal along the field. One moves with the field and
-/// along its front freely, and against it only with force.
+/// Front shape: a plane across the field at the proxy. Motion with the field and along its front is free, motion against it
+/// costs force.
 struct FrontShape {
   static constexpr auto type = "front_shape";
   static constexpr auto summary = "A wall across the field: one moves with it, not against it.";
@@ -226,8 +224,8 @@ struct FrontShape {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Transverse damping: a line primitive along the field whose drag resists the part of the motion that goes
-/// across the field, f = −c (v − (v·q) q); along it one is free. A strength resists at any speed, as `follow` does.
+/// Transverse damping: a line primitive along the field whose drag resists motion across the field, f = −c (v − (v·q) q);
+/// motion along it is free. A strength resists at any speed, as in `follow`.
 struct TransverseDamping {
   static constexpr auto type = "transverse_damping";
   static constexpr auto summary = "A flow thick as honey across, free along it.";
@@ -243,14 +241,13 @@ struct TransverseDamping {
         param("drag_ns_per_m", &M::drag_ns_per_m, "force per speed of motion across the field", Range{0, 100}),
         param("strength_n", &M::strength_n, "force that motion across the field has to overcome, whatever its speed")};
   }
-  /// At least one of drag and strength.
+  /// Checks: drag or strength is set.
   std::string problem() const;
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Vector force: a directed force along the field, the simplest mode of vector data: one is carried by
-/// the flow. Where the direction turns within less than 2s/k it is weaker, s ≤ (k/2)·|V|/‖J‖, so that it
-/// fades at stagnation points and in cores.
+/// Vector force: a directed force along the field: the flow carries the hand. Where the direction turns within less than 2s/k
+/// it is limited, s ≤ (k/2)·|V|/‖J‖, so that it fades at stagnation points and in cores.
 struct VectorForce {
   static constexpr auto type = "vector_force";
   static constexpr auto summary = "A push along the field: one is carried by the flow.";
@@ -266,18 +263,18 @@ struct VectorForce {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// All vortex modes find vortices by Q = (|W|² − |S|²)/2 of the smoothed velocity, which is positive where the flow
-/// turns more than it deforms, and does not depend on who moves along with it. A strength that is a number is
-/// felt where Q is at least 5 % of its maximum in the data, from there on not more than k/2 × the depth; a
-/// strength that is a function says itself where, best as a function of q(FIELD).
+/// All vortex modes find vortices by Q = (|W|² − |S|²)/2 of the smoothed velocity, which is positive where the flow rotates
+/// more than it deforms, and is independent of a moving observer. A constant strength applies where Q is at least 5 % of its
+/// maximum in the data, limited from there to k/2 × the depth; a strength that is a function sets its own region, best as a
+/// function of q(FIELD).
 ///
-/// What points to the core is chosen:
-///   q                 ∇Q: exact in a smooth vortex where it is round, and the same for any observer. Nothing in a core
-///                     that turns like a solid, where Q is constant.
-///   vorticity         ω × (u − b), of the literature: right where the vortex stands still for the observer who
-///                     moves at b, the `background`, and ω keeps its sign.
-///   reduced_velocity  the Newton step to where u − b has no part across the axis of the turning: right, and the distance
-///                     with it, in any core, also a solid one, for that observer alone.
+/// Direction to the core:
+///   q                 ∇Q: exact in a smooth round vortex, and independent of the observer. Zero in a core in solid rotation,
+///                     where Q is constant.
+///   vorticity         ω × (u − b), of the literature: correct if the vortex is at rest for the observer moving at b, the
+///                     `background`, and ω keeps its sign.
+///   reduced_velocity  the Newton step to where u − b has no component across the axis of rotation: correct, with the distance,
+///                     in any core, also in solid rotation, for that observer alone.
 enum class VortexDirection { q, vorticity, reduced_velocity };
 
 /// Vortex force (paper: vortex core, directed force): a pull towards the core, fading where its direction turns.
@@ -286,7 +283,7 @@ struct VortexForce {
   static constexpr auto summary = "A pull towards the core of a vortex.";
 
   FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< the velocity, smoothed
+  FieldRef velocity{};  ///< smoothed velocity
   Strength strength_n{0.5};
   VortexDirection direction = VortexDirection::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -301,24 +298,23 @@ struct VortexForce {
                       param("background", &M::background, background_sentence)};
   }
   bool needs_velocity() const { return direction != VortexDirection::q; }
-  /// A background only where the direction depends on it.
+  /// Checks: a background only if the direction depends on it.
   std::string problem() const;
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 
-  /// How that parameter reads, for all vortex modes.
+  /// Description of that parameter in all vortex modes.
   static constexpr std::string_view background_sentence =
       "velocity at which the vortex moves along, in the field's unit along the world's axes; not with direction = \"q\"";
 };
 
-/// Vortex plane (paper: vortex shape, plane): a tube that one enters freely and leaves against force. The plane's
-/// normal points to the core. By q it stands on the level of Q that the proxy has reached; the other directions know no
-/// level, so there it stands at the proxy.
+/// Vortex plane (paper: vortex shape, plane): a tube that is free to enter and holds the hand inside. The plane's normal points
+/// to the core. With direction q it stands on the level of Q that the proxy has reached, else at the proxy.
 struct VortexPlane {
   static constexpr auto type = "vortex_plane";
   static constexpr auto summary = "A tube around the core of a vortex: free to enter, held inside.";
 
   FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< the velocity, smoothed
+  FieldRef velocity{};  ///< smoothed velocity
   Strength strength_n{0.5};
   VortexDirection direction = VortexDirection::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -334,32 +330,32 @@ struct VortexPlane {
                       param("background", &M::background, VortexForce::background_sentence)};
   }
   bool needs_velocity() const { return direction != VortexDirection::q; }
-  /// A background only where the direction depends on it.
+  /// Checks: a background only if the direction depends on it.
   std::string problem() const;
 
   struct Memory {
     bool captured = false;
-    double value = 0.0;  ///< Q of the level that the plane stands on, [1/s²] where velocities are in m/s
+    double value = 0.0;  ///< Q of the plane's level, [1/s²] where velocities are in m/s
   };
   void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;
   void on_step_accepted(const StepResult& result, Memory& memory) const noexcept;
 };
 
-/// Vortex line: a line primitive on the core line of the vortex around the proxy, one Newton step from it. Within reach
-/// of its strength the hand is held on the core and free along it; further away it is drawn there.
+/// Vortex line: a line primitive on the core line of the vortex around the proxy, one Newton step from it. Within reach of its
+/// strength the hand is held on the core and free along it; further away it is attracted.
 ///
-/// Unlike the other primitives that resist, it does not pass through the proxy, so it brings energy in, like a
-/// directed force. It buzzes less: the place of the line hardly depends on where it is looked for, so it may keep its
-/// whole strength at the core, where a directed force has to fade.
+/// Unlike the other resisting primitives, it does not pass through the proxy, so it injects energy, like a directed force. It
+/// buzzes less: the line hardly depends on the sample position, so it keeps its whole strength at the core, where a directed
+/// force has to fade.
 struct VortexLine {
   static constexpr auto type = "vortex_line";
   static constexpr auto summary = "A pull onto the core line of a vortex, which holds the hand there, free along it.";
 
-  /// How the core is found: by the ridge of Q, or where the reduced velocity has no part across the axis.
+  /// Method to find the core: the ridge of Q, or the zero of the reduced velocity across the axis.
   enum class By { q, reduced_velocity };
 
   FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< the velocity, smoothed
+  FieldRef velocity{};  ///< smoothed velocity
   Strength strength_n{0.5};
   By direction = By::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -375,7 +371,7 @@ struct VortexLine {
         param("background", &M::background, VortexForce::background_sentence)};
   }
   bool needs_velocity() const { return true; }  // for the axis
-  /// A background only where the step depends on it.
+  /// Checks: a background only if the step depends on it.
   std::string problem() const;
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };

@@ -1,5 +1,5 @@
-// Parameters: the one list of a mode's keys, from which scene files, error messages, `palpa modes`
-// and the documentation are made. The other parts of a scene have lists of the same kind (scene/parts.h).
+// Parameters: one list of a mode's keys for scene files, error messages, `palpa modes` and the documentation. The other parts
+// of a scene have lists of this kind (scene/parts.h).
 #pragma once
 
 #include <array>
@@ -17,17 +17,16 @@
 
 namespace palpa {
 
-/// A field of a scene by name: `volume` (its only field), `volume.field`, or `FUNC(FIELD)`. `index` is filled in when a
-/// session resolves the name.
+/// A field of a scene by name: `volume` (its only field), `volume.field`, or `FUNC(FIELD)`. A session resolves the name to
+/// `index`.
 struct FieldRef {
   std::string name;
   std::int32_t index = -1;
   friend bool operator==(const FieldRef& a, const FieldRef& b) { return a.name == b.name; }
 };
 
-/// A transfer function, of a field's value, for strengths and masks. Piecewise linear in the value; beyond the points it is
-/// `outside`. Two points with equal value are a step. The end points belong to the function: at the first and at the last value
-/// the result is theirs, whatever the side.
+/// Transfer function of a field's value, for strengths and masks. Piecewise linear; `outside` beyond the points. Two points
+/// with equal value are a step. At the first and at the last value the result is that of the end point, on either side.
 ///
 /// Evaluation never allocates or throws, and is finite for every value.
 class TransferFunction {
@@ -37,23 +36,22 @@ class TransferFunction {
     double result = 0.0;  ///< [N] of a strength, [1] 0…1 of a mask
     friend bool operator==(const Point&, const Point&) = default;
   };
-  /// Which of the two results a step has at its own value.
+  /// Side of a step whose result holds at its value.
   enum class Side { below, above };
 
   TransferFunction() = default;
-  /// \param points   with values that do not fall; at least one, at most two of one value
+  /// \param points   at least one; values must not decrease, at most two may be equal
   /// \param outside  [N] or [1] as the results; holds below the first and above the last value
-  /// Throws std::invalid_argument, with a sentence, on points that fall, are not finite or beyond 1e300.
+  /// Throws std::invalid_argument, with a sentence, on values that decrease, are not finite or beyond 1e300.
   TransferFunction(std::vector<Point> points, double outside = 0.0);
 
-  /// The result [N] or [1] at `value`, in the field's own unit. At a step, the limit from `side`. 0 for an empty function or a
-  /// NaN.
+  /// Result [N] or [1] at `value`, in the field's own unit. At a step, the limit from `side`. 0 for an empty function or a NaN.
   double at(double value, Side side = Side::above) const noexcept;
-  /// dresult/dvalue [N/unit] at `value`, in the field's own unit; at a point that of the piece on `side`; 0 beyond the points,
-  /// for an empty function or a NaN.
+  /// dresult/dvalue [N/unit] at `value`, in the field's own unit; at a point on its `side`; 0 beyond the points, for an empty
+  /// function or a NaN.
   double slope_at(double value, Side side = Side::above) const noexcept;
-  /// Whether it is zero at `value`, in the field's own unit, and on both sides of it, up to the points next to it. At the first
-  /// and the last point what is beyond does not count.
+  /// Whether it is zero at `value`, in the field's own unit, and up to the adjacent points on both sides. The outside does not
+  /// count.
   bool stays_zero_at(double value) const noexcept;
 
   const std::vector<Point>& points() const noexcept { return points_; }
@@ -65,31 +63,31 @@ class TransferFunction {
   double outside_ = 0.0;
 };
 
-/// Newtons: a number, or a function of any field of any volume.
+/// Strength in newtons: a number, or a function of any field of any volume.
 struct Strength {
   double constant_n = 0.0;
   FieldRef of;  ///< set: the strength is `curve` of this field's value, and constant_n is unused
   TransferFunction curve;
 
   Strength() = default;
-  Strength(double newtons) : constant_n(newtons) {}  // NOLINT: a number is a strength
+  Strength(double newtons) : constant_n(newtons) {}  // NOLINT: implicit on purpose
   Strength(FieldRef field, TransferFunction function) : of(std::move(field)), curve(std::move(function)) {}
   bool is_constant() const noexcept { return of.name.empty(); }
   friend bool operator==(const Strength&, const Strength&) = default;
 };
 
-/// A factor 0…1 on all strengths of a mode.
+/// Factor 0…1 on all strengths of a mode.
 struct Mask {
   FieldRef of;
   TransferFunction curve;
   friend bool operator==(const Mask&, const Mask&) = default;
 };
 
-/// What a number may be, in the unit of its name: [low, high], or (low, high]; by default any. NaN is in none.
+/// Range of a number, in the unit of its name: [low, high], or (low, high]; unbounded by default. Never contains NaN.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();  ///< the parameter's own unit
   double high = std::numeric_limits<double>::infinity();  ///< the parameter's own unit
-  bool above_low = false;                                 ///< `low` itself is out of it
+  bool above_low = false;                                 ///< excludes `low` itself
   /// \param value  the parameter's own unit
   constexpr bool contains(double value) const noexcept { return (above_low ? value > low : value >= low) && value <= high; }
 };
@@ -99,37 +97,37 @@ enum class ParameterKind : std::uint8_t {
   optional_number,
   whole_number,
   flag,
-  text,  ///< one of the choices, if there are any
+  text,  ///< limited to the choices, if there are any
   texts,
   choice,
-  volume,  ///< the name of a volume
+  volume,  ///< name of a volume
   scalar_field,
   vector_field,
   optional_field,
   strength,
   level,
   vector,         ///< of the world: 3 numbers
-  numbers,        ///< a list of finite numbers
-  whole_numbers,  ///< a list of them, each within the range
+  numbers,        ///< list of finite numbers
+  whole_numbers,  ///< list, each within the range
   list,           ///< tables with parameters of their own
-  table,          ///< one of them
-  named_tables,   ///< a table of tables, each under a plain word that its item's `name` holds
-  rows,           ///< a list of lists
+  table,          ///< single table
+  named_tables,   ///< table of tables, keyed by their `name`, a plain word
+  rows,           ///< list of lists
 };
 
-/// What a parameter is called, in which unit (the suffix of its name), what it means, what it may be.
+/// Description of a parameter: name with unit suffix, meaning, range.
 struct ParameterInfo {
   std::string_view name;
   std::string_view sentence;
   ParameterKind kind = ParameterKind::number;
   Range range{};                                ///< of numbers and strengths
   std::span<const std::string_view> choices{};  ///< of a choice or a text; of an optional number, the word for none
-  std::size_t count = 0;                        ///< of the numbers of a list
-  std::optional<Derivation> felt{};             ///< of a field: the mode feels this derivation of it
-  std::string_view form{};                      ///< how its value is written, for people; empty: by its kind
-  std::optional<std::string_view> fallback{};   ///< what holds where it is left out, for people; none: the value itself
+  std::size_t count = 0;                        ///< length of a list of numbers
+  std::optional<Derivation> felt{};             ///< of a field: the derivation that the mode samples
+  std::string_view form{};                      ///< format of its value, for people; empty: by its kind
+  std::optional<std::string_view> fallback{};   ///< value if left out, for people; none: the default itself
   bool needed = false;                          ///< must be given
-  /// A field or a level has no default: a scene must give it.
+  /// A field or a level has no default.
   bool required() const noexcept {
     return needed || kind == ParameterKind::scalar_field || kind == ParameterKind::vector_field || kind == ParameterKind::level;
   }
@@ -137,17 +135,17 @@ struct ParameterInfo {
 
 class ParameterVisitor;
 
-/// A list of structs with parameters of their own (levels), or one such struct.
+/// List of structs with parameters of their own (levels), or a single struct.
 class ParameterList {
  public:
   virtual ~ParameterList() = default;
   virtual std::size_t size() const = 0;
-  virtual void append() = 0;  ///< one more, with its defaults
+  virtual void append() = 0;  ///< adds an item with its defaults
   virtual void visit(std::size_t i, ParameterVisitor& visitor) = 0;
-  virtual void visit_default(ParameterVisitor& visitor) = 0;  ///< the parameters of a fresh one
+  virtual void visit_default(ParameterVisitor& visitor) = 0;  ///< of a new item
 };
 
-/// Sees, and may change, every parameter of a mode in the order of its list.
+/// Visits, and may change, every parameter of a mode in the order of its list.
 class ParameterVisitor {
  public:
   virtual ~ParameterVisitor() = default;
@@ -158,35 +156,34 @@ class ParameterVisitor {
   virtual void choice(const ParameterInfo&, int&) {}        ///< index in info.choices; -1: none
   virtual void field(const ParameterInfo&, FieldRef&) {}
   virtual void strength(const ParameterInfo&, Strength&) {}
-  virtual void list(const ParameterInfo&, ParameterList&) {}  ///< also a table, and named ones
+  virtual void list(const ParameterInfo&, ParameterList&) {}  ///< also a table, and named tables
   virtual void whole_number(const ParameterInfo&, std::optional<std::int64_t>&) {}
   virtual void numbers(const ParameterInfo&, std::vector<double>&) {}  ///< info.count of them, or none
   virtual void texts(const ParameterInfo&, std::vector<std::string>&) {}
-  virtual void other(const ParameterInfo&) {}  ///< whoever reads and writes the struct looks into it
-  /// No key of its own: `ref` is `felt` of the field that another parameter names. Seen only where the mode needs it.
+  virtual void other(const ParameterInfo&) {}  ///< handled by the reader and writer of the struct
+  /// Without a key: `ref` is the derivation `felt` of another parameter's field. Visited only if the mode needs it.
   virtual void companion(FieldRef& /*ref*/, const FieldRef& /*of*/, Derivation /*felt*/) {}
 };
 
-/// One entry of a mode's `parameters()`. Made by the functions below, never by hand.
+/// Entry of a mode's `parameters()`. Made by the functions below.
 template <class Owner, class T, std::size_t Choices = 0>
 struct Parameter {
   T Owner::*member;
   ParameterInfo info;
   std::array<std::string_view, Choices> choices{};
 
-  /// The same, written in this way for people: "[x, y, z]".
+  /// With the format shown to people: "[x, y, z]".
   constexpr Parameter written(std::string_view form) const {
     Parameter same = *this;
     same.info.form = form;
     return same;
   }
-  /// The same, with what holds where it is left out, for people; "": nothing.
+  /// With the meaning of a left-out value, for people; "": none.
   constexpr Parameter left_out(std::string_view meaning) const {
     Parameter same = *this;
     same.info.fallback = meaning;
     return same;
   }
-  /// The same, as one that must be given.
   constexpr Parameter needed() const {
     Parameter same = *this;
     same.info.needed = true;
@@ -194,18 +191,18 @@ struct Parameter {
   }
 };
 
-/// A number; its unit is the suffix of its name.
+/// Number; its unit is the suffix of its name.
 template <class O>
 constexpr auto param(std::string_view name, double O::*member, std::string_view sentence, Range range) {
   return Parameter<O, double>{member, {name, sentence, ParameterKind::number, range}};
 }
-/// A number that may be left out, which then means something of its own (the sentence says what).
+/// Optional number; the sentence explains its absence.
 template <class O>
 constexpr auto param(std::string_view name, std::optional<double> O::*member, std::string_view sentence, Range range,
                      std::span<const std::string_view> word_for_none = {}) {
   return Parameter<O, std::optional<double>>{member, {name, sentence, ParameterKind::optional_number, range, word_for_none}};
 }
-/// A whole number. A value out of its range stands for none.
+/// Whole number. A value out of its range stands for none.
 template <class O, class T>
 requires((std::is_integral_v<T> && !std::is_same_v<T, bool>) ||
          std::is_same_v<T, std::optional<int>>) constexpr auto param(std::string_view name, T O::*member,
@@ -216,7 +213,7 @@ template <class O>
 constexpr auto param(std::string_view name, bool O::*member, std::string_view sentence) {
   return Parameter<O, bool>{member, {name, sentence, ParameterKind::flag}};
 }
-/// A text; where there are choices, one of them. They must outlive every use.
+/// Text, limited to the choices if there are any. They must outlive every use.
 template <class O>
 constexpr auto param(std::string_view name, std::string O::*member, std::string_view sentence,
                      std::span<const std::string_view> choices = {}) {
@@ -226,34 +223,31 @@ template <class O>
 constexpr auto param(std::string_view name, std::vector<std::string> O::*member, std::string_view sentence) {
   return Parameter<O, std::vector<std::string>>{member, {name, sentence, ParameterKind::texts}};
 }
-/// The name of a volume.
 template <class O>
 constexpr auto volume_param(std::string_view name, std::string O::*member, std::string_view sentence) {
   return Parameter<O, std::string>{member, {name, sentence, ParameterKind::volume}};
 }
-/// A strength in newtons; the range holds for the number and for every result of the function.
+/// Strength in newtons; the range holds for the number and for every result of the function.
 template <class O>
 constexpr auto param(std::string_view name, Strength O::*member, std::string_view sentence, Range range = {0.0, 1000.0}) {
   return Parameter<O, Strength>{member, {name, sentence, ParameterKind::strength, range}};
 }
-/// A scalar field.
 template <class O>
 constexpr auto param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{member, {name, sentence, ParameterKind::scalar_field}};
 }
-/// A vector field.
 template <class O>
 constexpr auto vector_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{member, {name, sentence, ParameterKind::vector_field}};
 }
-/// A field of which the mode feels a derivation: `here.scalar(field)` is that of the derived field.
+/// Field that the mode samples through a derivation: `here.scalar(field)` is the derived field's.
 template <class O>
 constexpr auto derived_param(std::string_view name, FieldRef O::*member, Derivation felt, std::string_view sentence) {
   const bool of_scalar = felt == Derivation::smooth || felt == Derivation::gradient_magnitude;
   const ParameterKind kind = of_scalar ? ParameterKind::scalar_field : ParameterKind::vector_field;
   return Parameter<O, FieldRef>{member, {.name = name, .sentence = sentence, .kind = kind, .felt = felt}};
 }
-/// A second derivation of a field that another parameter names, filled in where `needed` says so.
+/// Second derivation of another parameter's field, filled in if `needed` returns true.
 template <class Owner>
 struct Companion {
   FieldRef Owner::*member;
@@ -265,63 +259,59 @@ template <class O>
 constexpr auto companion_param(FieldRef O::*member, FieldRef O::*of, Derivation felt, bool (O::*needed)() const) {
   return Companion<O>{member, of, felt, needed};
 }
-/// A field of either kind that may be left out.
 template <class O>
 constexpr auto optional_field_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{member, {name, sentence, ParameterKind::optional_field}};
 }
-/// A value of the mode's parameter `field` that is felt as a surface: the tick finds it along the path.
+/// Value of the mode's parameter `field` that is felt as a surface: the tick finds it along the path.
 template <class O>
 constexpr auto level_param(std::string_view name, double O::*member, std::string_view sentence) {
   return Parameter<O, double>{member, {name, sentence, ParameterKind::level}};
 }
-/// A vector along the axes of the world, in the unit of the mode's parameter `field`: [0, 0, 0] by default.
+/// Vector along the axes of the world, in the unit of the mode's parameter `field`: [0, 0, 0] by default.
 template <class O>
 constexpr auto param(std::string_view name, Vec3 O::*member, std::string_view sentence) {
   return Parameter<O, Vec3>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::vector, .count = 3, .form = "[x, y, z]"}};
 }
-/// A vector along the axes of the world that may be left out.
+/// Optional vector along the axes of the world.
 template <class O>
 constexpr auto param(std::string_view name, std::optional<Vec3> O::*member, std::string_view sentence) {
   return Parameter<O, std::optional<Vec3>>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::vector, .count = 3, .form = "[x, y, z]"}};
 }
-/// A list of N numbers, all finite.
+/// N finite numbers.
 template <class O, std::size_t N>
 constexpr auto param(std::string_view name, std::array<double, N> O::*member, std::string_view sentence) {
   return Parameter<O, std::array<double, N>>{member,
                                              {.name = name, .sentence = sentence, .kind = ParameterKind::numbers, .count = N}};
 }
-/// A list of N numbers, all finite, that may be left out.
 template <class O, std::size_t N>
 constexpr auto param(std::string_view name, std::optional<std::array<double, N>> O::*member, std::string_view sentence) {
   return Parameter<O, std::optional<std::array<double, N>>>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::numbers, .count = N}};
 }
-/// A list of N whole numbers, each within the range; zeros stand for none.
+/// N whole numbers, each within the range; zeros stand for none.
 template <class O, std::size_t N>
 constexpr auto param(std::string_view name, std::array<std::int64_t, N> O::*member, std::string_view sentence, Range range) {
   return Parameter<O, std::array<std::int64_t, N>>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::whole_numbers, .range = range, .count = N}};
 }
-/// One of several words, stored as an enum whose values are 0, 1, 2, … in the order of the words, or as false and true; an
-/// optional one may be left out.
+/// Choice of a word, stored as an enum with values 0, 1, 2, … in the order of the words, or as false and true.
 template <class O, class Enum, class... Words>
 constexpr auto choice_param(std::string_view name, Enum O::*member, std::string_view sentence, Words... words) {
   return Parameter<O, Enum, sizeof...(Words)>{member, {name, sentence, ParameterKind::choice}, {std::string_view(words)...}};
 }
-/// A list of structs that have a `parameters()` of their own.
+/// List of structs with a `parameters()` of their own.
 template <class O, class Item>
 constexpr auto list_param(std::string_view name, std::vector<Item> O::*member, std::string_view sentence) {
   return Parameter<O, std::vector<Item>>{member, {name, sentence, ParameterKind::list}};
 }
-/// The same, each under its name, which is its parameter `name`.
+/// Table of such structs, keyed by their parameter `name`.
 template <class O, class Item>
 constexpr auto named_list_param(std::string_view name, std::vector<Item> O::*member, std::string_view sentence) {
   return Parameter<O, std::vector<Item>>{member, {name, sentence, ParameterKind::named_tables}};
 }
-/// A struct that has parameters of its own.
 template <class O, class Item>
 constexpr auto table_param(std::string_view name, Item O::*member, std::string_view sentence) {
   return Parameter<O, Item>{member, {name, sentence, ParameterKind::table}};
@@ -348,7 +338,7 @@ class ListOf final : public ParameterList {
   std::vector<Item>& items_;
 };
 
-/// One struct as a list of one, which stays one.
+/// Adapter: struct as fixed list of size 1.
 template <class Item>
 class ListOfOne final : public ParameterList {
  public:
@@ -374,7 +364,6 @@ inline constexpr bool is_vector = false;
 template <class T>
 inline constexpr bool is_vector<std::vector<T>> = true;
 
-/// A member as numbers, and back where there are as many as it takes.
 inline std::vector<double> numbers_of(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline void set_numbers(Vec3& v, const std::vector<double>& numbers) { v = {numbers[0], numbers[1], numbers[2]}; }
 template <class T, std::size_t N>
@@ -402,7 +391,7 @@ void visit_numbers(const ParameterInfo& info, T& value, ParameterVisitor& visito
   if (numbers.size() == info.count) set_numbers(value, numbers);
 }
 
-/// Of an enum, a flag or an optional one of them.
+/// Of an enum, a flag or an optional of these.
 template <class T>
 void visit_choice(const ParameterInfo& info, T& value, ParameterVisitor& visitor) {
   if constexpr (is_optional<T>) {
@@ -476,7 +465,7 @@ void visit_parameter(O&, const ParameterInfo& other, ParameterVisitor& visitor) 
   visitor.other(other);
 }
 
-/// A struct's own list, or, for one that has none, the function `visit_part` of its owner.
+/// Visits a struct's own list, or, without a list, calls its owner's function `visit_part`.
 template <class T>
 void visit_parameters(T& owner, ParameterVisitor& visitor) {
   if constexpr (requires { T::parameters(); }) {

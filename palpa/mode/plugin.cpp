@@ -26,12 +26,12 @@ constexpr std::uint16_t own_machine = EM_AARCH64;
 #endif
 static_assert(std::endian::native == std::endian::little && sizeof(void*) == 8, "the ELF files read here are these");
 
-// Limits on a damaged file's claims. Larger: more memory for nonsense; smaller: could refuse what a linker writes, which is
-// some hundred bytes and about ten segments.
+// Limits on the sizes in a damaged file. Larger: more memory for nonsense; smaller: could refuse a linker's output, some
+// hundred bytes and about ten segments.
 constexpr std::uint64_t most_notes_bytes = 1 << 20;
 constexpr std::uint16_t most_segments = 1024;
 
-/// A file that is read at places, each checked against its size.
+/// File with random-access reads, each checked against its size.
 class File {
  public:
   explicit File(const fs::path& path) : file_(path) {
@@ -66,7 +66,7 @@ class File {
 
 constexpr std::size_t padded(std::size_t bytes) { return (bytes + 3) / 4 * 4; }
 
-/// The ABI in a piece of notes, where one of them is the stamp.
+/// The ABI of the stamp in a piece of notes, if it has one.
 std::optional<detail::PluginAbi> stamp_in(const std::vector<char>& notes) {
   const detail::PluginStamp expected;
   for (std::size_t at = 0; notes.size() - at >= sizeof(Elf64_Nhdr);) {
@@ -90,7 +90,7 @@ std::optional<detail::PluginAbi> stamp_in(const std::vector<char>& notes) {
   return std::nullopt;
 }
 
-/// The stamp of a shared library for this machine that is whole; none where it has no stamp.
+/// Stamp of an undamaged shared library for this machine; none if it has no stamp.
 std::optional<detail::PluginAbi> read_stamp(const File& file) {
   constexpr const char* no_library = "is no shared library; a plug-in is one that ends with PALPA_MODES(…)";
   if (!file.holds(0, SELFMAG)) file.refuse(no_library);
@@ -105,7 +105,7 @@ std::optional<detail::PluginAbi> read_stamp(const File& file) {
   if (header.e_phentsize != sizeof(Elf64_Phdr) || header.e_phnum == 0 || header.e_phnum > most_segments)
     file.refuse_as_damaged();
 
-  // The system's loader trusts these numbers: what lies beyond the end of the file would end the process.
+  // The system's loader trusts these numbers: offsets beyond the end of the file would end the process.
   const std::uint64_t sections_bytes = std::uint64_t{header.e_shnum} * header.e_shentsize;
   if (header.e_shoff != 0 && !file.holds(header.e_shoff, sections_bytes)) file.refuse_as_damaged();
 
@@ -138,7 +138,7 @@ void check_stamp(const File& file) {
   }
 }
 
-/// The complaint of the system's loader without the path, with which we begin the line ourselves.
+/// Message of the system's loader without the path, which our line begins with.
 std::string complaint_of_loader(const std::string& path) {
   const char* error = ::dlerror();
   std::string text = error ? error : "no reason given";
@@ -157,7 +157,7 @@ void load_plugin(const fs::path& path, ModeCatalog& catalog) {
   if (!library) {
     file.refuse("cannot be loaded (" + complaint_of_loader(absolute) + "); link it with all that it uses");
   }
-  // Never closed: modes, and what they throw, hold addresses in it.
+  // Never closed: modes and their exceptions hold addresses in it.
   const auto give_modes = reinterpret_cast<void (*)(std::vector<Mode>&)>(::dlsym(library, "palpa_plugin_modes"));
   if (!give_modes) file.refuse("has a stamp but no modes; a plug-in ends with PALPA_MODES(…)");
 

@@ -1,4 +1,4 @@
-// Modes from shared libraries: the macro that a plug-in ends with, and the loader.
+// Modes from shared libraries: the plug-in macro and the loader.
 #pragma once
 
 #include <array>
@@ -12,25 +12,23 @@
 
 namespace palpa {
 
-/// Adds the modes of a plug-in, a shared library that ends with PALPA_MODES(…), to a catalog. Its stamp is read from the
-/// file before anything in it runs; one that was made for another version is refused. A path without a
-/// slash is a file of the current folder: the system's library folders are never searched.
-/// A plug-in runs with all rights of this process, so name only those that you trust. It stays loaded
-/// until the process ends: modes may live as long.
-/// Throws LoadError; the catalog is then as it was. Allocates; not for the tick; one thread at a time
-/// for one catalog.
+/// Adds the modes of a plug-in, a shared library that ends with PALPA_MODES(…), to a catalog. Its stamp is read from the file
+/// before any of its code runs; another version's is refused. A path without a slash is a file in the current folder: the
+/// system's library folders are never searched. A plug-in runs with all rights of this process: load only trusted files. It
+/// stays loaded until the process ends, because modes may live as long. Throws LoadError and leaves the catalog unchanged.
+/// Allocates; not for the tick; one thread at a time for one catalog.
 void load_plugin(const std::filesystem::path& file, ModeCatalog& catalog);
 
-/// The modes that Palpa brings and those of these plug-ins. Throws LoadError.
+/// Modes of the library and of these plug-ins. Throws LoadError.
 ModeCatalog modes_with(const std::vector<std::filesystem::path>& plugins);
 
 namespace detail {
 
-/// What must agree between a plug-in and the library that loads it, as it lies in the file.
+/// Binary interface that a plug-in and its loader must share, as stored in the file.
 struct PluginAbi {
   std::uint32_t major = 0;   ///< of the version; before 1.0 a new minor is another interface
   std::uint32_t minor = 0;   ///< of the version
-  std::uint64_t layout = 0;  ///< of what is passed: sizes, and the standard library's switches
+  std::uint64_t layout = 0;  ///< of the passed types: sizes, and the standard library's switches
   friend constexpr bool operator==(const PluginAbi&, const PluginAbi&) = default;
 };
 
@@ -44,7 +42,7 @@ struct PluginStamp {
 };
 static_assert(sizeof(PluginStamp) == 20 + sizeof(PluginAbi), "a note has no gaps");
 
-/// The ABI of the headers that are being compiled.
+/// ABI of the headers being compiled.
 constexpr PluginAbi plugin_abi() {
   PluginAbi abi;
   const char* digit = version;
@@ -73,10 +71,10 @@ constexpr PluginAbi plugin_abi() {
   return abi;
 }
 
-/// The one that this library was compiled with, for whoever links it and was compiled apart.
+/// ABI of this library's build, for programs compiled apart.
 PluginAbi library_abi() noexcept;
 
-/// The note with an ABI.
+/// ELF note of an ABI.
 constexpr PluginStamp plugin_stamp(const PluginAbi& abi) {
   PluginStamp stamp;
   stamp.abi = {abi.major, abi.minor, static_cast<std::uint32_t>(abi.layout), static_cast<std::uint32_t>(abi.layout >> 32)};
@@ -91,8 +89,8 @@ void append_modes(std::vector<Mode>& modes) {
 }  // namespace detail
 }  // namespace palpa
 
-/// Makes a shared library a plug-in: PALPA_MODES(Ridge, Groove), once, outside of all namespaces. The
-/// library then has a stamp, which is read without running it, and a function that gives the modes.
+/// Makes a shared library a plug-in: PALPA_MODES(Ridge, Groove), once, outside of all namespaces. Adds a stamp, which is read
+/// without running the library, and a function that returns the modes.
 #define PALPA_MODES(...)                                                                                                      \
   extern "C" {                                                                                                                \
   [[gnu::used, gnu::section(".note.palpa"), gnu::aligned(4)]] constinit const palpa::detail::PluginStamp palpa_plugin_stamp = \

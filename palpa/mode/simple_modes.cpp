@@ -1,4 +1,4 @@
-// Modes that place one primitive each.
+// Modes that place a single primitive.
 #include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
 #include "palpa/mode/vortex_core.h"
@@ -67,7 +67,7 @@ void VortexLine::place(const ModeContext& here, PrimitiveSink out) const noexcep
                                                    : detail::core_by_velocity(u, here.direction_to_hand(background));
   const double strength = core.trust * detail::in_vortex_n(here, field, !strength_n.is_constant(), here.newtons(strength_n));
   const Vec3 core_m = here.at_m + core.offset_m;
-  const bool is_within_reach = largest_component(core_m) <= largest_position_m;  // a core further away than that is none
+  const bool is_within_reach = largest_component(core_m) <= largest_position_m;  // a core further away is ignored
   if (strength > 0.0 && is_within_reach) out.line(0, core_m, core.axis, strength);
 }
 

@@ -1,4 +1,4 @@
-// What a session remembers from tick to tick, in one block of bytes.
+// Arena of trivially copyable session state.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,15 @@
 
 namespace palpa {
 
-/// Memory in which the parts of a session keep, side by side, what the next tick depends on. What a part keeps is trivially
-/// copyable and has no pointer into the block, so the whole is copied as bytes: a rehearsal begins, and is thrown away, by one
-/// copy. What may be forgotten, such as where a search begins, is kept elsewhere. One thread.
+/// State of a session's parts, side by side. Trivially copyable contents without pointers into the arena are copied as bytes: a
+/// rehearsal begins, and is discarded, by one copy. Caches are kept elsewhere. One thread.
 class StateArena {
  public:
   StateArena() = default;
   StateArena(const StateArena&) = delete;
   StateArena& operator=(const StateArena&) = delete;
 
-  /// Gives room for so many values, which are fresh ones and stay where they are as long as the block. Allocates.
+  /// Returns `size` [1] new values; their addresses are stable. Allocates.
   template <class T>
   std::span<T> add(std::size_t size) {
     static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignment);
@@ -30,17 +29,16 @@ class StateArena {
     std::uninitialized_value_construct_n(first, size);
     return {first, size};
   }
-  /// The same for one.
   template <class T>
   T& add() {
     return add<T>(1).front();
   }
 
-  /// Whether another block has parts of the same sizes.
+  /// Whether another arena has parts of equal sizes.
   bool has_parts_of(const StateArena& other) const noexcept {
     return std::ranges::equal(chunks_, other.chunks_, {}, &Chunk::used, &Chunk::used);
   }
-  /// Takes over what another block holds. Programming error (assert) if its parts are others.
+  /// Copies the contents of another arena. Programming error (assert) if its parts differ.
   void copy(const StateArena& other) noexcept {
     assert(chunks_.size() == other.chunks_.size());
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
@@ -51,7 +49,7 @@ class StateArena {
 
  private:
   static constexpr std::size_t alignment = __STDCPP_DEFAULT_NEW_ALIGNMENT__;
-  static constexpr std::size_t chunk_bytes = 1 << 16;  // all of a usual scene's; what is not used is never touched
+  static constexpr std::size_t chunk_bytes = 1 << 16;  // fits a usual scene; unused pages are never touched
   struct Chunk {
     std::unique_ptr<std::byte[]> bytes;
     std::size_t used = 0, size = 0;
@@ -67,7 +65,7 @@ class StateArena {
     return chunks_.back().bytes.get() + chunks_.back().used - bytes;
   }
 
-  std::vector<Chunk> chunks_;  // nearly always one
+  std::vector<Chunk> chunks_;  // rarely more than one
 };
 
 }  // namespace palpa

@@ -7,27 +7,27 @@ namespace palpa {
 
 namespace {
 
-// Of the levels that hold the proxy each has a plane and a line; of material it is the first.
+// Each level that holds the proxy has a plane and a line; material uses the first pair.
 constexpr std::uint16_t surface_slot(std::size_t held) noexcept {
   return static_cast<std::uint16_t>(held == 0 ? 0 : 2 * held + 1);
 }
 constexpr std::uint16_t friction_slot(std::size_t held) noexcept { return surface_slot(held) + 1; }
 constexpr std::uint16_t flat_slot = 2;
 
-// Friction that slid has to hold for this long before static friction returns. Shorter: a slow hand on an encoder seems still
-// between two steps (3 mm/s, 55 um); longer: it grips late.
+// Static friction returns after so long without sliding. Shorter: a slow hand on an encoder seems still between two steps (3
+// mm/s, 55 um); longer: it grips late.
 constexpr double grips_after_s = 0.020;
 
 }  // namespace
 
-// What a plane is placed on.
+// Support of a plane.
 struct SurfaceAndFriction::Standing {
-  std::size_t held = 0;          // in the memory
-  const Level* shell = nullptr;  // none: material
+  std::size_t held = 0;          // index in the memory
+  const Level* shell = nullptr;  // null: material
   double value = 0.0;
   double pressed_to = value;
   bool from_low = true;
-  bool grips = true;  // by static friction
+  bool grips = true;  // static friction
 };
 
 std::string SurfaceAndFriction::problem() const {
@@ -58,7 +58,7 @@ std::string SurfaceAndFriction::problem() const {
 void SurfaceAndFriction::place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept {
   const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
   const bool material = levels.empty();
-  if (!material && noise_per_m == 0.0 && std::ranges::none_of(memory.held, is_held)) return;  // nothing is met, nothing flat
+  if (!material && noise_per_m == 0.0 && std::ranges::none_of(memory.held, is_held)) return;  // no contact, nothing flat
   const ScalarSample sample = here.scalar(field);
   if (!sample.inside) return;
   if (noise_per_m > 0.0) {
@@ -101,7 +101,7 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
     out.plane(slot, foot_m, normal, strength, level);
   }
 
-  // Through the proxy itself, so that friction is dissipation and nothing else.
+  // Through the proxy itself, so that friction is pure dissipation.
   const bool own_friction = on.shell && (on.shell->friction_n || on.shell->friction_coefficient);
   const double coefficient = own_friction ? on.shell->friction_coefficient.value_or(0.0) : friction_coefficient;
   const double constant_n = own_friction ? on.shell->friction_n.value_or(0.0) : friction_n;
@@ -116,14 +116,13 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
   }
 }
 
-// The factor of the texture on friction, [1] 0…2: where the voxels say more than the filter, it is rougher. As it is under the
-// place where the step starts, which friction is measured from: were it that of the end, a step could find no end that fits its
-// friction.
+// Factor of the texture on friction, [1] 0…2: rougher where the voxels exceed the filter. Sampled at the start of the step, the
+// origin of friction: sampled at the end, no end might fit its own friction.
 double SurfaceAndFriction::texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept {
   return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_offset_m(slot)).value : 1.0;
 }
 
-// Every value of a material is solid: its strengths say how much.
+// Every value of a material is solid, to the degree of its strength.
 bool SurfaceAndFriction::is_solid(double value) const noexcept {
   return levels.empty() || std::any_of(levels.begin(), levels.end(), [&](const Level& level) {
            return solid == Solid::high ? value > level.value : value < level.value;
@@ -142,7 +141,7 @@ void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memo
   if (levels.empty()) {
     const PrimitiveState state = result.state(surface_slot(0));
     memory.captured = result.placed(surface_slot(0)) && state != PrimitiveState::off;
-    if (state == PrimitiveState::slip) memory.value = sample.value;  // pressed through: the next value carries
+    if (state == PrimitiveState::slip) memory.value = sample.value;  // pressed through: the next value bears
     if (state == PrimitiveState::stick) memory.value = result.captured(surface_slot(0)).value;
     return;
   }
@@ -166,8 +165,8 @@ void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memo
   }
 }
 
-// A level that slips lets go. One that only yields goes on bearing, as material does, where it has been pressed to: were it to
-// stay where it was met, the proxy would be deep in it, and no place near by would be free for it to go to.
+// A level that slips is released. A level that only yields bears on, as material does, where it has been pressed to: in its old
+// place the proxy would be deep in it, without a free point nearby.
 void SurfaceAndFriction::give_way(const StepResult& result, std::uint16_t slot, Memory::Held& held) const noexcept {
   const PrimitiveState state = result.state(slot);
   const double value = levels[static_cast<std::size_t>(held.level)].value;
@@ -178,7 +177,7 @@ void SurfaceAndFriction::give_way(const StepResult& result, std::uint16_t slot, 
   if (at.inside) held.pressed_to = held.from_low ? std::max(value, at.value) : std::min(value, at.value);
 }
 
-// Once it slides, friction is the kinetic one until it has held for a while.
+// After sliding, friction stays kinetic for a while.
 void SurfaceAndFriction::rub(const StepResult& result, Memory& memory) const noexcept {
   if (static_friction_ratio == 1.0) return;
   for (std::size_t i = 0; i < memory.held.size(); ++i) {
@@ -188,7 +187,7 @@ void SurfaceAndFriction::rub(const StepResult& result, Memory& memory) const noe
   }
 }
 
-// Meets a level. A rigid level behind the proxy no longer holds it; elastic ones, which let it in, still do.
+// A rigid level behind the proxy no longer holds it; elastic levels, which let it in, still do.
 void SurfaceAndFriction::meet(Memory& memory, std::int32_t level, bool from_low) const noexcept {
   for (Memory::Held& held : memory.held) {
     const bool gives_way = held.level >= 0 && levels[static_cast<std::size_t>(held.level)].stiffness_n_per_m.has_value();

@@ -12,11 +12,10 @@ namespace {
 using Point = TransferFunction::Point;
 using Side = TransferFunction::Side;
 
-/// Finite, and so that differences are finite too.
+/// Finite, with finite differences.
 bool is_usable(double number) noexcept { return std::abs(number) <= 1e300; }
 
-/// The first point that lies beyond `value` when `value` is come to from `side`: the piece that counts
-/// ends there.
+/// First point beyond `value` when approached from `side`: end of the piece that applies.
 std::vector<Point>::const_iterator end_of_piece(const std::vector<Point>& points, double value, Side side) noexcept {
   if (side == Side::above) {
     return std::upper_bound(points.begin(), points.end(), value, [](double v, const Point& p) { return v < p.value; });

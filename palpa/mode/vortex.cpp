@@ -8,10 +8,10 @@ namespace {
 
 constexpr std::uint16_t tube_slot = 0;
 
-// The way to the core as a mode chose to find it.
+// Path to the core by the mode's method.
 struct ToCore {
   Vec3 direction;         // [1] unit length, or zero
-  double steady_n = 0.0;  // the most that a force along it may have so that it turns by no more than k/2 per metre
+  double steady_n = 0.0;  // largest force along it that turns by no more than k/2 per metre
 };
 
 ToCore by_q(const ModeContext& here, const FieldRef& field) noexcept {

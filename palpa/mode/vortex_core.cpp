@@ -12,18 +12,18 @@ namespace {
 // [1] of the largest Q. Less: noise of measured data counts as a vortex; more: the rims of vortices are not felt.
 constexpr double threshold_share = 0.05;
 
-// [1] Regularity of the 2 × 2 system: determinant over the product that makes it regular. Up to the first the core line is not
-// trusted, from the second on fully. Smaller: steps from nearly singular systems; larger: more true cores are not trusted.
+// [1] Regularity of the 2 × 2 system: determinant over the product that makes it regular. Below the first the core line is
+// rejected, from the second on fully trusted. Smaller: steps from nearly singular systems; larger: more true cores are
+// rejected.
 constexpr double least_regular = 0.1, regular = 0.3;
-// [1] Curvature of a ridge of Q across the slope, as a share of all curvature. Up to the first there is no ridge, from the
-// second on it is trusted fully. Smaller: flat Q makes cores; larger: weak ridges are lost.
+// [1] Curvature of a ridge of Q across the slope, as a share of all curvature. Below the first there is no ridge, from the
+// second on full trust. Smaller: cores in flat Q; larger: weak ridges are lost.
 constexpr double least_ridge = 0.03, ridge = 0.1;
 
-// [1] Steps towards the core, each from the direction that the last one found. More: slower; fewer: off where the flow draws
-// in.
+// [1] Steps towards the core, each from the direction of the last. More: slower; fewer: inaccurate where the flow draws in.
 constexpr int passes = 3;
 
-/// The axis that a flow turns about: the real eigenvector of J where the other eigenvalues are complex, else zero.
+/// Axis of rotation of a flow: the real eigenvector of J where the other eigenvalues are complex, else zero.
 Vec3 swirl_axis(const Mat3& jacobian) noexcept {
   const double largest =
       std::max({largest_component(jacobian.row[0]), largest_component(jacobian.row[1]), largest_component(jacobian.row[2])});
@@ -63,7 +63,7 @@ CoreLine core_by_velocity(const VectorSample& velocity, const Vec3& background) 
     core.trust = 1.0;
     return core;
   }
-  // Where the flow also draws in, it does not run round the core, but the step to the core says better what does.
+  // Where the flow also draws in, it does not run round the core; the step to the core is a better guess for the next pass.
   Vec3 e1 = normalized(across);
   for (int pass = 0; pass < passes; ++pass) {
     const Vec3 e2 = cross(core.axis, e1);
@@ -94,7 +94,7 @@ CoreLine core_by_q(const ScalarSample& q, const Mat3& hessian, const VectorSampl
   if (core.axis == Vec3{}) return core;
   const Vec3 across = q.gradient - dot(q.gradient, core.axis) * core.axis;
   const double steepness = norm(across);
-  if (!(steepness > 0.0)) {  // on the core itself, or in one that turns like a solid and has no ridge
+  if (!(steepness > 0.0)) {  // on the core itself, or in a core in solid rotation, which has no ridge
     const double curvature = norm(hessian.row[0]) + norm(hessian.row[1]) + norm(hessian.row[2]);
     core.trust = curvature > 0.0 ? 1.0 : 0.0;
     return core;
@@ -103,7 +103,7 @@ CoreLine core_by_q(const ScalarSample& q, const Mat3& hessian, const VectorSampl
   const Vec3 h2 = hessian * e2;
   const double h12_itself = dot(e1, h2), h22 = dot(e2, h2), h11_itself = dot(e1, hessian * e1);
   const double h11 = std::min(h11_itself, h22);
-  const double h12 = h12_itself * std::clamp(h11_itself / h11, 0.0, 1.0);  // tells little where the profile bends
+  const double h12 = h12_itself * std::clamp(h11_itself / h11, 0.0, 1.0);  // unreliable where the profile bends
   const double product = h11 * h22;
   const double share = -h22 / (std::abs(h11_itself) + std::abs(h12_itself) + std::abs(h22));
   const double regularity = 1.0 - h12 * h12 / product;

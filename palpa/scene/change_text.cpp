@@ -20,7 +20,7 @@ toml::table parsed(const std::string& text) {
   }
 }
 
-/// Where a line begins in the text. \param line  [1] from 1
+/// Offset of a line in the text. \param line  [1] from 1
 std::size_t begin_of_line(const std::string& text, std::size_t line) {
   std::size_t at = 0;
   for (std::size_t n = 1; n < line && at < text.size(); ++n) at = std::min(text.find('\n', at), text.size() - 1) + 1;
@@ -51,7 +51,7 @@ std::string with_number(const std::string& text, std::string_view table, std::st
   if (const toml::node* const there = found->get(key)) {
     const toml::source_region& region = there->source();
     const std::size_t begin = after_characters(text, begin_of_line(text, region.begin.line), region.begin.column - 1);
-    // A number ends where what may stand behind one begins.
+    // A number ends at the first character that may follow it.
     const std::size_t end = std::min(text.find_first_of(" \t\r\n,}#", begin), text.size());
     return changed.replace(begin, end - begin, number);
   }

@@ -1,4 +1,4 @@
-// Numbers of a scene file changed, and nothing else of its text.
+// Edits of single numbers in a scene file's text.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace palpa {
 
-/// The text with one number of a table changed, or added to it where it is not there: comments, order and spaces stay. The
-/// table is [TABLE], written so, or is added at the end.
-/// \param text   a scene file that loads; throws SceneError where it is no TOML
+/// Changes a number of a table, or adds it if missing; keeps comments, order and spaces. The table must be written as [TABLE],
+/// or is added at the end.
+/// \param text   a valid scene file; throws SceneError if it is no TOML
 /// \param table  a plain word: "coupling"
 /// \param value  finite, in the key's own unit
 std::string with_number(const std::string& text, std::string_view table, std::string_view key, double value);

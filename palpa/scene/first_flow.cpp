@@ -11,29 +11,29 @@
 namespace palpa::detail {
 namespace {
 
-// [1] Share of noise in what moves, above which noise is masked; clean flows have less than 0.01. Less: turbulence is masked;
+// [1] Share of noise in moving cells, above which noise is masked; clean flows have less than 0.01. Less: turbulence is masked;
 // more: noise is felt.
 constexpr double many = 0.15;
-// [1] Share of the data that flow, below which another field is looked for that says where tissue can be. More: such a field is
-// used for wide flows, too; less: nothing is felt around narrow vessels.
+// [1] Share of the data that flow, below which another field locates tissue. More: it is used for wide flows, too; less:
+// nothing is felt around narrow vessels.
 constexpr double sparse = 0.2;
-// [1] Share of all that flows which the object's parts hold. More: scattered noise widens the object; less: small branches are
-// left out.
+// [1] Share of all flowing cells in the object's parts. More: scattered noise widens the object; less: small branches are left
+// out.
 constexpr double enough = 0.9;
-// [spacings] Shortest vortex: noise, smoothed over two spacings, makes blobs of four or five. Less: such blobs are taken for
+// [spacings] Shortest vortex: noise, smoothed over two spacings, makes blobs of four or five. Less: blobs are taken for
 // vortices; more: small vortices are not felt.
 constexpr double least_vortex = 6.0;
 
-// [1] Least Q, as a share of the Q of a solid turn with the same curl. In a shear layer, which deforms as much as it turns, Q
-// is 0. Less: shear layers are taken for vortices; more: stretched vortices are lost.
+// [1] Least Q, as a share of the Q of a solid rotation with equal curl. In a shear layer, which deforms as much as it rotates,
+// Q is 0. Less: shear layers become vortices; more: stretched vortices are lost.
 constexpr double least_swirl = 0.3;
 
-/// The flow at each cell of a lattice.
+/// Flow at a cell of a lattice.
 struct Cell {
   bool inside = false;
   bool moves = false;
   double speed = 0.0;
-  double coherence = 1.0;  ///< [1] where it moves
+  double coherence = 1.0;  ///< [1] of moving cells
 };
 
 /// The field that is high nearly wherever there is flow, and low in much of the rest.
@@ -41,7 +41,7 @@ std::optional<FlowSignal> signal_of(const Lattice& lattice, const Volume& volume
                                     const std::vector<Cell>& cells, const std::vector<char>& flows, bool noisy,
                                     const std::vector<Statistics>& values) {
   std::optional<FlowSignal> best;
-  double best_share = 0.7;  // [1] of the data where the field may be high: with more, its mask would leave hardly anything out
+  double best_share = 0.7;  // [1] of the data where the field may be high: with more, its mask would exclude hardly anything
   for (std::size_t f = 0; f < volume.fields.size(); ++f) {
     const Field& field = *volume.fields[f].field;
     const Statistics& v = values[f];
@@ -68,7 +68,7 @@ std::optional<FlowSignal> signal_of(const Lattice& lattice, const Volume& volume
   return best;
 }
 
-/// Cells no further than `way_m` along any axis from one that has no data or where nothing moves faster than `still`.
+/// Cells at most `way_m` along any axis from a cell without data or with a speed of at most `still`.
 std::vector<char> near(const Lattice& lattice, const std::vector<Cell>& cells, double still, double way_m) {
   std::vector<char> found(lattice.size(), 0);
   for (std::size_t n = 0; n < cells.size(); ++n) found[n] = !cells[n].inside || cells[n].speed <= still;
@@ -88,15 +88,14 @@ std::vector<char> near(const Lattice& lattice, const std::vector<Cell>& cells, d
   return found;
 }
 
-/// The field that parts where it flows from where nothing does: all of its values lie near two, and hardly a cell is on the
-/// wrong side.
+/// Field that separates fluid from wall: nearly all of its values lie near two values, and hardly a cell is on the wrong side.
 std::optional<Wall> wall_of(const Lattice& lattice, const Volume& volume, std::size_t flow, const std::vector<Cell>& cells,
                             const std::vector<char>& flows, const std::vector<Statistics>& values) {
-  // [1] Of the span, how near to its ends values lie, and the share of them that do: a mask that was put onto another grid has
-  // fractions at its edge. More, less: an image is taken for a mask; less, more: such a mask is not known.
+  // [1] Distance of values from the ends of the span, as a share of it, and the share of values within: a resampled mask has
+  // fractions at its edge. More, less: an image is taken for a mask; less, more: a mask is missed.
   constexpr double near_an_end = 0.02, nearly_all = 0.85;
-  // [1] Of what flows: cells on the wrong side, at most; in a narrow vessel many lie on its edge. More: a mask that has nothing
-  // to do with the flow is a wall; less: vessels have none.
+  // [1] Of the flow: largest share of cells on the wrong side; in a narrow vessel many lie on its edge. More: an unrelated mask
+  // is a wall; less: vessels have none.
   constexpr double few = 0.25;
   for (std::size_t f = 0; f < volume.fields.size(); ++f) {
     const Field& field = *volume.fields[f].field;
@@ -107,7 +106,7 @@ std::optional<Wall> wall_of(const Lattice& lattice, const Volume& volume, std::s
     const double high = v.histogram.share_between(v.max - near_an_end * span, v.max);
     const double between = std::max(0.0, 1.0 - low - high);
     if (low + high < nearly_all || between > 2.0 * std::min(low, high))
-      continue;  // an image has hardly a voxel as bright as its most
+      continue;  // few voxels of an image are near its maximum
     const double level = 0.5 * (v.min + v.max);
     std::size_t flowing = 0, flowing_high = 0, all = 0, all_high = 0;
     for (std::size_t n = 0; n < cells.size(); ++n) {
@@ -126,10 +125,10 @@ std::optional<Wall> wall_of(const Lattice& lattice, const Volume& volume, std::s
   return std::nullopt;
 }
 
-/// Where the flow turns; none where it is uniform.
+/// Region where the flow rotates; none where it is uniform.
 std::optional<Turning> turning_of(const Lattice& lattice, const Field& field, const FlowPlaces& flow) {
   const FieldPtr curl = derived(Derivation::curl, FieldPtr(FieldPtr(), &field));
-  // A flow that turns like a solid has a curl of twice its rate.
+  // A flow in solid rotation has a curl of twice its rate.
   Turning found;
   found.from = std::numbers::pi * flow.speeds.fast / largest_component(flow.object.box_m.size_m());
   std::vector<double> above;
@@ -151,11 +150,13 @@ std::optional<Turning> turning_of(const Lattice& lattice, const Field& field, co
 std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, const std::vector<Cell>& cells,
                                     const FlowPlaces& flow) {
   const FieldPtr q = derived(Derivation::q, FieldPtr(FieldPtr(), &field));
-  // A vortex turns by more than a quarter while the stream crosses the object. Q of a solid turn is its rate squared.
+  // A vortex rotates by more than a quarter turn while the stream crosses the object. Q of a solid rotation is its rate
+  // squared.
   const double length_m = largest_component(flow.object.box_m.size_m()), spacing_m = field.spacing_m();
   const double rate = 0.5 * std::numbers::pi * flow.speeds.fast / length_m;
-  // The coherence says how far vectors deviate from their mean, by noise or by a slope. White noise with deviation σ, smoothed
-  // over two spacings h, gives each derivative a deviation of 0.0187 σ/h, and one Q in a million is above 17 times its square.
+  // The coherence measures the deviation of vectors from their mean, by noise or by a slope. White noise with deviation σ,
+  // smoothed over two spacings h, gives each derivative a deviation of 0.0187 σ/h; one Q in a million is above 17 times its
+  // square.
   std::vector<double> deviations;
   for (std::size_t n = 0; n < cells.size(); ++n) {
     const Cell& c = cells[n];
@@ -166,7 +167,7 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   found.from = std::max(rate * rate, 20.0 * steepness * steepness);
   found.by_noise = found.from > rate * rate;
 
-  // Beside walls a flow turns, too, without a vortex: cells near walls, or near the end of the data, are left out.
+  // Beside walls a flow rotates without a vortex: cells near walls, or near the end of the data, are left out.
   const std::vector<char> walls = near(lattice, cells, 1e-6 * flow.speeds.fast, 4.0 * spacing_m);
   const FieldPtr smoothed = derived(Derivation::smooth_vector, FieldPtr(FieldPtr(), &field));
   std::vector<char> turns(lattice.size(), 0);
@@ -236,7 +237,7 @@ FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t
   }
   found.noisy_share = static_cast<double>(noise) / static_cast<double>(std::max<std::size_t>(moving, 1));
   found.noisy = found.noisy_share > many;
-  if (found.noisy) {  // noise may be faster than what flows
+  if (found.noisy) {  // noise may be faster than the flow
     std::vector<double> streams;
     for (const Cell& c : cells) {
       if (c.moves && c.coherence >= coherence_of_flow) streams.push_back(c.speed);

@@ -1,4 +1,4 @@
-// Where a vector field flows, where it is noise, and where it turns: the basis of a first scene of it.
+// Flow, noise and vortices of a vector field: the basis of its first scene.
 #pragma once
 
 #include <optional>
@@ -10,62 +10,61 @@
 
 namespace palpa::detail {
 
-/// Another field of the volume that says where there is something that can flow: the magnitude image of a velocity MR.
+/// Field that locates flowing tissue: the magnitude image of a velocity MR.
 struct FlowSignal {
-  std::size_t field = 0;  ///< its number in the volume
-  double from = 0.0;      ///< below, nothing is there; in that field's own unit
-  double full = 0.0;      ///< from here on the mask is 1; in that field's own unit
+  std::size_t field = 0;  ///< number in the volume
+  double from = 0.0;      ///< below, there is no tissue; in that field's own unit
+  double full = 0.0;      ///< the mask is 1 from here on; in that field's own unit
 };
 
-/// Where a flow turns about a core, by Q of its smoothed velocity (docs/modes/vortex_force.md), in (unit of the field/m)².
+/// Region of rotation about a core, by Q of the smoothed velocity (docs/modes/vortex_force.md), in (unit of the field/m)².
 struct Vortices {
   double from = 0.0;            ///< Q at which a pull onto the core begins
-  double full = 0.0;            ///< Q from which it has all its strength
-  double most = 0.0;            ///< the largest Q
-  Vec3 core_m;                  ///< where Q is largest within the largest vortex
+  double full = 0.0;            ///< Q of full strength
+  double most = 0.0;            ///< largest Q
+  Vec3 core_m;                  ///< position of the largest Q in the largest vortex
   bool by_noise = false;        ///< true: noise stays below `from`; false: `from` is a quarter turn while the stream passes
-  double coherence_from = 0.0;  ///< [1] below, it is a wall, where Q is high as well; 0: no such walls
-  double coherence_full = 0.0;  ///< [1] from here on it is no wall
+  double coherence_from = 0.0;  ///< [1] below, high Q is due to a wall; 0: no such walls
+  double coherence_full = 0.0;  ///< [1] from here on there is no wall
 };
 
-/// Where a flow turns or shears, by the length of its curl, in unit of the field/m: there it differs from place to place, and
-/// rails show it. A uniform stream has none.
+/// Region of rotation or shear, by the length of the curl, in unit of the field/m: there the flow varies, and rails show it.
 struct Turning {
   double from = 0.0;  ///< a quarter turn while the stream crosses the object
-  double full = 0.0;  ///< the median of what turns faster
+  double full = 0.0;  ///< median above `from`
   double most = 0.0;  ///< the largest
 };
 
-/// Another field of the volume that is one number where it flows and another one where there is a wall.
+/// Field with one value in the fluid and another in the wall.
 struct Wall {
-  std::size_t field = 0;  ///< its number in the volume
+  std::size_t field = 0;  ///< number in the volume
   double level = 0.0;     ///< half way; in that field's own unit
-  double fluid = 0.0;     ///< from here on it is fluid, without the edge's fractions; in that field's own unit
-  bool around = false;    ///< the wall is around the flow, as that of a vessel; else a body is in the stream
+  double fluid = 0.0;     ///< fluid from here on, without the edge's fractions; in that field's own unit
+  bool around = false;    ///< a wall around the flow, as of a vessel; else a body in the stream
 
   bool fluid_is_high() const noexcept { return fluid > level; }
 };
 
-/// Where a vector field flows.
+/// Regions of a vector field.
 struct FlowPlaces {
-  Object object;                     ///< where it flows, noise left out
-  FirstFlow speeds;                  ///< of what is not noise
-  double noisy_share = 0.0;          ///< [1] of what moves, the part whose vectors are at odds with those around them
-  bool noisy = false;                ///< `noisy_share` is so large that noise has to be masked
+  Object object;                     ///< region of flow, without noise
+  FirstFlow speeds;                  ///< without noise
+  double noisy_share = 0.0;          ///< [1] part of the moving cells whose vectors disagree with their neighbours
+  bool noisy = false;                ///< noise has to be masked
   std::optional<FlowSignal> signal;  ///< of a flow that is noisy or fills little of the data
   std::optional<Vortices> vortices;
   std::optional<Turning> turning;
   std::optional<Wall> wall;
 };
 
-/// [1] `coherence` of moving vectors: below the first they are noise, from the second on a stream. More: parts of turbulent
-/// flows are masked; less: noise is felt.
+/// [1] `coherence` of moving vectors: noise below the first, a stream from the second on. More: turbulent flow is masked; less:
+/// noise is felt.
 constexpr double coherence_of_noise = 0.2, coherence_of_flow = 0.35;
 
+/// Derives coherence and Q of the field, unless it has directions only.
 /// \param flow    number of the vector field
 /// \param speeds  of that field, from its statistics
 /// \param values  statistics of each field of the volume
-/// Derives coherence and Q of the field, but of directions.
 FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t flow, const FirstFlow& speeds,
                        const std::vector<Statistics>& values);
 

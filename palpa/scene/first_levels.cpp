@@ -10,17 +10,17 @@
 namespace palpa::detail {
 namespace {
 
-// [1] Random places of a field that are looked at. More: slower; fewer: less certain.
+// [1] Random sample positions in a field. More: slower; fewer: less certain.
 constexpr int places = 20000;
-// Levels of CT. The first lies between air (-1000) and fat (-100); lower: noise of the air is felt. The second lies
-// above soft tissue (40) and most contrast agent; higher: thin bone has holes.
+// Levels of CT. The first lies between air (-1000) and fat (-100); lower: noise of the air is felt. The second lies above soft
+// tissue (40) and most contrast agent; higher: thin bone has holes.
 constexpr double skin_hu = -300.0;
 constexpr double bone_hu = 300.0;
-// [1] Of the strengths of a level, those of soft tissue: a hand is within it most of the time and pushes on, while it comes
-// upon a level now and then. More: a recorded hand tires; less: friction and drag hide it.
+// [1] Strength of soft tissue, as a share of a level's: a hand stays in it and pushes on, while it meets a level now and then.
+// More: a recorded hand tires; less: friction and drag hide it.
 constexpr double of_tissue = 0.5;
 
-/// Whether what lies at the border of the data is below a value: most of it, or a third where the scan ends within the body.
+/// Whether the values at the border of the data are below a value: most of them, or a third if the scan ends within the body.
 bool border_is_below(const Field& field, double value) {
   const Box box = field.bounds_m();
   std::vector<std::pair<double, double>> found;  // depth, value
@@ -35,8 +35,8 @@ bool border_is_below(const Field& field, double value) {
   return 3 * below >= border;
 }
 
-/// How much of the contrast of two classes lies within two sample spacings across a level, as a median over places on
-/// it: 1 for an edge as sharp as the grid allows, near 0 for a slope.
+/// Share of the contrast of two classes within two sample spacings across a level, as a median over it: 1 for an edge as sharp
+/// as the grid allows, near 0 for a slope.
 double sharpness(const Field& field, double level, double contrast) {
   const Box box = field.bounds_m();
   const double spacing_m = field.spacing_m();
@@ -51,7 +51,7 @@ double sharpness(const Field& field, double level, double contrast) {
   return std::clamp(median(shares), 0.0, 1.0);
 }
 
-/// A level between two classes of values of the histogram, which go from `low` over the level to `high`.
+/// Level between two classes of values of the histogram, from `low` over the level to `high`.
 FirstLevel level_between(const Field& field, const Histogram& histogram, std::string name, double value, double low,
                          double high, double weakest_n, double firmest_n) {
   const double below = histogram.mean_between(low, value), above = histogram.mean_between(value, high);
@@ -103,7 +103,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     if (!first.levels.empty()) return first;
   }
 
-  // The highest and lowest thousandth are left out: a few voxels far from all others would become a class of their own.
+  // Without the highest and lowest thousandth: a few outlying voxels would become a class of their own.
   const double top = std::max(h.percentile(0.999), h.edge(1)), bottom = std::min(h.percentile(0.001), top);
   auto outer = dividing_value(h, bottom, top);
   if (!outer) outer = dividing_value(h, values.min, values.max);
@@ -122,8 +122,8 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     const double inner_value = rounded(*inner, span);
     const double solid = h.share_between(from, to);
     const double beyond = first.solid_is_high ? h.share_between(inner_value, to) : h.share_between(from, inner_value);
-    // A level that leaves less than a twentieth of the solid on one side is no surface of its own: it bounds a few voxels, or
-    // repeats the first level.
+    // A level with less than a twentieth of the solid on one side is no surface of its own: it bounds a few voxels, or repeats
+    // the first level.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
       first.levels.back().soft = true;
       first.levels.push_back(level_between(field, h, "core", inner_value, from, to, share * 0.7, share * 1.5));
@@ -137,8 +137,7 @@ double faint_value(std::vector<double> around, const FirstLevels& first, double 
   if (around.empty()) return level;
   std::ranges::sort(around, [&](double a, double b) { return sign * a < sign * b; });
   const double at = around[static_cast<std::size_t>((1.0 - wanted) * static_cast<double>(around.size() - 1))];
-  // The drag begins no earlier than at the mean of what is not solid, so that nothing, or hardly anything, is felt of empty
-  // space and its noise.
+  // Drag begins no earlier than at the mean outside of the solid: hardly any in empty space and its noise.
   double sum = 0.0, empty = 0.0;
   for (const double value : around) {
     if (sign * value < sign * level) sum += value, ++empty;
@@ -152,7 +151,7 @@ FirstFlow first_flow(const Statistics& speeds) {
   const Histogram& h = speeds.histogram;
   FirstFlow flow;
   flow.directions = looks_like_directions(speeds);
-  // Where so little moves that percentiles of all values are those of rest, only the values that move are looked at.
+  // If so little moves that percentiles of all values are those of rest, only moving values are used.
   const double resting = h.percentile(0.995) < 0.01 * speeds.max ? h.share_between(h.low, 0.01 * speeds.max) : 0.0;
   const double fast = std::max(h.percentile(resting + 0.995 * (1.0 - resting)), h.edge(1));
   flow.fast = rounded(fast, fast);

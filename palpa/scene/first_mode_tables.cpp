@@ -17,7 +17,7 @@ std::string points(std::initializer_list<std::pair<double, double>> list) {
   return "[" + all + "]";
 }
 
-/// A function that is 0 up to `zero_at` and `result` from `full_at` to `beyond`, which lies outside of all values.
+/// 0 up to `zero_at`, `result` from `full_at` to `beyond`, which lies outside of all values.
 std::string ramp(const std::string& of, double zero_at, double full_at, double beyond, double result) {
   return "{of = " + toml_string(of) + ", points = " +
          (zero_at < full_at ? points({{zero_at, 0}, {full_at, result}, {beyond, result}})
@@ -38,23 +38,22 @@ std::string mode_head(const char* name, const char* type, const std::string& fie
 }
 
 /// 0.1, between the lining of a bowel (0.007 to 0.054 under steel: Lyle et al. 2013) and dry skin (above 0.2, 0.5 as a rule:
-/// Derler and Gerhardt 2012). More friction would hide the shape of a surface, which a hand finds by gliding over it.
+/// Derler and Gerhardt 2012). More would hide the shape of a surface from a hand gliding over it.
 std::string friction_line() {
   return reasoned("friction_coefficient = 0.1",
                   "a smooth wall: sliding costs a tenth of the pressure; wet tissue 0.01 to 0.05, dry skin 0.2 to 0.5");
 }
 
-// [1] Labels that get a mode of their own, at most. More: time of each tick and memory, and more colours are needed below;
-// fewer: parts that are worth feeling are left out.
+// [1] Most labels with a mode of their own. More: time of each tick and memory, and more colours are needed below; fewer: parts
+// that are worth feeling are left out.
 constexpr std::size_t most_labels = 6;
 
-/// A label as a scene names it.
 std::string label_name(double value) {
   std::string name = value < 0.0 ? "label_minus_" : "label_";
   return name + with_digits(std::abs(value), 17);
 }
 
-/// [N/m] Of a level that gives way before it breaks; a comment and docs/modes say where it is from.
+/// [N/m] Of a level that yields before it breaks; its source is in a comment of the scene and in docs/modes.
 constexpr double soft_n_per_m = 300.0;
 
 std::string level_tables(const std::vector<FirstLevel>& levels) {
@@ -71,11 +70,11 @@ std::string level_tables(const std::vector<FirstLevel>& levels) {
   return out;
 }
 
-/// The strength of a material: that of a level from half way to it on, from nothing before the first. It bursts nowhere.
+/// Strength of a material: that of a level from half way to it on, zero before the first. Breaks nowhere.
 std::string material_strength(const std::string& field, const Statistics& values, const FirstLevels& first) {
   const double span = values.max - values.min, sign = first.solid_is_high ? 1.0 : -1.0;
-  // [1] Of the values' span, over which a strength rises. More: levels run into one another; less: a step, which lets a hand go
-  // as suddenly as a break.
+  // [1] Of the values' span, over which a strength rises. More: levels run into one another; less: a step, which releases a
+  // hand like a break.
   constexpr double edge = 0.04;
   std::vector<std::pair<double, double>> curve;
   double before_n = 0.0, last = 0.0;
@@ -104,15 +103,15 @@ std::string material_strength(const std::string& field, const Statistics& values
   return out;
 }
 
-/// [N] What a flow is felt by. Together with the drag of 0.4 m/s they stay under the force limit.
+/// [N] Strengths of a flow. Together with the drag of 0.4 m/s they stay under the force limit.
 constexpr double rail_n = 0.9, push_n = 0.3, pull_n = 1.0, vessel_n = 0.5;
 
-/// A mask, and why it is there; empty: none.
+/// A mask, and its reason; empty: none.
 struct Where {
   std::string mask, why;
 };
 
-/// Where something can flow: on the fluid's side of a wall, where there is a signal, or where vectors agree.
+/// Mask of possible flow: on the fluid's side of a wall, where there is a signal, or where vectors agree.
 Where where_it_flows(const SceneNames& names, const std::vector<Statistics>& values, const FlowPlaces& flow) {
   const std::string field = names.of(names.used.front());
   const auto beyond = [&](std::size_t of) { return rounded(2.0 * values[of].max, values[of].max); };
@@ -134,14 +133,14 @@ std::string mask_line(const Where& where) {
   return where.mask.empty() ? std::string() : reasoned("mask = [" + where.mask + "]", where.why);
 }
 
-/// Rails along directions, where neighbours agree: between voxels of unit vectors the length of the mean says how well.
+/// Rails where neighbours agree: between voxels of unit vectors the length of the mean measures the agreement.
 std::string direction_rails(const std::string& field, const std::string& speed, double beyond) {
   return reasoned("[[mode]]", "free along the directions, held across them") + mode_head("stream", "follow", field) +
          reasoned("strength_n = " + ramp(speed, 0.3, 0.7, beyond, 1.2),
                   "where neighbours disagree (0.3 of their length is left) there is no rail");
 }
 
-/// What differs in a flow as rails along it, and the flow as a push, which is how one feels where it goes.
+/// Variations of a flow as rails along it, and the flow as a push, which lets a hand feel its direction.
 std::string stream_modes(const std::string& field, const std::string& speed, const FirstFlow& speeds, double beyond,
                          const std::optional<Turning>& turning, const Where& where) {
   std::string out;
@@ -165,7 +164,7 @@ std::string stream_modes(const std::string& field, const std::string& speed, con
   return out + mask_line(where);
 }
 
-/// The wall of what a 0/1 field says is fluid.
+/// The wall of a fluid given by a 0/1 field.
 std::string wall_mode(const SceneNames& names, const Wall& wall) {
   const bool solid_is_high = wall.around == wall.fluid_is_high();
   std::string out = "\n" + reasoned("[[mode]]", wall.around ? "the wall around the flow, felt from outside: a press gets in"

@@ -11,7 +11,7 @@ namespace {
 // [cells] A smaller part is noise. More: small parts are left out; less: specks widen the object's box.
 constexpr std::size_t speck = 8;
 
-/// How many cells of any block of a lattice are object, by a table of sums from its corner.
+/// Number of object cells in any block of a lattice, by a summed-area table.
 class Counts {
  public:
   Counts(const Lattice& lattice, const std::vector<char>& cells)
@@ -41,7 +41,7 @@ class Counts {
   std::vector<std::int64_t> sums_;
 };
 
-/// All cells that can be reached from one through faces; they are 0 afterwards.
+/// All cells connected to a cell through faces; sets them to 0.
 std::vector<std::size_t> part_taken(const Lattice& lattice, std::vector<char>& left, std::size_t from) {
   std::vector<std::size_t> part{from};
   left[from] = 0;
@@ -131,8 +131,8 @@ double beside_at_y(const Lattice& lattice, const Object& object, const std::vect
     ++beside;
     sum += std::clamp((lattice.middle_m(n).y - middle_m) / half_m, -1.0, 1.0);
   }
-  // [1] Cells beside the object, as a share of it, below which they say nothing. Less: specks in the air turn the view; more: a
-  // thin head rest is not noticed.
+  // [1] Cells beside the object, as a share of it, that are ignored. Less: specks in the air turn the view; more: a thin head
+  // rest is missed.
   constexpr double next_to_nothing = 0.003;
   return static_cast<double>(beside) > next_to_nothing * static_cast<double>(held) ? sum / static_cast<double>(beside) : 0.0;
 }
@@ -142,7 +142,7 @@ Vec3 fullest_cube_m(const Lattice& lattice, const Object& object, double side_m)
   const int side = std::max(1, static_cast<int>(std::ceil(side_m / lattice.cell_m() - 1e-9)));
   std::int64_t best = -1;
   std::array<int, 3> best_at{}, first{}, last{};
-  for (std::size_t a = 0; a < 3; ++a) {  // along an axis where the cube is longer than the lattice it is centred
+  for (std::size_t a = 0; a < 3; ++a) {  // centred along an axis where the cube is longer than the lattice
     const int over = lattice.count(static_cast<int>(a)) - side;
     first[a] = over < 0 ? over / 2 : 0;
     last[a] = over < 0 ? over / 2 : over;
@@ -157,7 +157,7 @@ Vec3 fullest_cube_m(const Lattice& lattice, const Object& object, double side_m)
 }
 
 std::optional<Vec3> met_from(const Lattice& lattice, const Object& object, const Vec3& towards_m, const Vec3& from) {
-  // In the column of cells through `towards_m`, the object's cell that lies furthest out.
+  // In the column of cells through `towards_m`, the object's outermost cell.
   double furthest_m = -1e300;
   std::optional<Vec3> met;
   for (std::size_t n = 0; n < object.cells.size(); ++n) {

@@ -1,4 +1,4 @@
-// Which part of the data is the object: its parts, its box, and the place where a close-up shows most of it.
+// Segmentation of the data: object, its parts and box, and a close-up.
 #pragma once
 
 #include <array>
@@ -10,8 +10,7 @@
 
 namespace palpa::detail {
 
-/// Cubes of one size that fill a box of the world, `longest` of them along its longest side; on the other axes they reach
-/// as far beyond the box on one side as on the other.
+/// Cubes that fill a box of the world, `longest` of them along its longest side, centred on the other axes.
 class Lattice {
  public:
   /// [cells] More: time and memory, by the third power; fewer: thin parts fall apart.
@@ -25,7 +24,7 @@ class Lattice {
     return (static_cast<std::size_t>(k) * count_[1] + j) * count_[0] + i;
   }
   std::array<int, 3> indices(std::size_t number) const noexcept;
-  /// [m] of the cell of a number.
+  /// [m] of a cell.
   Vec3 middle_m(std::size_t number) const noexcept;
   /// [m] around cells from `first` to `last`, both included.
   Box box_m(const std::array<int, 3>& first, const std::array<int, 3>& last) const noexcept;
@@ -36,28 +35,28 @@ class Lattice {
   Vec3 low_m_;
 };
 
-/// The largest connected parts of what can be felt, without smaller ones beside them, such as a head rest or specks in the air.
+/// Largest connected parts of the solid, without a head rest or specks in the air.
 struct Object {
-  std::vector<char> cells;        ///< of a lattice: 1 where it is
+  std::vector<char> cells;        ///< of a lattice: 1 in the object
   std::vector<std::size_t> part;  ///< numbers of the cells of its largest part
   Box box_m;                      ///< around all of it
-  double share = 0.0;             ///< [1] of that box that is object
+  double share = 0.0;             ///< [1] of that box in the object
 };
 
-/// Parts that touch with their faces, from the largest on, until they hold `enough` [1] of all that is object; specks of less
-/// than eight cells only where there is nothing else. Empty, with the lattice's box, where nothing is.
+/// Parts connected through faces, from the largest on, until they hold `enough` [1] of all object cells; specks of less than
+/// eight cells only if there is nothing else. Without any cell: empty, with the lattice's box.
 /// \param is_object  for each cell of the lattice
 Object largest_parts(const Lattice& lattice, std::vector<char> is_object, double enough);
 
-/// Mean place [1] along y of what is solid but no part of the object: 0 is the middle of the object's box, -1 half its side or
-/// more below, 1 above. 0 also where hardly anything is solid beside the object.
+/// Mean position [1] along y of solid cells outside of the object: 0 is the middle of the object's box, -1 half its side or
+/// more below, 1 above. 0 also for hardly any cells.
 double beside_at_y(const Lattice& lattice, const Object& object, const std::vector<char>& is_solid);
 
 /// The middle [m] of the cube `side_m` [m] wide, cells of the lattice rounded up, that holds most of the object.
 Vec3 fullest_cube_m(const Lattice& lattice, const Object& object, double side_m);
 
-/// The first place [m] of the object on the straight way towards `towards_m`, coming from the direction `from` [1], an axis of
-/// the lattice; none where the way meets nothing.
+/// First point [m] of the object on the straight path to `towards_m` from the direction `from` [1], an axis of the lattice;
+/// none if the path misses it.
 std::optional<Vec3> met_from(const Lattice& lattice, const Object& object, const Vec3& towards_m, const Vec3& from);
 
 }  // namespace palpa::detail

@@ -21,12 +21,12 @@ namespace {
 using detail::reasoned;
 using detail::toml_string;
 
-// [1] Share of all that is solid which the object's parts hold; the table of a scanner is a tenth. More: the table belongs to
-// the object; less: limbs are left out.
+// [1] Share of the solid in the object's parts; the table of a scanner is a tenth. More: the table belongs to the object; less:
+// limbs are left out.
 constexpr double enough = 0.85;
-// [1] Share of its box that is object, below which a hand would search for it (an ellipsoid fills half). Then drag begins
-// before the surface, in the second share of the box. More: drag around compact objects, or nearly everywhere; less: sparse
-// objects are hard to find.
+// [1] Share of its box in the object, below which a hand would search for it (an ellipsoid fills half). Then drag begins before
+// the surface, in the second share of the box. More: drag around compact objects, or nearly everywhere; less: sparse objects
+// are hard to find.
 constexpr double sparse = 0.35;
 constexpr double felt_part = 0.5;
 
@@ -35,20 +35,20 @@ bool contains(const Box& box, const Vec3& x) {
          x.z <= box.high_m.z;
 }
 
-/// Whether a field's name says velocity: it is preferred to others, such as a momentum, because it says what flows and turns.
+/// Whether a field is a velocity by name: preferred to others, such as a momentum, because it flows and rotates.
 bool is_velocity(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name == "u" || name == "v" || name.starts_with("vel") || name.starts_with("wind");
 }
 
-/// What a first scene says of its data.
+/// Contents of a first scene.
 struct Draft {
   std::string title, filter, modes;
   bool holds = false;  // one of its levels cannot be pressed through
   detail::Object object;
   detail::CloseUp close;
-  double lying_at_y = 0.0;  // where a patient's table is; see facing_of
-  bool directions = false;  // vectors whose sign means nothing
+  double lying_at_y = 0.0;  // position of a patient's table; see facing_of
+  bool directions = false;  // vectors whose sign has no meaning
 };
 
 std::string title_of(const detail::FlowPlaces& flow) {
@@ -93,7 +93,7 @@ Draft draft_of_labels(const Field& field, const Statistics& values, const LabelM
   return draft;
 }
 
-/// Whether the data are of a part of a body: they know the patient, or have the format of scanners.
+/// Whether the data are of a part of a body: in a patient frame, or in a format of scanners.
 bool is_scan(const Volume& volume) {
   return volume.medical_frame || volume.format == "nrrd" || volume.format == "metaimage" || volume.format == "nifti" ||
          volume.format == "dicom";
@@ -135,7 +135,6 @@ Draft draft_of_surfaces(const Volume& volume, const Statistics& values, std::siz
   return draft;
 }
 
-/// The keys of the coupling.
 std::string coupling_keys(const Draft& draft) {
   std::string out = reasoned("stiffness_n_per_m = 500",
                              "what touch, omega, falcon and inverse3 hold without humming; palpa check says it of yours");

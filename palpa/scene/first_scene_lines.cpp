@@ -7,7 +7,7 @@
 namespace palpa::detail {
 namespace {
 
-constexpr std::size_t comment_at = 40;  // column in which reasons begin
+constexpr std::size_t comment_at = 40;  // column of the reasons
 
 }  // namespace
 

@@ -17,7 +17,7 @@
 namespace palpa::detail {
 namespace {
 
-/// A name that scenes can write: what is no letter, digit, '_' or '-' becomes '_'.
+/// Plain word for a name: replaces all but letters, digits, '_' and '-' by '_'.
 std::string plain_word(const std::string& name, const std::string& otherwise) {
   if (is_plain_word(name)) return name;
   std::string word;
@@ -25,7 +25,7 @@ std::string plain_word(const std::string& name, const std::string& otherwise) {
   return is_plain_word(word) ? word : otherwise;
 }
 
-/// A volume is named after its file; not DICOM, whose folders are often named after patients.
+/// From the file's name; not for DICOM, whose folders are often named after patients.
 std::string volume_name(const Volume& volume, const VolumeRequest& request, bool is_flow) {
   const std::string kind = is_flow ? "flow" : volume.medical_frame ? "scan" : "data";
   if (volume.format == "dicom") {
@@ -38,14 +38,14 @@ std::string volume_name(const Volume& volume, const VolumeRequest& request, bool
   return stem.size() > 24 ? kind : plain_word(stem, kind);
 }
 
-/// What there is to say of a size that rests on a unit that is assumed.
+/// Remark on a size with an assumed unit.
 std::string doubt_of_size(const Volume& volume, const VolumeRequest& request) {
   const auto hint = too_long_for(volume, request.files);
   if (!hint) return "; correct it if they are not";
   return "; no " + hint->part + " is that long, as which " + in_quotes(hint->name) + " reads: write \"mm\" if it is one";
 }
 
-/// The files as a scene in this folder names them: see `first_scene`.
+/// Names of the files for a scene in this folder: see `first_scene`.
 std::string files_of(const VolumeRequest& request, const std::filesystem::path& folder) {
   std::string all;
   for (const std::filesystem::path& file : request.files) {
@@ -103,7 +103,7 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     out += reasoned("frame = " + std::to_string(frame),
                     "of " + std::to_string(volume.frames) + "; frame_period_s in its place feels all of them, as time goes");
   }
-  // These keys are written elsewhere, each with its reason; all others are written as the user gave them.
+  // Written elsewhere, with reasons; all others are written as the user gave them.
   constexpr std::array<std::string_view, 5> explained{"file", "length_unit", "fields", "frame", "as"};
   for (const auto& [key, value] : how) {
     if (std::ranges::find(explained, key) == explained.end()) out += key + " = " + value + "\n";

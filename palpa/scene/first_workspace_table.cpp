@@ -9,8 +9,8 @@
 namespace palpa::detail {
 namespace {
 
-// Length of the hand's motion over the longest side of the object; sentences below say it as well. More: beyond the reach of
-// small devices; less: details become too small for a hand.
+// Length of the hand's motion over the longest side of the object; also in sentences below. More: beyond the reach of small
+// devices; less: details become too small for a hand.
 constexpr double reach_m = 0.15;
 
 }  // namespace
@@ -42,7 +42,7 @@ Facing facing_of(const Volume& volume, bool is_flow, const Vec3& size_m, double 
             "y to the back and z to the head" + turn,
             {0, -1, 0}};
   const double sides_m[] = {size_m.x, size_m.y, size_m.z};
-  // The shortest side, z if no other one is clearly shorter.
+  // The shortest side, z if no other is clearly shorter.
   const int shortest = sides_m[2] <= 1.1 * std::min(sides_m[0], sides_m[1]) ? 2 : sides_m[1] <= sides_m[0] ? 1 : 0;
   const bool is_cube = largest_component(size_m) <= 1.1 * std::min({sides_m[0], sides_m[1], sides_m[2]});
   // Flat data of this width are air or sea, and are seen from above. Less: large machines are taken for weather; more: small

@@ -21,7 +21,7 @@ std::string unit_of(std::string_view name) {
   return {};
 }
 
-/// How values of a kind are written, and what they are in TOML. In the words, N stands for the count of numbers.
+/// Format and TOML type of values by kind. In the words, N stands for the count of numbers.
 struct KindWords {
   ParameterKind kind;
   std::string_view form;  ///< in tables; of numbers without unit and range

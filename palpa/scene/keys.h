@@ -1,4 +1,4 @@
-// The keys of scene files, collected from the lists of the parts and modes: what loading checks against, and the documentation.
+// Keys of scene files, collected from the lists of the parts and modes, for checks and documentation.
 #pragma once
 
 #include <optional>
@@ -11,20 +11,20 @@
 
 namespace palpa::detail {
 
-/// "above 0 and at most 100"; empty where every number is in it.
+/// "above 0 and at most 100"; empty for an unbounded range.
 std::string sentence_of(const Range& range);
 
 struct Key {
   std::string name;
   ParameterKind kind = ParameterKind::text;
-  std::optional<ParameterKind> or_kind = {};  ///< what the value may be as well
-  std::string form;                           ///< how its value is written, for people; empty: by the kind
-  std::string fallback;                       ///< what holds when it is left out, for people
+  std::optional<ParameterKind> or_kind = {};  ///< alternative kind
+  std::string form;                           ///< format of its value, for people; empty: by the kind
+  std::string fallback;                       ///< value if left out, for people
   std::string sentence;
   Range range;  ///< of its numbers
   std::vector<std::string> choices;
-  std::size_t count = 0;        ///< [1] of the numbers of a list
-  std::vector<Key> items = {};  ///< of tables with parameters of their own
+  std::size_t count = 0;        ///< [1] length of a list of numbers
+  std::vector<Key> items = {};  ///< keys of tables with parameters of their own
   bool required = false;
   bool may_be(ParameterKind other) const noexcept { return kind == other || or_kind == other; }
 };
@@ -32,17 +32,17 @@ using Keys = std::vector<Key>;
 
 const Key* find(const Keys& keys, std::string_view name) noexcept;
 std::vector<std::string> names_of(const Keys& keys);
-/// What a value of this key looks like: "number [N], between 0 and 100".
+/// Format of a value of this key: "number [N], between 0 and 100".
 std::string form_of(const Key& key);
-/// What it must be: "a number".
+/// Expected type: "a number".
 std::string expected(const Key& key);
 
-/// What a value is in TOML, as bits.
+/// TOML type of a value, as bits.
 enum TomlValue : unsigned { boolean = 1, whole = 2, floating = 4, text_value = 8, array = 16, table = 32 };
-/// Which of them a key takes.
+/// Types that a key accepts.
 unsigned values_of(const Key& key) noexcept;
 
-/// Makes keys of the parameters that it sees. A parameter that is listed twice may be of either kind.
+/// Makes keys of the visited parameters. A parameter that is listed twice may be of either kind.
 class KeyCollector final : public ParameterVisitor {
  public:
   explicit KeyCollector(Keys& keys) : keys_(keys) {}
@@ -60,12 +60,12 @@ class KeyCollector final : public ParameterVisitor {
   void other(const ParameterInfo& info) override;
 
  private:
-  /// \param value  what holds by default; empty: nothing
+  /// \param value  default; empty: none
   Key& add(const ParameterInfo& info, std::string value);
   Keys& keys_;
 };
 
-/// The keys of a part, for example `CouplingOptions`. Any thread.
+/// Keys of a part, for example `CouplingOptions`. Any thread.
 template <class Part>
 const Keys& keys_of() {
   static const Keys keys = [] {
@@ -78,7 +78,6 @@ const Keys& keys_of() {
   return keys;
 }
 
-/// The keys of a mode's own parameters.
 Keys parameter_keys(const Mode& mode);
 
 }  // namespace palpa::detail

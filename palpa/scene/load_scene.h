@@ -1,4 +1,4 @@
-// Scenes from TOML files.
+// Loading of scenes from TOML files.
 #pragma once
 
 #include <filesystem>
@@ -13,14 +13,12 @@
 
 namespace palpa {
 
-/// What is said beside a scene's file.
 struct SceneOptions {
   std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
   std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
-  bool thin_parts = false;  ///< warns, too, of levels whose thin parts the smoothing filter loses; reads all voxels for each
+  bool thin_parts = false;  ///< also warns of thin parts that the smoothing filter loses; reads all voxels for each level
 };
 
-/// A scene as its file has it, and what there is to say of it.
 struct LoadedScene {
   Scene scene;
   std::string text;                   ///< the file, byte for byte
@@ -33,26 +31,25 @@ LoadedScene load_scene(const std::filesystem::path& path, const SceneOptions& op
 /// Likewise, with volumes by another reader and with other modes, such as those of plug-ins.
 LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options = {});
-/// Likewise from text; `name` stands for the path in messages, `folder` for the scene's own folder.
+/// From text; `name` replaces the path in messages, `folder` the scene's own folder.
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
                         const VolumeReader& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
 
-/// The PATHs that `--set` takes in this scene, "coupling.stiffness_n_per_m" or "mode.skin.strength_n", for completion; each
-/// with the values that it may have behind it, "law.method=exact", where these are words. The scene need not be right: of what
-/// cannot be read there are none.
+/// Valid PATHs of `--set` in this scene, "coupling.stiffness_n_per_m" or "mode.skin.strength_n", for completion; with word
+/// values also "law.method=exact". Unreadable parts of an invalid scene have none.
 std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& modes);
-/// The same of the keys that `how_to_read` takes.
+/// Likewise the keys of `how_to_read`.
 std::vector<std::string> how_to_read_paths();
 
-/// How a file is read with these keys of `[volume.NAME]` (length_unit, as, dims, …), each with its value as `--set` gives it.
-/// Names no file. Throws SceneError.
+/// Request to read a file with these keys of `[volume.NAME]` (length_unit, as, dims, …) and their values as in `--set`. Names
+/// no file. Throws SceneError.
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys);
 
-/// The tables of docs/scene.md, from the same list of keys that loading checks against.
+/// Tables of docs/scene.md.
 std::string scene_reference_markdown(const ModeCatalog& modes);
-/// A mode's page table: its parameters as Markdown.
+/// Table of a mode's page: its parameters as Markdown.
 std::string mode_reference_markdown(const Mode& mode);
-/// What `palpa modes TYPE` prints.
+/// Output of `palpa modes TYPE`.
 std::string mode_reference_text(const Mode& mode);
 
 }  // namespace palpa

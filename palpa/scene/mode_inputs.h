@@ -1,4 +1,4 @@
-// What a mode of a scene reads.
+// Inputs of a mode of a scene.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace palpa {
 
-/// Gives a mode's references the numbers of their fields: those of the scene's volumes, which are in `fields`, then what is
-/// derived from them, once each, appended. Allocates; throws SceneError where a field is missing.
+/// Resolves a mode's references to field numbers: the fields of the scene's volumes, which are in `fields`, then their
+/// derivations, appended without duplicates. Allocates; throws SceneError if a field is missing.
 ModeInputs resolve(SceneMode& mode, const Scene& scene, std::vector<FieldPtr>& fields);
 
 }  // namespace palpa

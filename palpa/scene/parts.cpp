@@ -42,7 +42,7 @@ Words analytic_names() {
   return names;
 }
 
-/// A key whose value the reader of the part checks by itself.
+/// Key whose value the reader of the part checks by itself.
 constexpr ParameterInfo other(std::string_view name, ParameterKind kind, std::string_view form, std::string_view sentence,
                               bool needed = false) {
   return {.name = name, .sentence = sentence, .kind = kind, .form = form, .needed = needed};
@@ -53,7 +53,7 @@ void each(Part& part, ParameterVisitor& visitor, const Entries&... entries) {
   (detail::visit_parameter(part, entries, visitor), ...);
 }
 
-/// The box as a file says it: its low corner, then its high one.
+/// Box in the file's order: low corner, then high corner.
 struct Crop {
   std::optional<std::array<double, 6>> m;
 };

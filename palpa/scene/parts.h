@@ -1,6 +1,5 @@
-// What a scene file can say of each part of a scene: for each one list, as modes have (mode/parameters.h). Loading, writing,
-// error lines, the check of ranges, --set and the documentation go by these lists: a new key is an entry in parts.cpp and the
-// member that it fills.
+// Parts of a scene file: a list of keys for each part, as modes have (mode/parameters.h). Loading, writing, error lines, range
+// checks, --set and the documentation use it: a new key is an entry in parts.cpp and the member that it fills.
 #pragma once
 
 #include <array>
@@ -20,7 +19,7 @@ namespace palpa {
 
 namespace detail {
 
-/// What stands before the first table.
+/// Keys before the first table.
 struct HeaderPart {
   int palpa = 1;  ///< format of the file
   std::string title;
@@ -44,7 +43,7 @@ struct TimedPosePart {
 
 /// [volume.NAME].
 struct VolumePart {
-  std::string file;                ///< one, or …
+  std::string file;                ///< a single file, or …
   std::vector<std::string> files;  ///< … several that belong together
   std::string series;              ///< pattern of the files of a time series
   std::optional<double> frame_period_s;
@@ -57,31 +56,31 @@ struct VolumePart {
   std::optional<Filter> filter;
   std::string sign;
   std::optional<double> smoothing_m;
-  VolumeRequest request;  ///< all but its files
+  VolumeRequest request;  ///< without its files
 };
 
-/// What every mode has.
+/// Keys of every mode.
 struct ModePart {
   std::string name;
   std::string type;
   bool enabled = true;
 };
 
-/// A function of a field, but for its points.
+/// Function of a field, without its points.
 struct FunctionPart {
   FieldRef of;
   double outside = 0.0;  ///< [N] or [1] as its results
 };
 
-/// The colours of a layer, but for their points.
+/// Colours of a layer, without their points.
 struct ColorsPart {};
 
-/// What a direction of [workspace] can be.
+/// Valid directions of [workspace].
 std::vector<std::string> direction_words();
 
 }  // namespace detail
 
-/// Shows a visitor every key of a part, in the order of the documentation, as `Mode::visit` does. Each allocates.
+/// Visits every key of a part, in the order of the documentation, as `Mode::visit` does. Each allocates.
 void visit_part(detail::HeaderPart& part, ParameterVisitor& visitor);
 void visit_part(CouplingOptions& part, ParameterVisitor& visitor);
 void visit_part(detail::LawPart& part, ParameterVisitor& visitor);
@@ -98,7 +97,7 @@ void visit_part(ViewOptions& part, ParameterVisitor& visitor);
 void visit_part(ViewLayer& part, ParameterVisitor& visitor);
 void visit_part(detail::ColorsPart& part, ParameterVisitor& visitor);
 
-/// Shows a visitor a mode's parameters, of which it can change those of a copy alone. Allocates.
+/// Visits the parameters of a copy of a mode. Allocates.
 inline void look_through(Mode mode, ParameterVisitor& visitor) { mode.visit(visitor); }
 
 }  // namespace palpa

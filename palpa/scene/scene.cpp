@@ -36,7 +36,6 @@ std::vector<std::string> names_of(const std::vector<SceneVolume>& volumes) {
   return names;
 }
 
-/// Every field of the scene as a scene file would name it.
 std::vector<std::string> field_names(const std::vector<SceneVolume>& volumes) {
   std::vector<std::string> names;
   for (const SceneVolume& volume : volumes) {
@@ -82,7 +81,7 @@ Found find_plain_field(const std::vector<SceneVolume>& volumes, const std::strin
   return {nullptr, -1, problem};
 }
 
-/// The plain field within a name, and what comes out of the functions around it.
+/// Plain field within a name, and the result of the functions around it.
 Found find_field(const std::vector<SceneVolume>& volumes, const std::string& name) {
   const detail::FieldName parsed = detail::parse_field_name(name);
   if (!parsed.problem.empty()) return {nullptr, -1, parsed.problem};
@@ -100,7 +99,7 @@ std::string call_item(const std::string& list, std::size_t item, const std::stri
   return list + " " + (name.empty() ? std::to_string(item + 1) : in_quotes(name));
 }
 
-/// Looks into the parameters of a mode or of another part, and those of its lists, knowing where it is.
+/// Base of parameter checks of a mode or another part, lists included; tracks the part.
 class CheckingVisitor : public ParameterVisitor {
  public:
   CheckingVisitor(const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
@@ -187,7 +186,6 @@ class ParameterChecks final : public CheckingVisitor {
   std::set<std::pair<std::string, std::string>> names_;
 };
 
-/// Those that look at the fields of the scene.
 class SceneChecks : public CheckingVisitor {
  public:
   SceneChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
@@ -223,7 +221,7 @@ class FieldChecks final : public SceneChecks {
   static std::string kind(int components) { return components == 1 ? "scalar" : "vector"; }
 };
 
-/// Compares the levels of a mode with what its parameter `field` holds.
+/// Compares the levels of a mode with the values of its parameter `field`.
 class LevelChecks final : public SceneChecks {
  public:
   using SceneChecks::SceneChecks;
@@ -245,7 +243,7 @@ class LevelChecks final : public SceneChecks {
   std::optional<ValueRange> extent_;
 };
 
-/// Looks for a texture of a field that has none.
+/// Finds a texture of a field that has none.
 class TextureChecks final : public SceneChecks {
  public:
   using SceneChecks::SceneChecks;
@@ -258,7 +256,7 @@ class TextureChecks final : public SceneChecks {
   }
 };
 
-/// Looks for levels of a mode at which the smoothing filter loses much of what is thin.
+/// Finds levels of a mode at which the smoothing filter loses much of the thin parts.
 class ThinPartChecks final : public SceneChecks {
  public:
   ThinPartChecks(const Scene& scene, const SceneMode& mode, std::size_t number, const std::vector<std::string>& chose,
@@ -276,8 +274,8 @@ class ThinPartChecks final : public SceneChecks {
   }
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind != ParameterKind::level || !field_) return;
-    // [1] Shares lost, of thin parts and of the whole, that are worth a finding. More: losses stay unknown; less: noise is
-    // told.
+    // [1] Shares lost, of thin parts and of the whole, from which a finding is reported. More: losses stay unknown; less: noise
+    // is reported.
     constexpr double much = 0.1, much_of_all = 0.01;
     ThinParts worst;
     for (const auto& [side, left_out] : {std::pair{SolidSide::high, "low"}, std::pair{SolidSide::low, "high"}}) {
@@ -300,7 +298,6 @@ class ThinPartChecks final : public SceneChecks {
   std::string_view solid_ = "high";
 };
 
-/// What is out of its range or not finite in a part of its own section.
 template <class Part>
 std::vector<Finding> part_findings(const std::string& section, Part part) {
   std::vector<Finding> found;
@@ -316,7 +313,7 @@ struct WorkspaceProblem {
   std::string text;
 };
 
-/// A world direction by its word; zero for no direction.
+/// World direction of a word; zero for an unknown word.
 Vec3 direction(const std::string& word) {
   struct Direction {
     std::string_view medical, axis;
@@ -510,7 +507,6 @@ std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<st
 
 // ---- Scene
 
-/// Those of a scene and its copies.
 class Scene::DerivedFields : public detail::DerivedFields {};
 
 Scene::Scene(CouplingOptions options) : coupling(options), derived_(std::make_shared<DerivedFields>()) {}

@@ -1,4 +1,4 @@
-// A scene: volumes, modes, coupling, workspace, law. All that a session needs but the device.
+// Scene: volumes, modes, coupling, workspace, law. All inputs of a session but the device.
 #pragma once
 
 #include <optional>
@@ -15,50 +15,49 @@
 
 namespace palpa {
 
-/// How the hand's reach lies in the world.
+/// Position of the hand's reach in the world.
 struct Workspace {
-  std::string fit;               ///< volume whose box's longest side becomes 0.15 m of hand; empty: `scale` holds
+  std::string fit;               ///< volume whose box's longest side becomes 0.15 m of hand; empty: use `scale`
   std::optional<double> scale;   ///< [1] world metres per hand metre, > 0
-  std::string center_volume;     ///< the middle of the reach touches this volume's box centre
-  std::optional<Vec3> center_m;  ///< the middle of the reach [m, world], instead of that; neither: the fitted volume's centre
+  std::string center_volume;     ///< the middle of the reach is this volume's box centre
+  std::optional<Vec3> center_m;  ///< middle of the reach [m, world], instead of that; neither: the fitted volume's centre
   std::string towards_user;      ///< world direction facing the user: "anterior", "+x", …; empty: by the frame
-  std::string up;                ///< world direction that is up; empty: by the frame
+  std::string up;                ///< world direction that points up; empty: by the frame
   friend bool operator==(const Workspace&, const Workspace&) = default;
 };
 
-/// How the data's time goes while the hand feels ([time]).
+/// Progress of the data's time during a session ([time]).
 struct TimeOptions {
   enum class Play : std::uint8_t {
-    hold,  ///< the data stay at `start_s`
-    once,  ///< they go on to their end and stay there
-    loop,  ///< they begin again, each volume after its own length; of a series the last frame blends into the first
+    hold,  ///< the time stays at `start_s`
+    once,  ///< the time stops at the end of the data
+    loop,  ///< the data repeat, each volume after its own length; the last frame of a series blends into the first
   };
   Play play = Play::hold;
   double speed = 1.0;    ///< [1] seconds of data per second, > 0
-  double start_s = 0.0;  ///< [s] moment of the data that is felt first, >= 0
+  double start_s = 0.0;  ///< [s] initial time of the data, >= 0
 
-  /// The moment of the data when a session has gone on for so long [s].
+  /// Time of the data after `elapsed_s` [s] of a session.
   DataTime at(double elapsed_s) const noexcept;
   friend bool operator==(const TimeOptions&, const TimeOptions&) = default;
 };
 
-/// A scene that cannot be used.
+/// Invalid scene.
 class SceneError : public LoadError {
  public:
   using LoadError::LoadError;
 };
 
-/// A volume of a scene.
 struct SceneVolume {
   std::string name;
-  Volume volume;  ///< posed: its fields are where the scene puts them
+  Volume volume;  ///< posed: its fields are in the world of the scene
   Similarity pose;
-  PoseTrack poses;           ///< how it moves, in place of `pose`; empty for a volume that stays where it is
-  double smoothing_m = 0.0;  ///< [m] standard deviation of what is smoothed when it is loaded; 0: two sample spacings
-  std::string source;        ///< its TOML table's body as it was given, for printing; empty for a volume from code
+  PoseTrack poses;           ///< motion, in place of `pose`; empty for a static volume
+  double smoothing_m = 0.0;  ///< [m] standard deviation of smoothing on loading; 0: two sample spacings
+  std::string source;        ///< body of its TOML table as given, for printing; empty for a volume from code
 };
 
-/// Something that a picture of the scene shows ([[view.layer]]). Nothing that is felt depends on it.
+/// Layer of pictures of the scene ([[view.layer]]). Does not affect the forces.
 struct ViewLayer {
   enum class Show : std::uint8_t { surface, slices, volume, streamlines, glyphs };
   struct ColorPoint {
@@ -69,14 +68,13 @@ struct ViewLayer {
   };
   Show show = Show::surface;
   FieldRef field{};
-  std::optional<double> level{};  ///< of a surface: the value it is drawn at, in the field's own unit
+  std::optional<double> level{};  ///< of a surface: its value, in the field's own unit
   std::vector<ColorPoint> colors{};
-  std::string name{};      ///< what the legend calls it; empty: as the level of a mode, or else the field, is called
+  std::string name{};      ///< in the legend; empty: the name of a mode's level, or of the field
   bool all_parts = false;  ///< of a surface: also parts that are small beside the largest
   friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
 };
 
-/// A mode of a scene.
 struct SceneMode {
   std::string name;
   Mode mode;
@@ -84,20 +82,20 @@ struct SceneMode {
   std::vector<Mask> masks;
 };
 
-/// How pictures of the scene are taken ([view]). Nothing that is felt depends on it.
+/// Options of pictures of the scene ([view]). Do not affect the forces.
 struct ViewOptions {
-  std::optional<Vec3> from{};  ///< [1] direction of the world from which they look; none: chosen for what was felt
+  std::optional<Vec3> from{};  ///< [1] direction of the world towards the camera; none: chosen for the trace
   friend bool operator==(const ViewOptions&, const ViewOptions&) = default;
 };
 
-/// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Not for the tick:
-/// everything here may allocate and throws SceneError on what cannot be used.
+/// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Not for the tick: members may allocate and
+/// throw SceneError on invalid input.
 class Scene {
  public:
   explicit Scene(CouplingOptions coupling = {});
 
   std::string title;
-  std::vector<std::string> needs;  ///< mode types that plug-ins must bring
+  std::vector<std::string> needs;  ///< mode types of required plug-ins
   CouplingOptions coupling;
   std::string law = "exact";
   Workspace workspace;
@@ -105,17 +103,17 @@ class Scene {
   std::vector<ViewLayer> layers;
   ViewOptions view;
 
-  /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
-  /// not taken. Its grids are felt through `filter`; without one, trilinear grids get the default of their voxels and
-  /// all else stays (`filtered`, volume.h).
+  /// Adds a volume, moved by `pose`; returns the name of its first field. The name must be a new plain word. Its grids are
+  /// sampled through `filter`; by default trilinear grids get the default filter of their voxels and all else stays
+  /// (`filtered`, volume.h).
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {}, std::optional<Filter> filter = {});
   /// Adds a volume that moves from pose to pose.
   FieldRef add_moving(std::string name, Volume volume, const PoseTrack& poses, std::optional<Filter> filter = {});
-  /// Adds a mode; its fields must be there. The name is not taken.
+  /// Adds a mode with a new name; its fields must exist.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 
-  /// Changes the parameters of a mode: `change` gets them as an M&. Throws SceneError, with nothing changed, where no mode has
-  /// this name or it is of another type, and what `change` throws.
+  /// Changes the parameters of a mode: calls `change` with an M&. Throws SceneError, with nothing changed, if there is no mode
+  /// of this name and type, and the exceptions of `change`.
   template <class M, class Change>
   void edit(std::string_view name, Change&& change) {
     SceneMode* const mode = find_mode(name);
@@ -125,7 +123,7 @@ class Scene {
     change(changed);
     mode->mode = std::move(changed);
   }
-  /// Takes a mode away; nothing where there is none of this name.
+  /// Removes a mode, if it exists.
   void remove_mode(std::string_view name) noexcept;
 
   const std::vector<SceneVolume>& volumes() const noexcept { return volumes_; }
@@ -133,22 +131,19 @@ class Scene {
   SceneVolume* find_volume(std::string_view name) noexcept;
   SceneMode* find_mode(std::string_view name) noexcept;
 
-  /// The field that a reference names; throws SceneError when there is none, or when a bare volume name has
-  /// several fields. A derived field is computed the first time that it is asked for, and kept: copies of
-  /// the scene share it. Any thread.
+  /// Field of a reference; throws SceneError if there is none, or if a bare volume name has several fields. A derived field is
+  /// computed on first use, and cached, also for copies of the scene. Any thread.
   VolumeField field(const FieldRef& ref) const;
-  /// A derivation of the field that a reference names, kept in the same way.
+  /// Derivation of the field of a reference, likewise cached.
   FieldPtr field(const FieldRef& ref, Derivation derivation) const;
-  /// The number of a field that is no derived one, counting the fields of all volumes in order; -1 for a
-  /// derived one. Throws as `field` does.
+  /// Number of a field among those of all volumes; -1 for a derived field. Throws as `field` does.
   std::int32_t index_of(const FieldRef& ref) const;
 
-  /// The map from the hand frame to the world that the workspace asks for (design.md, Frames). Without
-  /// volumes it is the identity.
+  /// Map from the hand frame to the world by the workspace (design.md, Frames); the identity without volumes.
   Similarity hand_to_world() const;
 
-  /// Checks everything that must fit together; throws SceneError at the first that does not. Returns
-  /// warnings (level outside the data's range, …), without a place.
+  /// Checks all parts and their consistency; throws SceneError at the first error. Returns warnings (level outside the data's
+  /// range, …).
   std::vector<std::string> check() const;
 
  private:
@@ -160,9 +155,9 @@ class Scene {
   std::shared_ptr<DerivedFields> derived_;
 };
 
-/// The scene as TOML, as `load_scene` reads it.
+/// Scene as TOML, readable by `load_scene`.
 std::string to_toml(const Scene& scene);
-/// Same TOML, same data (shared voxels or the same files).
+/// Equal TOML, equal data (shared voxels or equal files).
 bool operator==(const Scene& a, const Scene& b);
 
 }  // namespace palpa

@@ -1,4 +1,4 @@
-// What is wrong with a scene and where, for `Scene::check` and for loading, which adds the line.
+// Findings about a scene and their parts; loading adds the line.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace palpa::detail {
 
-/// What part of a scene a finding is about, as far as it is known.
+/// Part of a scene that a finding is about.
 struct Part {
   std::string section;   ///< "coupling", "law", "workspace", "time", "view" or "mode"
-  std::size_t mode = 0;  ///< its number
+  std::size_t mode = 0;  ///< number of the mode
   std::string list;      ///< list parameter of the mode, or "layer" of a view; empty: none
   std::size_t item = 0;
   std::string key;
@@ -19,26 +19,25 @@ struct Part {
 
 struct Finding {
   Part part;
-  std::string text;  ///< what is wrong; what would be right
+  std::string text;  ///< fault; remedy
   bool warning = false;
 };
 
 /// "mode 'skin'".
 std::string called(const SceneMode& mode);
 
-/// What a mode shows without looking at data: names, ranges, `problem()`.
+/// Names, ranges, `problem()` of a mode, without its data.
 std::vector<Finding> parameter_findings(const SceneMode& mode, std::size_t number);
-/// Whether the fields that a mode names are there and of the right kind.
+/// Existence and kind of a mode's fields.
 std::vector<Finding> field_findings(const Scene& scene, const SceneMode& mode, std::size_t number);
-/// Whether the fields that are drawn are there and of the right kind: warnings, as they can be felt all the same.
+/// Existence and kind of drawn fields: warnings, as the scene can be felt anyway.
 std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLayer>& layers);
-/// What is wrong with its time.
 std::vector<Finding> time_findings(const Scene& scene);
-/// Everything about a scene, warnings included.
+/// All, warnings included.
 std::vector<Finding> findings(const Scene& scene);
 
-/// A warning for each level of a smooth grid at which the filter loses more than a tenth of the thin parts, and with them more
-/// than a hundredth of the whole (thin_parts.h); none of volumes whose filter somebody `chose`.
+/// Warns of each level of a smooth grid at which the filter loses more than a tenth of the thin parts, and with them more than
+/// a hundredth of the whole (thin_parts.h); not for filters that the user `chose`.
 std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<std::string>& chose);
 
 /// "no volume 'hed'; did you mean 'head'?" for a field's name; empty if its volume is among these.

@@ -39,8 +39,8 @@ std::string function(const FieldRef& of, const TransferFunction& curve) {
   return in_braces({{"of", toml_string(of.name)}, {"points", "[" + points + "]"}, {"outside", toml_number(curve.outside())}});
 }
 
-/// Writes parameters; what was left out stays left out. Lists become tables of `section`, behind all keys, as TOML asks;
-/// without a section they are values.
+/// Writes parameters; left-out values stay left out. Lists become tables of `section`, behind all keys, as TOML requires;
+/// without a section, values.
 class Writer final : public ParameterVisitor {
  public:
   explicit Writer(std::string section = {}) : section_(std::move(section)) {}
@@ -95,7 +95,7 @@ class Writer final : public ParameterVisitor {
   }
 
   std::vector<Said> said;
-  std::vector<std::string> needed;  ///< keys that must be given
+  std::vector<std::string> needed;  ///< required keys
   std::string tables;
 
  private:
@@ -107,7 +107,6 @@ class Writer final : public ParameterVisitor {
   std::string name_;  // of an item of a table of named tables
 };
 
-/// Everything that a part says.
 template <class Part>
 Writer written(Part part) {
   Writer writer;
@@ -115,7 +114,7 @@ Writer written(Part part) {
   return writer;
 }
 
-/// What a part says that is not so without being said.
+/// Values of a part that differ from their defaults.
 template <class Part>
 std::vector<Said> said_of(const Part& part) {
   Writer writer = written(part);
@@ -144,7 +143,7 @@ detail::VolumePart part_of(const VolumeRequest& request) {
     part.files = files;
   }
   for (VolumeRequest::FieldRequest& field : part.request.fields) {
-    if (field.array == field.name) field.array.clear();  // goes without saying
+    if (field.array == field.name) field.array.clear();  // the default
   }
   return part;
 }
@@ -155,7 +154,7 @@ std::string volume_body(const SceneVolume& volume) {
   const Field& first = *volume.volume.fields.front().field;
   const MovingView* moved = moving_of(first);
   if (series_of(moved ? *moved->field : first)) return "# a time series made by a program: a scene file cannot say it\n";
-  VolumeRequest by_files;  // of a reader that does not note what it was asked
+  VolumeRequest by_files;  // for a reader that does not store its request
   for (const SourceFile& file : volume.volume.files) by_files.files.emplace_back(file.path);
   detail::VolumePart part = part_of(volume.volume.request ? *volume.volume.request : by_files);
   part.pose = part_of(volume.pose);

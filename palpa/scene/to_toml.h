@@ -1,4 +1,4 @@
-// How parts of a scene are written: from the lists that they are read by.
+// TOML output of a scene's parts, by the lists that they are read by.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@
 
 namespace palpa::detail {
 
-/// One key of a scene file with its value, as TOML.
+/// Key of a scene file with its value, as TOML.
 struct Said {
   std::string key;
   std::string value;
   friend bool operator==(const Said&, const Said&) = default;
 };
 
-/// What [volume.NAME] says for a request: `file` first, with whole paths, so that it holds in any folder; then what is not
-/// as it is without being said. Allocates.
+/// Keys of [volume.NAME] for a request: `file` first, with absolute paths, valid in any folder; then all values that differ
+/// from their defaults. Allocates.
 std::vector<Said> said(const VolumeRequest& request);
 
-/// The value of a key among them; empty if it is not there.
+/// Value of a key; empty if missing.
 std::string value_of(const std::vector<Said>& said, std::string_view key);
 
 }  // namespace palpa::detail

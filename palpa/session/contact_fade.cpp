@@ -6,7 +6,7 @@
 namespace palpa {
 
 namespace {
-// Time of a fade out, and of one in. Shorter: a jump of the data is felt as a kick; longer: the new level is late.
+// Duration of a fade-out, and of a fade-in. Shorter: a jump of the data is felt as a kick; longer: the new level is late.
 constexpr double fade_s = 0.05;
 }  // namespace
 
@@ -31,7 +31,7 @@ void ContactFade::keep(std::size_t mode, const PrimitiveSet& placed) noexcept {
       level_ = {placed.captured(i).field, placed.captured(i).value};
       plane_ = size_;
     }
-    if (share_ > 0.0) {  // as it is without the fade
+    if (share_ > 0.0) {  // strengths without the fade
       p.strength_n /= share_;
       p.drag_ns_per_m /= share_;
     }

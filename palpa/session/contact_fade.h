@@ -1,4 +1,4 @@
-// What becomes of a mode's plane whose level jumps between two frames of the data instead of moving.
+// Fade-out and fade-in of a mode whose level jumps between two frames of the data.
 #pragma once
 
 #include <array>
@@ -10,35 +10,35 @@
 
 namespace palpa {
 
-/// Such a level carries nothing along: its mode lets go of it in 50 ms, and takes hold again in 50 ms of where it is then.
-/// Trivially copyable. One thread.
+/// A level that jumps cannot carry the proxy: its mode fades out in 50 ms, and in again in 50 ms at the new position. Trivially
+/// copyable. One thread.
 class ContactFade {
  public:
-  /// The mode is felt in full.
   void clear() noexcept;
 
   double share() const noexcept { return share_; }          ///< [1] of the mode's strengths
-  bool is_leaving() const noexcept { return is_leaving_; }  ///< what the mode had placed fades; it places nothing else
+  bool is_leaving() const noexcept { return is_leaving_; }  ///< the mode's last primitives fade out; it places no others
 
-  /// Goes on by `time_step_s` [s]; `is_known`: where the data have carried the proxy. True where the mode is to begin anew.
+  /// Advances the fade by `time_step_s` [s]. Returns true where the mode restarts with fresh memory.
+  /// \param is_known  the motion of the data at the proxy is defined
   bool advance(bool is_known, double time_step_s) noexcept;
-  /// The mode has placed what it has in `placed`.
+  /// Stores the mode's primitives.
   void keep(std::size_t mode, const PrimitiveSet& placed) noexcept;
-  /// Begins to fade out what was kept; false where none of it stands on a level.
+  /// Begins to fade out the stored primitives; false if none of them stands on a level.
   bool let_go(Samples& samples) noexcept;
-  /// Places what fades, of a sub-step that begins at `start_m` [m].
+  /// Adds the fading primitives to the set of a sub-step that begins at `start_m` [m].
   void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
-  /// While it fades nothing is crossed in the mode's field; whoever is beyond the level afterwards has crossed it.
+  /// Disables events of the mode's field during the fade; a proxy then beyond the level counts as across.
   void configure_events(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
 
  private:
-  static constexpr std::size_t most_primitives = 16;  // [1] that fade; any more of a mode go at once. More costs memory
+  static constexpr std::size_t most_primitives = 16;  // [1] that fade; a surplus is removed at once. More costs memory
   double share_ = 1.0;
   bool is_leaving_ = false;
   bool returns_ = false;
-  bool is_free_above_ = false;  // `level_` is free on its side of higher values
-  Threshold level_;             // on which a plane of the mode stands; of no field where none does
-  std::int32_t plane_ = 0;      // that plane, among what was kept
+  bool is_free_above_ = false;  // the free side of `level_` has the higher values
+  Threshold level_;             // of a plane of the mode; without a field if there is none
+  std::int32_t plane_ = 0;      // index of that plane among the stored primitives
   std::int32_t size_ = 0;
   std::array<Primitive, most_primitives> last_;
 };

@@ -100,7 +100,7 @@ void ContactProblem::find_contacts() noexcept {
   }
 }
 
-// Turns each friction line along the sum of its facets' forces. False where no direction changes.
+// Turns each friction line along the sum of its facets' forces. False if no direction changes.
 bool ContactProblem::turn_friction() noexcept {
   bool changed = false;
   for (const LevelContact& contact : contacts_) {
@@ -145,7 +145,7 @@ const LevelEstimate& ContactProblem::look(LevelContact& contact, const Vec3& x_m
   return contact.last;
 }
 
-// The place that must be free of a level: the proxy's foot if the level is elastic, else the proxy.
+// Point that must be free of a level: the proxy, or its foot on an elastic level.
 Vec3 ContactProblem::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
   return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), contact.first, x_m);
 }
@@ -155,7 +155,7 @@ Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
   return contact.start.signed_distance_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
 }
 
-// How deep a place is in the levels that hold the proxy: the largest depth, 0 in front of all.
+// Largest depth of a point in the levels that hold the proxy; 0 in front of all.
 double ContactProblem::depth_m(const Vec3& x_m) noexcept {
   double deepest_m = 0.0;
   for (LevelContact& contact : contacts_) {
@@ -174,7 +174,7 @@ Vec3 ContactProblem::put_back(const Vec3& x_m) noexcept {
   return on_levels;
 }
 
-// The witness: the proxy's place, carried along by the data and put back in front of every rigid level that holds it.
+// Feasible point (witness): the proxy, carried along by the data and put back in front of every rigid level that holds it.
 void ContactProblem::find_feasible_point() noexcept {
   if (witnessed_) return;
   witnessed_ = true;
@@ -189,8 +189,8 @@ void ContactProblem::find_feasible_point() noexcept {
   witness_m_ = put_back(start_m_ + carried_m);
 }
 
-// By how much the energy falls on the way from the witness: of the spring, of all primitives but holding levels, and what
-// elastic levels store. `on_levels`: their feet are put back on them first. Products, as differences of squares lose digits.
+// Decrease of energy from the witness to `to_m`: of the spring, of all primitives but holding levels, and stored in elastic
+// levels. `on_levels`: feet are put back on their levels first. Products: differences of squares lose digits.
 double ContactProblem::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
   const Vec3& from_m = witness_m_;
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
@@ -217,17 +217,17 @@ bool ContactProblem::accepts(const Vec3& end_m, double deepest, const Vec3& bala
   if (deepest_m <= contact_tolerance * spacing_m_) return true;
   refused_m_ = end_m;
   find_feasible_point();
-  // A proxy that moving data left deep inside a level must come out, even if the energy rises.
+  // A proxy left deep inside a level by moving data must leave it, even if the energy rises.
   if (start_depth_m_ > piercing * spacing_m_) return comes_out(end_m);
   if (!(deepest_m <= deepest * spacing_m_)) return false;
-  // Compared with the promise for a start at the witness, in front of all levels: being inside must gain nothing.
+  // Relative to the witness, in front of all levels: a position inside a level must gain nothing.
   const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
   const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
   return gain_j(put_back(end_m), true, probe_m, time_step_s) >= sufficient_decrease * promised_j;
 }
 
-// Whether an end is nearer to the way out than the start, of every level that it is deep in. Told by values: no look tells
-// depths of more than a spacing apart.
+// Whether an end is nearer to the free side than the start, for every level that it is deep in. Compares values: first-order
+// estimates fail at depths of more than a spacing.
 bool ContactProblem::comes_out(const Vec3& end_m) noexcept {
   return std::ranges::all_of(contacts_, [&](LevelContact& contact) {
     if (!holds(contact)) return true;
@@ -237,7 +237,7 @@ bool ContactProblem::comes_out(const Vec3& end_m) noexcept {
   });
 }
 
-// Puts a contact on another plane, with its friction line along that plane's normal.
+// Moves a contact to another plane, and its friction line to that plane's normal.
 void ContactProblem::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
   set_.replace(contact.first, plane, contact.level);
   if (contact.line < 0) return;
@@ -254,7 +254,7 @@ void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
     LevelEstimate there = look(contact, foot_m(contact, end_m));
     Vec3 turn = there.normal - contact.start.normal;
     plane.direction = normalized(plane.direction + turn);
-    // An elastic level's foot must have the normal of its own place: sample once more where the new normal puts it.
+    // The foot on an elastic level needs the normal at its own position: sample again there.
     const Vec3 foot_m = end_m + dot(plane.direction, there.foot_m - end_m) * plane.direction;
     if (!contact.is_rigid() && distance(foot_m, there.at_m) > turned * spacing_m_) {
       there = look(contact, foot_m);
@@ -273,9 +273,9 @@ void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
 void ContactProblem::keep_feet(const Vec3& proxy_m) noexcept {
   modes_.feet().clear();
   for (std::size_t row = 0; row < set_.size(); ++row) {
-    const LevelContact* contact = contact_of(row);  // none: a level that jumped away and fades
+    const LevelContact* contact = contact_of(row);  // none: a level that jumped and fades
     if (contact && contact->is_shut && !contact->is_rigid() && contact->state == PrimitiveState::stick) {
-      const Vec3 offset_m = contact->start.at_m - proxy_m;  // it is held as it is
+      const Vec3 offset_m = contact->start.at_m - proxy_m;  // held as it is
       modes_.feet().put({contact->id, offset_m, 0.5 * contact->own.stiffness_n_per_m * norm_squared(offset_m)});
     }
     if (!set_[row].is_elastic()) continue;
@@ -318,12 +318,12 @@ double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {
 bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
   find_feasible_point();
   bool any = false;
-  for (std::size_t c = contacts_.size(); c-- > 0;) {  // the last first: rows before it stay where the law's forces have them
+  for (std::size_t c = contacts_.size(); c-- > 0;) {  // backwards: earlier rows keep the indices of the law's forces
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
     const LevelEstimate at = look(contact, foot_m(contact, end_m));
     if (at.signed_distance_m >= 0.0) continue;
-    // A facet that, put back, shuts out less than half the depth of this end is not worth it: a nearer end shows more.
+    // A facet that excludes less than half the depth of this end is not added: a nearer end yields a better one.
     const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_of(contact))) * at.normal;
     if (!(dot(at.normal, position_m - at.at_m) >= std::max(new_plane_min * spacing_m_, -0.5 * at.signed_distance_m))) continue;
     if (contact.facets == most_facets) forget_idle(contact);
@@ -344,7 +344,7 @@ bool ContactProblem::add_facet(LevelContact& contact, const Vec3& position_m, co
   return true;
 }
 
-// Facets without force may go at any time (theory.md); the first one is the mode's own.
+// Facets without force may be removed at any time (theory.md); the first facet is the mode's own.
 void ContactProblem::forget_idle(LevelContact& contact) noexcept {
   std::erase_if(learnt_, [&](const Facet& facet) {
     if (!(facet.id == contact.id) || facet.level != contact.level) return false;
@@ -379,8 +379,8 @@ bool ContactProblem::shut() noexcept {
   return any;
 }
 
-// Every P that contains the witness is right (theory.md 8.7), and the witness alone is the least. A proxy that is deep in the
-// level is held where it is: the way out is not known.
+// Every P that contains the witness is valid (theory.md 8.7), and the witness alone is the smallest. Deep in the level the
+// proxy is held in place: the direction to the free side is unknown.
 void ContactProblem::close(LevelContact& contact) noexcept {
   contact.is_shut = true;
   while (contact.facets > 1) remove_facet(contact, contact.first + contact.facets - 1);
@@ -390,7 +390,7 @@ void ContactProblem::close(LevelContact& contact) noexcept {
 
 void ContactProblem::configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
   using CrossingRule = EventPolicy::CrossingRule;
-  // Both ends are free, and no place between is further from one of them than half the way: too short to pierce a level.
+  // Both ends are free, and no point between is further from both than half the length: too short to pierce a level.
   const bool is_short = 0.5 * distance(start_m_, end_m) <= piercing * spacing_m_;
   for (const LevelContact& contact : contacts_) {
     const Threshold level{contact.level.field, contact.level.value};
@@ -400,7 +400,7 @@ void ContactProblem::configure_events(const Crossings& crossings, const Vec3& en
       crossings.configure_events(policy, level, high ? CrossingRule::leaves_down : CrossingRule::leaves_up);
     if (is_short || !holds(contact) || !contact.is_rigid()) continue;
     const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
-    // In flat data values do not tell the depth; only differences above rounding count.
+    // In flat data values do not determine the depth; only differences above rounding count.
     const double margin = piercing * spacing_m_ * norm(here.gradient) + modes_.samples().rounding(level.field);
     ValueRange& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
     if (high) allowed.max = std::min(allowed.max, std::max(level.value, here.value) + margin);

@@ -1,4 +1,4 @@
-// What one move of the proxy is solved with: primitives that stand for the data near by.
+// Contact problem of one move: primitives, their balance, and cutting planes.
 #pragma once
 
 #include <algorithm>
@@ -16,100 +16,94 @@
 
 namespace palpa {
 
-/// A level that a mode holds the proxy on, in one move: the rows of a set that stand on it, a plane or the facets of a corner.
+/// Contact with a level that holds the proxy in one move: a plane, or the facets of a corner.
 struct LevelContact {
   PrimitiveId id;
   HeldLevel level;
-  std::size_t first = 0;   ///< row of the set
-  std::size_t facets = 1;  ///< rows
-  std::int32_t line = -1;  ///< row of the line that is friction on it; -1: none
+  std::size_t first = 0;   ///< first row in the set
+  std::size_t facets = 1;  ///< rows of the set
+  std::int32_t line = -1;  ///< row of its friction line; -1: none
   bool solid_is_high = true;
-  bool bounds = true;     ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
-  bool can_break = true;  ///< gives way by breaking; false where it does so because data end nearby
-  bool breaks_at_step_end = false;  ///< holds up to the end of the sub-step and yields beyond
-  bool is_shut = false;             ///< leaves nothing free but the proxy's own place: a point of its strength there
+  bool bounds = true;                            ///< a constraint; false while fading
+  bool can_break = true;                         ///< may break through; false where the level ends because data end nearby
+  bool breaks_at_step_end = false;               ///< holds up to the end of the sub-step and yields beyond
+  bool is_shut = false;                          ///< its feasible set is the proxy's position alone: a point of its strength
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
-  LevelEstimate start{};                         ///< from where the move begins: the proxy, or its foot if it is elastic
-  LevelEstimate last{};                          ///< from where it was looked at last
+  LevelEstimate start{};  ///< at the start of the move: at the proxy, or at its foot if the level is elastic
+  LevelEstimate last{};   ///< of the most recent sample
   bool is_rigid() const noexcept { return !own.is_elastic(); }
 };
 
-/// The primitives of a move and their balance. What the modes place stays as it is during the move. A level is sampled again
-/// wherever a move would end; its plane there becomes one more facet of its corner. P, the polyhedron of places known to be
-/// free, always contains the *witness*, the proxy's own place: so no wrong facet can press the proxy through a level
-/// (docs/theory.md). A foreseen plane may shut the witness out by `shallow`; it is taken back before its level gives way. For
-/// an elastic level, which lets the proxy in, the *foot* takes the proxy's part: it is the witness, and must be free at the
-/// end. A level that blocks, though none of its facets says how, is *shut*: its P is the proxy's own place alone, a point of
-/// its strength, so that it bears no more than that, and yields. Facets live for one move. Keeps in a block what the next
-/// balance depends on; allocates at construction only; one thread.
+/// Primitives of a move and their balance. The modes' primitives stay unchanged during the move. A level is sampled again
+/// wherever a move would end; its plane there becomes a further facet of its corner. P, the polyhedron of points known to be
+/// feasible, always contains the *witness*, the proxy's own position: so no wrong facet can press the proxy through a level
+/// (docs/theory.md). A predicted plane may exclude the witness by `shallow`; it is reverted before its level breaks. On an
+/// elastic level, which lets the proxy in, the *foot* is the witness, and must be free at the end. A level that blocks without
+/// an explaining facet is *shut*: its P is the proxy's position alone, a point of its strength, so that it bears no more, and
+/// yields. Facets live for one move. The input of the next balance is kept in a StateArena; allocates at construction only; one
+/// thread.
 class ContactProblem {
  public:
   static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
 
-  /// \param work  of the tick, spent here
+  /// \param work  budget of the tick, spent here
   ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, WorkBudget& work);
 
   void clear() noexcept;
-  /// The next balance starts without a warm start.
   void forget_warm_start() noexcept { law_->reset(); }
 
-  /// Begins a move: forgets all facets.
+  /// Begins a move: removes all facets.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
-  /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks at `level_m` [m].
-  /// Facets that were learnt in this move stay. `moved_n` [N]: see DirectedForceLimiter. Returns the mode that had to be held
-  /// back, or -1.
+  /// Lets the modes place primitives from data at `middle_m` [m], or at `level_m` [m] for planes on a level. Keeps this move's
+  /// facets. `moved_n` [N]: see DirectedForceLimiter. Returns the mode whose force was limited, or -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
-  /// Takes the planes of the levels from the expected end of the move, `end_m` [m], instead of from the proxy: no further move
-  /// is needed then. Skips levels that turn fast or whose plane would shut the witness out by more than `shallow`. Samples.
+  /// Linearises the levels at the expected end `end_m` [m] of the move instead of at the proxy, which saves a move. Skips
+  /// levels that turn fast or whose plane would exclude the witness by more than `shallow`. Samples.
   void predict_planes(const Vec3& end_m) noexcept;
-  /// Foresees once more, from the end that was found. False if done before, nothing was foreseen, or no elastic level holds.
+  /// Predicts once more, from the end found. False if done before, if nothing was predicted, or if no elastic level holds.
   bool refine(const Vec3& end_m) noexcept;
-  /// Takes back what was foreseen, for the rest of the move: planes are from the proxy again. False if there is nothing.
+  /// Linearises planes at the proxy again for the rest of the move. False without a prediction.
   bool revert_prediction() noexcept;
-  /// Balances what was placed.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
 
   /// Whether a shell (a level with a fixed value, no material) gives way in the last balance.
   bool any_gives_way(const Crossings& crossings) const noexcept;
-  /// Whether a level holds the proxy in the last balance.
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
   /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in front
-  /// of every level that bounds it, or up to `deepest` [1] spacings behind one if the energy fell as promised. Samples.
+  /// of every constraint, or up to `deepest` [1] spacings behind it if the energy decreased sufficiently. Samples.
   bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
                double time_step_s) noexcept;
-  /// Adds facets that shut out `end_m` [m], an end that was not accepted. False where all are known already. Samples.
+  /// Adds facets that exclude the rejected end `end_m` [m]. False if no facet is new. Samples.
   bool add_cutting_planes(const Vec3& end_m) noexcept;
-  /// Shuts the levels that the last end that was not accepted lies behind, for the rest of the move. False where there are
-  /// none.
+  /// Shuts the levels in front of the last rejected end for the rest of the move. False if there are none.
   bool shut() noexcept;
-  /// Whether a level is shut.
   bool any_shut() const noexcept { return std::ranges::any_of(contacts_, &LevelContact::is_shut); }
-  /// The longest way that the proxy could still move from an accepted end if the levels that hold it were sampled again
-  /// there [m]; infinity where it is off one of them. Samples.
+  /// Upper bound on the further motion from an accepted end if the levels that hold the proxy were sampled again there [m];
+  /// infinity off any of them. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
-  /// Sets the policy of a search for events from the start to `end_m` [m]: a level that holds the proxy is not crossed, and
-  /// the way may go no deeper into it than `piercing`, or than the start is. Samples.
+  /// Configures the event search from the start to `end_m` [m]: levels that hold the proxy are not crossed, nor entered deeper
+  /// than `piercing` or the start. Samples.
   void configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
-  /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step and yield there.
+  /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step.
   void stop_at_bound() noexcept {
     for (LevelContact& contact : contacts_) contact.breaks_at_step_end = contact.state == PrimitiveState::slip;
   }
   /// Ends the move: later directed forces are limited against those of this move.
   void end_move() noexcept { held_.keep(set_, placed_at_m_); }
-  /// Stores the feet that a proxy at `proxy_m` [m] has on elastic levels.
+  /// Stores the feet on elastic levels of a proxy at `proxy_m` [m].
   void keep_feet(const Vec3& proxy_m) noexcept;
 
   const Law& law() const noexcept { return *law_; }
   const PrimitiveSet& set() const noexcept { return set_; }
   std::span<const LevelContact> contacts() const noexcept { return contacts_; }
-  /// The contact that a row of the set belongs to; nullptr if none.
+  /// Contact that a row of the set belongs to; nullptr if none.
   const LevelContact* contact_of(std::size_t row) const noexcept;
-  /// Whether a primitive was placed that stands on no level: its direction is taken at the middle of the move.
+  /// Whether a primitive stands on no level: its direction is sampled at the middle of the move.
   bool has_directions() const noexcept { return has_directions_; }
 
  private:
@@ -151,10 +145,10 @@ class ContactProblem {
   PrimitiveSet set_;
   CoulombFriction friction_;
   DirectedForceLimiter held_;
-  std::vector<LevelContact> contacts_, before_;  // of this placing, and of the one before
+  std::vector<LevelContact> contacts_, before_;  // of this placement, and of the previous one
   std::vector<Facet> learnt_;                    // in this move
   Vec3 start_m_, witness_m_, placed_at_m_;
-  Vec3 refused_m_;  // the last end that was not accepted
+  Vec3 refused_m_;  // the last rejected end
   double spacing_m_ = 0.0, start_depth_m_ = 0.0;
   bool witnessed_ = false, is_foreseen_ = false, is_refined_ = false, is_recanted_ = false, has_directions_ = false;
 };

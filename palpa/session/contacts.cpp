@@ -44,7 +44,7 @@ void Contacts::update(const ContactProblem& model, double depth_m, Crossings& cr
     if (all_free(modes_[m]) && std::ranges::none_of(model.contacts(), is_of_mode)) continue;
     auto& levels = modes_[m].levels;
     std::array<Contact, std::tuple_size_v<decltype(OfMode::levels)>> now;
-    // What was held keeps its place, what is new takes the first that is left.
+    // Levels held before keep their slots; new levels take the first free slot.
     for (const bool is_new : {false, true}) {
       for (const LevelContact& held : model.contacts()) {
         if (held.id.mode != m || held.state == PrimitiveState::off) continue;
@@ -78,7 +78,7 @@ void Contacts::change(std::size_t mode, Report& report, Contact now, double dept
   if (before.state == State::yielding && now.level == before.level) now.state = State::yielding;
   const bool meets = !now.is_free() && before.is_free() && !report.met;
   const bool yields = now.state == State::yielding && before.state != State::yielding;
-  // Material that yields goes on bearing: nothing is broken through.
+  // Yielding material keeps bearing: no break-through.
   const bool breaks = yields && !report.broken && crossings.is_watched({now.level.field, now.level.value});
   report.met = report.met || meets;
   report.broken = report.broken || breaks;

@@ -1,4 +1,4 @@
-// What each mode holds the proxy on, and what is told of it.
+// Contact states by mode; emits contact events.
 #pragma once
 
 #include <array>
@@ -21,15 +21,15 @@ struct Contact {
   bool is_free() const noexcept { return state == State::free; }
 };
 
-/// The contacts of a session and the events of a tick. Contacts change only here. Onsets and break-throughs are told once a
-/// tick for each contact, a break-through after the onset of its level; refusals and warnings once a session. Keeps the
-/// contacts in a block; one thread.
+/// Contact states of a session and events of a tick; their only writer. Emits onsets and break-throughs once a tick for each
+/// contact, a break-through after its onset; refusals and warnings once a session. Keeps the contacts in a StateArena; one
+/// thread.
 class Contacts {
  public:
-  /// \param modes  their number
+  /// \param modes  [1] their number
   Contacts(StateArena& live, std::size_t modes);
 
-  /// Frees all contacts. Refusals that were reported are not reported again.
+  /// Frees all contacts; reported refusals stay reported.
   void clear() noexcept;
   void begin_tick() noexcept;
   std::span<const SessionEvent> events() const noexcept { return events_; }
@@ -39,22 +39,22 @@ class Contacts {
   void warn(const char* sentence) noexcept { emit({SessionEventKind::warning, -1, 0.0, sentence}); }
   /// Warns once a session that a directed force of a mode changes too fast.
   void tell_held_back(std::size_t mode) noexcept;
-  /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A level that
-  /// gave way counts as crossed, wherever the proxy is: at an edge of a surface its planes can lead back out of it; it would
-  /// then be met, and give way, in every sub-step.
+  /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A broken level
+  /// counts as crossed, wherever the proxy is: at an edge of a surface its planes can lead back out of it; it would then be
+  /// met, and break, in every sub-step.
   void update(const ContactProblem& model, double depth_m, Crossings& crossings) noexcept;
 
  private:
   static constexpr std::size_t max_events = 16;  // [1] per tick; further events are dropped. More costs memory only
   struct Report {
     Contact contact;
-    bool met = false;     // an onset has been told in this tick
-    bool broken = false;  // a break-through has been told in this tick
+    bool met = false;     // onset emitted in this tick
+    bool broken = false;  // break-through emitted in this tick
   };
   struct OfMode {
-    std::array<Report, 4> levels;  // elastic ones, and one below; the first is that of a mode that stands on one alone
-    bool held_back = false;        // told that a directed force of it changes too fast
-    std::uint32_t refusals = 0;    // a bit each
+    std::array<Report, 4> levels;  // elastic levels, and one below; a mode that stands on a single level uses the first
+    bool held_back = false;        // warned that its directed force changes too fast
+    std::uint32_t refusals = 0;    // bit set of refusals reported
   };
   void emit(const SessionEvent& event) noexcept;
   void change(std::size_t mode, Report& report, Contact now, double depth_m, const Crossings& crossings) noexcept;

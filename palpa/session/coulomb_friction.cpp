@@ -10,11 +10,10 @@ namespace palpa {
 namespace {
 
 // [1] of its strength: a line whose force is below this share sticks. 1: rounding decides; less: more lines are corrected in
-// vain, which costs a balance each.
+// vain, at a balance each.
 constexpr double holding_share = 0.999;
 
-// How strong the friction of a line is by the force of its plane, or the forces of its corner's facets, in the last balance
-// [N].
+// Friction strength of a line, from the force of its plane or of its corner's facets in the last balance [N].
 double wanted_n(const Law& law, const PrimitiveSet& set, const Friction& friction) noexcept {
   double pressed_n = 0.0;
   const auto plane = static_cast<std::size_t>(friction.plane);
@@ -22,8 +21,8 @@ double wanted_n(const Law& law, const PrimitiveSet& set, const Friction& frictio
   return friction.coefficient * pressed_n;
 }
 
-// What a plane presses with where nothing else but lines along its normal and directed forces act: these lines act across it,
-// so its force is known before the balance [N]. None where that is not so.
+// Force of a plane on which only lines along its normal and directed forces act [N]: the lines act across it, so it is known
+// before the balance. None for other planes.
 std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane, const Vec3& probe_m,
                                       double stiffness_n_per_m) {
   const Primitive& p = set[plane];
@@ -36,7 +35,7 @@ std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane
     }
   }
   if (p.kind != PrimitiveKind::plane || p.drag_ns_per_m > 0.0) return {};
-  // An elastic plane gives way: plane and spring share the pull.
+  // An elastic plane yields: plane and spring share the pull.
   return std::clamp(-dot(p.direction, pull_n) / (1.0 + stiffness_n_per_m / p.stiffness_n_per_m), 0.0, p.strength_n);
 }
 
@@ -83,12 +82,12 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
   return found;
 }
 
-// Gives a line the strength to try next. False where the balance stays as it is.
+// Sets the next trial strength of a line. False if the balance is unchanged.
 bool CoulombFriction::correct(Line& line, double wanted_n, double held_n, double tolerance_n, bool first) const noexcept {
   const double off_n = wanted_n - line.strength_n;
   const double step_n = line.strength_n - line.before_n;
   if (!first && step_n != 0.0) line.slope = std::clamp((wanted_n - line.wanted_n) / step_n, -1.0, 0.5);
-  // A line that sticks sticks with any strength above its force: the balance stays as it is.
+  // A line that sticks does so at any strength above its force: the balance is unchanged.
   if (held_n < std::min(wanted_n, holding_share * line.strength_n)) {
     line.strength_n = wanted_n;
     return false;

@@ -1,4 +1,4 @@
-// Friction as strong as the plane that it belongs to.
+// Friction lines with strength proportional to the force of their plane.
 #pragma once
 
 #include <cstddef>
@@ -11,20 +11,19 @@
 
 namespace palpa {
 
-/// Finds the balance in which every line of Coulomb friction is as strong as its plane presses in it: a fixed point, looked
-/// for by a secant from where it was last, which takes one or two balances. Not variational (docs/theory.md): at most
-/// `max_passes` are made, and what is still missing then is the caller's to see, in forces and strengths. Keeps in a block
-/// how strong they were; takes its memory at construction; one thread.
+/// Solves for the balance in which every Coulomb friction line has its coefficient times the force of its plane as strength: a
+/// fixed point, found by a secant from its last solution in one or two balances. Not variational (docs/theory.md): makes at
+/// most `max_passes`; forces and strengths show any remaining difference. Keeps the strengths in a StateArena; allocates at
+/// construction only; one thread.
 class CoulombFriction {
  public:
   /// \param capacity  [1] of lines
   CoulombFriction(StateArena& live, std::size_t capacity);
   void clear() noexcept { known_ = 0; }
 
-  /// Balances the set about its start, its lines of friction as strong as their planes, to what shifts the proxy by less than
-  /// counts as exact. Where a plane shares its load with others, its force is that of one split of several, the law's; the
-  /// facets of a corner press together.
-  /// \param most_iterations  [1] of the law: after as many no further correction is made
+  /// Balances the set about its start, to within exact_bound_m. If a plane shares its load with others, its force depends on
+  /// the law's split; the facets of a corner count together.
+  /// \param most_iterations  [1] of the law: no further correction after as many
   Balance solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s,
                 int most_iterations = std::numeric_limits<int>::max()) noexcept;
 
@@ -35,13 +34,13 @@ class CoulombFriction {
     PrimitiveId id;
     std::size_t index = 0;    // in the set
     double strength_n = 0.0;  // in the last balance
-    double slope = 0.0;       // by how much its plane's force changes what it should be
-    double before_n = 0.0;    // its strength in the balance before the last
-    double wanted_n = 0.0;    // the strength that its plane's force asked for in that balance
+    double slope = 0.0;       // change of `wanted_n` per change of `strength_n`
+    double before_n = 0.0;    // strength in the balance before the last
+    double wanted_n = 0.0;    // coefficient times its plane's force in that balance
   };
   bool correct(Line& line, double wanted_n, double held_n, double tolerance_n, bool first) const noexcept;
 
-  std::size_t& known_;  // of the last balance's lines
+  std::size_t& known_;  // lines of the last balance
   std::span<Line> last_;
   std::vector<Line> lines_;
 };

@@ -7,8 +7,8 @@
 namespace palpa {
 
 namespace {
-// A withheld force grows by no more than this, as a command does behind a guard (GuardOptions). Slower: a wall's force is
-// missing for longer; faster: it comes back as a kick.
+// Largest growth rate of a returned force, as for a command behind a guard (GuardOptions). Slower: a wall's force is missing
+// for longer; faster: it returns as a kick.
 constexpr double back_n_per_s = 1000.0;
 }  // namespace
 
@@ -41,7 +41,7 @@ CouplingForce::Update CouplingForce::update(const Walk& walk, const Vec3& probe_
   Vec3 extension_m = walk.proxy_m - probe_m, released_m = walk.released_m;
   const double lagged_s = std::exchange(lag_s_, walk.is_complete ? 0.0 : lag_s_ + time_step_s);
   if (!walk.is_complete || lag_.any()) {
-    // Withheld extension exerts no force, so that damper_j is all that Eq. 1 has beside the spring's work.
+    // Withheld extension exerts no force, so that damper_j contains all of Eq. 1 except the spring's work.
     result.damper_j -= k * dot(lag_.withheld_m(), result.probe_step_m);
     const Vec3 left_m = walk.from_m - probe_m - lag_.withheld_m();
     const Vec3 all_m = extension_m;

@@ -1,4 +1,4 @@
-// Coupling force on the hand, tick by tick: Eq. 1, less the extension that is due to unprocessed probe motion.
+// Coupling force on the hand (Eq. 1), less the extension due to unprocessed probe motion.
 #pragma once
 
 #include "palpa/session/damper.h"
@@ -9,8 +9,7 @@ namespace palpa {
 
 struct Walk;
 
-/// Spring and damper between proxy and probe, with all that their next tick depends on. Copied as bytes. Allocates nothing; one
-/// thread.
+/// Spring and damper between proxy and probe, with their state. Trivially copyable. Allocates nothing; one thread.
 class CouplingForce {
  public:
   explicit CouplingForce(const Damper& damper = Damper{0.0}) noexcept : damper_(damper) {}
@@ -19,18 +18,19 @@ class CouplingForce {
   void start(const Vec3& probe_m) noexcept;
   /// Clears all forces, as after a gap.
   void reset() noexcept;
-  /// Copies the state of `other`. \param damper   of the own coupling; \param keeps_it  the other's is equal, and so is the
-  /// proxy
+  /// Copies the state of `other`.
+  /// \param damper    of this coupling
+  /// \param keeps_it  the other's damper is equal, and so is the proxy
   void resume_in_changed_scene(const CouplingForce& other, const Damper& damper, bool keeps_it, const Vec3& proxy_m) noexcept;
 
   /// Result of one tick.
   struct Update {
     Vec3 force_n;                 ///< [N] on the hand (Eq. 1), before any limit
-    Vec3 probe_step_m;            ///< [m] motion of the probe since the last tick
-    Vec3 relative_m_per_s;        ///< [m/s] v_proxy − v_probe as the damper estimates it
+    Vec3 probe_step_m;            ///< [m] since the last tick
+    Vec3 relative_m_per_s;        ///< [m/s] v_proxy − v_probe as estimated
     double damper_j = 0.0;        ///< [J] work of all but the spring over `probe_step_m`, by the force held since the last tick
-    double given_back_n = 0.0;    ///< [N] of the force: withheld while ticks were incomplete, returned in this one
-    bool has_just_faded = false;  ///< ticks have been incomplete for so long that the force is zero from here on
+    double given_back_n = 0.0;    ///< [N] part of the force that was withheld in incomplete ticks and returned in this one
+    bool has_just_faded = false;  ///< incomplete for so long that the force is zero from now on
   };
   /// \param time_step_s  [s] > 0
   Update update(const Walk& walk, const Vec3& probe_m, const CouplingOptions& coupling, double time_step_s) noexcept;
@@ -40,7 +40,7 @@ class CouplingForce {
   Damper damper_;
   LagCompensator lag_;
   Vec3 last_probe_m_;
-  double lag_s_ = 0.0;   // for how long ticks have been incomplete
+  double lag_s_ = 0.0;   // duration of incomplete ticks
   Vec3 damper_force_n_;  // held since the last tick
 };
 

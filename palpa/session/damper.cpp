@@ -8,19 +8,18 @@
 namespace palpa {
 
 namespace {
-// Low-pass without an encoder step. Lower: later damping; higher: more of the noise of a difference of two ticks.
+// Low-pass without an encoder step. Lower: later damping; higher: more noise from the difference of two ticks.
 constexpr double cut_off_hz = 150.0;
 // The damper's ripple under an encoder, as a share of the spring's. Less: longer windows, later damping; more: more ripple.
 constexpr double ripple_share = 1.0 / 3.0;
-// Windows with an encoder. A shorter least one ripples more on fast changes; a longer greatest one delays damping, by up to
-// half of it.
+// Windows with an encoder. Shorter minimum: more ripple on fast changes; longer maximum: damping delayed by up to half of it.
 constexpr double shortest_window_s = 3e-3;
 constexpr double longest_window_s = 24e-3;
-// How far from a steady motion's line through two of its positions the others can be, in encoder steps: 1 along an axis,
-// (1 + √3)/2 across a plane that all three encoders move; a little more for rounding.
+// Largest distance of positions from the line of a steady motion through two of them, in encoder steps: 1 along an axis, (1 +
+// √3)/2 across a plane with all three encoders; a little more for rounding.
 constexpr double line_tolerance = 1.4;
-constexpr double rounding = 1e-9;  // [1] share by which sums of ticks may be off when times are compared
-// The limit on the damper's force: the larger of these. Less: fast contacts are damped less; more: a kick becomes possible.
+constexpr double rounding = 1e-9;  // [1] relative error of sums of ticks when times are compared
+// Limit on the damper's force: the larger of these. Less: fast contacts are damped less; more: a kick becomes possible.
 constexpr double always_allowed_n = 0.2;
 constexpr double share_of_spring = 0.5;
 }  // namespace
@@ -30,7 +29,7 @@ Damper::Damper(double damping_ns_per_m, double encoder_step_m) noexcept
 
 Vec3 Damper::relative_velocity(const Vec3& stretch_m, const Vec3& released_m, double time_step_s,
                                double stiffness_n_per_m) noexcept {
-  // In free space an estimate would only decay towards zero; there the force is to be exactly zero.
+  // In free space the force must be exactly zero; an estimate would only decay towards zero.
   if (stretch_m == Vec3{}) {
     reset({});
     return {};
@@ -56,9 +55,9 @@ Vec3 Damper::smoothed(const Vec3& stretch_m, const Vec3& released_m, double time
 
 namespace {
 
-// The slope of the longest line from the past to now, for one component: walked back from now, each position leaves the
-// slopes of the lines that pass it closely enough, and a position that lies within all of those before it ends such a line.
-// The shortest line is taken as it is.
+// Slope of the longest line from the past to now, for one component. Walking back, each position narrows the range of slopes
+// that pass it closely enough; a position within the range of all later ones ends a line. The shortest line is accepted
+// unchecked.
 class LongestLine {
  public:
   explicit LongestLine(double tolerance_m) noexcept : tolerance_m_(tolerance_m) {}
@@ -110,7 +109,7 @@ Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time
     look_back(kept.stretch_m, age_s);
     reached = LongestLine::is_long_enough(age_s);
   }
-  // Before the first position kept the stretch counts as constant.
+  // Before the first stored position the extension counts as constant.
   if (kept_ < most_kept) {
     const Kept& first = past_[static_cast<std::size_t>((newest_ - kept_ + 1 + most_kept) % most_kept)];
     for (const double age_s : {shortest_window_s, window_s}) {
@@ -118,7 +117,7 @@ Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time
     }
   }
 
-  // Keeps at most `most_kept` positions per window, however fast the ticks are.
+  // Stores at most `most_kept` positions per window, at any tick rate.
   if (time_s_ - past_[static_cast<std::size_t>(newest_)].time_s > window_s / (most_kept - 1) * (1.0 - rounding)) {
     newest_ = (newest_ + 1) % most_kept;
     kept_ = std::min(kept_ + 1, most_kept);

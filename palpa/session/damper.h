@@ -1,4 +1,4 @@
-// The damper of the coupling (Eq. 1).
+// Damper of the coupling (Eq. 1).
 #pragma once
 
 #include <array>
@@ -7,33 +7,31 @@
 
 namespace palpa {
 
-/// The damper of Eq. 1. It acts on the rate of change of x_proxy − x_probe, estimated as one, so that in
-/// free space, where the two are the same point, it is exactly zero: two differently filtered velocities
-/// would leave a force there. What the proxy covers in a release (break-through, event) is no motion of
-/// the hand and is left out; and the damper never exceeds the larger of 0.2 N and half the spring's force,
-/// so that no kick can come from it.
+/// Damper of Eq. 1, on the rate of change of x_proxy − x_probe. Estimated as one quantity, it is exactly zero in free space,
+/// where the two points coincide: two differently filtered velocities would leave a force there. Proxy motion in a release
+/// (break-through, event) is no motion of the hand and is left out; and the damper never exceeds the larger of 0.2 N and half
+/// the spring's force, so that it cannot cause a kick.
 ///
-/// Without an encoder step the estimate is the difference of two ticks behind a first-order low-pass of
-/// 150 Hz. With one, a low-pass that quietens a step is so slow that nothing is damped any more. There the
-/// estimate is, component by component, the slope of the longest straight line from the past to now that
-/// no position in between is further from than positions rounded to the step can be from a steady motion
-/// (first-order adaptive windowing: Janabi-Sharifi, Hayward and Chen, IEEE Trans. Control Syst. Technol. 8(6),
-/// 2000). A fast change is seen over 3 ms, as late as that low-pass, a slow motion over up to W = 3D/k,
-/// at most 24 ms. Such a motion ripples by q/W in the estimate, so by k q/3 in the force, where the spring itself
-/// ripples by k q. It costs a delay of W/2 at most (docs/theory.md, 7.8).
+/// Without an encoder step the estimate is the difference of two ticks behind a first-order low-pass of 150 Hz. A low-pass that
+/// quietens an encoder step is too slow to damp anything. The estimate is then, by component, the slope of the longest straight
+/// line from the past to now from which no position in between deviates by more than a steady motion rounded to the step can
+/// (first-order adaptive windowing: Janabi-Sharifi, Hayward and Chen, IEEE Trans. Control Syst. Technol. 8(6), 2000). The
+/// window is 3 ms for a fast change, with the delay of that low-pass, and up to W = 3D/k, at most 24 ms, for a slow motion,
+/// which ripples by q/W in the estimate, so by k q/3 in the force; the spring itself ripples by k q. The delay is W/2 at most
+/// (docs/theory.md, 7.8).
 class Damper {
  public:
   /// \param damping_ns_per_m  [N·s/m] D, >= 0
   /// \param encoder_step_m    [m] position step q of the device, 0 if none
   explicit Damper(double damping_ns_per_m, double encoder_step_m = 0.0) noexcept;
 
-  /// v_proxy − v_probe [m/s] as the damper sees it, limited as above; D times it is the damper's force.
+  /// Estimate of v_proxy − v_probe [m/s], limited as above; the force is D times it.
   /// \param stretch_m    [m] proxy − probe now
-  /// \param released_m   [m] the part of the proxy's motion in this tick that was a release
+  /// \param released_m   [m] part of the proxy's motion in this tick that was a release
   /// \param time_step_s  [s] > 0
   Vec3 relative_velocity(const Vec3& stretch_m, const Vec3& released_m, double time_step_s, double stiffness_n_per_m) noexcept;
 
-  /// Starts anew from `stretch_m`, as if it had been so for long: after a gap, a clutch, a new map.
+  /// Restarts with a constant past extension `stretch_m` [m]: after a gap, a clutch, a new map.
   void reset(const Vec3& stretch_m) noexcept;
 
  private:
@@ -46,11 +44,11 @@ class Damper {
   double damping_ns_per_m_;
   double encoder_step_m_;
   double time_step_s_ = 0.0;  // of the last tick
-  double weight_ = 0.0;       // [1] share of a new rate that the filter takes over in that time
+  double weight_ = 0.0;       // [1] of a new rate in the filter, in that time
   Vec3 last_stretch_m_;
   Vec3 filtered_m_per_s_;
 
-  // A past position in the window. Before the first one kept the stretch counts as constant.
+  // Past position in the window. Earlier, the extension counts as constant.
   struct Kept {
     double time_s = 0.0;
     Vec3 stretch_m;
@@ -61,7 +59,7 @@ class Damper {
   std::array<Kept, most_kept> past_;
 };
 
-/// The part of the proxy's step [m] beyond how far probe and data moved [m]: a release, which the damper leaves out.
+/// Part of the proxy's step [m] beyond the motion `moved_m` [m] of probe and data: a release.
 Vec3 released_part(const Vec3& step_m, double moved_m) noexcept;
 
 }  // namespace palpa

@@ -6,7 +6,7 @@ namespace palpa {
 
 namespace {
 
-// [1] Share of the forces. Less: rounding is reported as held back; more: steps may pass the limit.
+// [1] Share of the forces. Less: rounding is reported as limited; more: steps may exceed the limit.
 constexpr double rounding = 1e-12;
 
 Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; }
@@ -25,7 +25,7 @@ std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m
     }
     return false;
   };
-  // A mode that has fallen silent wants no force: it is let go along the path like any other.
+  // The force of a mode that places none any more decreases along the path within the limit.
   for (const Force& before : held()) {
     if (before.force_n == Vec3{} || is_placed(before)) continue;
     set.begin_mode(before.id.mode);

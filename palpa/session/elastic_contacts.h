@@ -1,4 +1,4 @@
-// Where a proxy touches the elastic levels that it has sunk into.
+// Contacts of the proxy with elastic levels.
 #pragma once
 
 #include <algorithm>
@@ -10,22 +10,21 @@
 
 namespace palpa {
 
-/// The feet that a proxy has now. Plain data of fixed size, so that a StateArena can keep it: a foot more than there is room
-/// for is not kept, and its level takes the proxy's own place for it. Allocates nothing.
+/// Feet of the proxy. Trivially copyable, for a StateArena; surplus feet are dropped, and their levels use the proxy's
+/// position. Allocates nothing.
 class ElasticContacts {
  public:
   void clear() noexcept { size_ = 0; }
-  /// Puts one behind all others; they come in the order of modes.
+  /// Appends a foot; feet are ordered by mode.
   void put(const Foot& foot) noexcept {
     if (size_ < feet_.size()) feet_[size_++] = foot;
   }
   std::span<const Foot> all() const noexcept { return {feet_.data(), size_}; }
-  /// Those of one mode.
   std::span<const Foot> of(std::size_t mode) const noexcept {
     if (size_ == 0) return {};
     return std::ranges::equal_range(all(), mode, {}, [](const Foot& foot) { return std::size_t{foot.id.mode}; });
   }
-  /// The way from the proxy to the foot on one primitive [m], zero if it has none there.
+  /// Vector from the proxy to the foot on a primitive [m], zero if it has none there.
   Vec3 offset_m(const PrimitiveId& id) const noexcept {
     const auto foot = std::ranges::find(all(), id, &Foot::id);
     return foot == all().end() ? Vec3{} : foot->offset_m;

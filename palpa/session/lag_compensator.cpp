@@ -7,7 +7,7 @@ namespace palpa {
 
 namespace {
 
-// The point nearest to `x` on the straight way from 0 to `end`; the end itself to the bit.
+// Point nearest to `x` on the straight line from 0 to `end`; the end itself to the bit.
 Vec3 nearest_on_way(const Vec3& x, const Vec3& end) noexcept {
   const double along = dot(x, end), all = norm_squared(end);
   if (!(along > 0.0)) return {};
@@ -25,9 +25,9 @@ Vec3 LagCompensator::applied_extension_m(const Vec3& extension_m, const Vec3& to
   return applied_m;
 }
 
-// In whole ticks, so that the last of them is no later than the time that is left.
+// Whole ticks, so that the last of them is within the remaining time.
 Vec3 LagCompensator::give_back_m(double time_step_s, double most_m) noexcept {
-  constexpr double rounded = 1.0 + 1e-9;  // [1] of times that are sums of ticks
+  constexpr double rounded = 1.0 + 1e-9;  // [1] for times that are sums of ticks
   const double ticks = std::floor(rounded * left_s_ / time_step_s);
   left_s_ = std::max(0.0, left_s_ - time_step_s);
   const Vec3 back_m = shortened(withheld_m_ / std::max(1.0, ticks), most_m);

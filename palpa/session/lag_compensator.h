@@ -1,4 +1,4 @@
-// Withholds the spring extension that is due to unprocessed probe motion.
+// Withholds the spring extension due to unprocessed probe motion.
 #pragma once
 
 #include "palpa/solver/vec3.h"
@@ -6,20 +6,20 @@
 namespace palpa {
 
 /// Applied part of the coupling's extension. The work of a tick is bounded; where data take more, a part of the probe's path
-/// stays queued, and the spring is longer than the data make it by that part. From the first incomplete tick on, and until the
-/// whole extension is applied again, the applied extension is
+/// stays queued and lengthens the spring. From the first incomplete tick on, and until the whole extension is applied again,
+/// the applied extension is
 ///
 ///     s = the point nearest to s₀ − Δp on the straight line from 0 to a (proxy − followed),
 ///
-/// s₀ the one applied before, Δp the hand's step, `followed` the point of the probe's path up to which the proxy has followed
-/// it. a [1] falls from 1 to 0 in 50 ms of incomplete ticks: the force fades.
+/// s₀ its last value, Δp the hand's step, `followed` the point of the probe's path up to which the proxy has followed it. a [1]
+/// falls from 1 to 0 in 50 ms of incomplete ticks: the force fades.
 ///
-/// An incomplete tick is passive whatever the proxy does: |s| ≤ |s₀ − Δp|, so
-/// k s₀·Δp ≤ k/2 |s₀|² − k/2 |s|² + k/2 |Δp|². In a complete tick proxy − probe is the extension that the data make, and its
-/// force is due: s is then lengthened towards proxy − probe in equal steps, so that all of it is applied 20 ms after the last
-/// incomplete tick, or later where a step would be longer than the caller allows. At once it would be a kick. The energy that
-/// a lengthening adds to k/2 |s|² is a part of the spring's energy k/2 |proxy − probe|², which the ledger has booked as
-/// brought in when it was withheld (docs/theory.md, 7.6).
+/// An incomplete tick is passive for any motion of the proxy: |s| ≤ |s₀ − Δp|, so
+/// k s₀·Δp ≤ k/2 |s₀|² − k/2 |s|² + k/2 |Δp|².
+/// In a complete tick the force of proxy − probe is due: s is lengthened towards it in equal steps, complete 20 ms after the
+/// last incomplete tick, or later where a step would be longer than the caller allows. A single step would be a kick. The
+/// energy that a lengthening adds to k/2 |s|² is a part of the spring's energy k/2 |proxy − probe|², which the ledger has
+/// booked as injected when it was withheld (docs/theory.md, 7.6).
 ///
 /// Allocates nothing; one thread.
 class LagCompensator {
@@ -27,31 +27,27 @@ class LagCompensator {
   /// Returns the applied extension of this tick [m].
   /// \param extension_m    [m] proxy − probe
   /// \param to_followed_m  [m] proxy − followed
-  /// \param lag_s          [s] for how long ticks have been incomplete; 0: this one is complete, `to_followed_m` is
-  /// `extension_m` \param left_m         [m] s₀ − Δp
+  /// \param lag_s          [s] duration of incomplete ticks; 0: this tick is complete, `to_followed_m` is `extension_m`
+  /// \param left_m         [m] s₀ − Δp
   Vec3 applied_extension_m(const Vec3& extension_m, const Vec3& to_followed_m, double lag_s, const Vec3& left_m) noexcept;
-  /// Lengthens the applied extension, after `applied_extension_m`, in a complete tick. Returns by how much [m].
+  /// Lengthens the applied extension, after `applied_extension_m`, in a complete tick. Returns the difference [m].
   /// \param time_step_s  [s] > 0
-  /// \param most_m       [m] >= 0: by no more than this
+  /// \param most_m       [m] >= 0: upper bound
   Vec3 give_back_m(double time_step_s, double most_m) noexcept;
-  /// Withheld part of the last extension [m].
+  /// Withheld part [m].
   const Vec3& withheld_m() const noexcept { return withheld_m_; }
-  /// Whether any is withheld.
   bool any() const noexcept { return withheld_m_ != Vec3{}; }
-  /// Whether all of the force has faded.
   static bool has_faded(double lag_s) noexcept { return lag_s >= fade_s; }
-  /// The proxy is put on the probe.
+  /// Restarts with the proxy on the probe.
   void reset() noexcept { *this = {}; }
 
  private:
-  // [s] After so long the force is zero. Longer: forces of where the hand is no more; shorter: one busy tick is felt as a
-  // click.
+  // [s] Incomplete ticks until zero force. Longer: outdated forces; shorter: one busy tick is felt as a click.
   static constexpr double fade_s = 0.05;
-  // [s] All is given back within this, the time of a fall where a level lets go. Longer: a wall is missing for longer; shorter:
-  // it comes back abruptly.
+  // [s] Return of the force, as long as its fall at a break-through. Longer: a wall is missing for longer; shorter: abrupt.
   static constexpr double give_back_s = 0.02;
   Vec3 withheld_m_;
-  double left_s_ = 0.0;  // of the time in which it is given back
+  double left_s_ = 0.0;  // until all is returned
 };
 
 }  // namespace palpa

@@ -37,10 +37,10 @@ void Ledger::book_sub_steps(std::span<const SubStep> sub_steps, std::span<const 
   }
 }
 
-// With the probe where it is, the spring loses k Δx·(probe − middle of the move) and the forces of the balance do the work
-// k Δx·(balance − probe). What is left is k Δx·(balance − middle): k/2 |Δx|² of a full move. Along a smooth way it vanishes
-// with the length of the steps; where the proxy snaps it is what the spring held. What goes beyond the way of probe and data
-// is a snap.
+// With the probe fixed, the spring loses k Δx·(probe − middle of the move) and the forces of the balance do the work k
+// Δx·(balance − probe). The remainder is k Δx·(balance − middle): k/2 |Δx|² of a full move. Along a smooth path it vanishes
+// with the step length; in a snap it is the energy that the spring held. The part beyond the motion of probe and data is a
+// snap.
 void Ledger::move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept {
   if (probe_m != probe_m_) left_m2_ = norm_squared(probe_m - probe_m_);
   probe_m_ = probe_m;

@@ -1,20 +1,20 @@
-// A level as one sample of its field sees it.
+// First-order level estimate from one sample.
 #pragma once
 
 #include "palpa/mode/mode_context.h"
 
 namespace palpa {
 
-/// A level as one Newton step from a place sees it.
+/// First-order estimate of a level: one Newton step from a position.
 struct LevelEstimate {
-  Vec3 at_m;                       ///< the place; that and the rest in the hand frame
-  double signed_distance_m = 0.0;  ///< how far in front of the level it is; without data, or a gradient, it counts as on it
-  Vec3 foot_m, normal;             ///< the nearest place on it, and its direction out of the solid [1]
-  double behind = 0.0;  ///< by how much the value there is beyond the level's, in the field's own unit, > 0 in the solid
+  Vec3 at_m;                       ///< sampled position; like the other vectors in the hand frame
+  double signed_distance_m = 0.0;  ///< > 0 in front of the level; without data, or a gradient, 0
+  Vec3 foot_m, normal;             ///< nearest point on it, and its direction out of the solid [1]
+  double behind = 0.0;             ///< difference from the level's value, in the field's own unit, > 0 in the solid
 };
 
-/// Looks at `level` from `x_m` [hand m]; `solid_is_high`: higher values are the solid. No level is further away than
-/// `spacing_m` [m] for it: beyond, the gradient says nothing. Samples; allocates nothing.
+/// Estimates `level` from a sample at `x_m` [hand m]; `solid_is_high`: higher values are the solid. Distances are at most
+/// `spacing_m` [m]: the gradient is no guide beyond. Allocates nothing.
 LevelEstimate estimate_level(Samples& samples, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
                              double spacing_m) noexcept;
 

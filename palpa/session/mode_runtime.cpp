@@ -86,7 +86,7 @@ ModeContext ModeRuntime::here_at(std::size_t m, const StepContext& context, cons
 void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept {
   out.clear(context.start_m);
   StepContext at_level = context;
-  at_level.data_fraction = 0.0;  // where the data carry what the proxy stands on
+  at_level.data_fraction = 0.0;  // data as carried along with the contact
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     if (!enabled(m)) continue;
     const std::size_t first = out.size();
@@ -121,7 +121,7 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
   for (std::size_t i = first; i < out.size(); ++i) {
     if (fades(m)) out.fade(i, fade.share());
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
-    // A level stronger than what reaches the hand never yields: give it more than the spring can pull with.
+    // A level stronger than the force limit never yields: raise it above the spring's largest pull.
     out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * distance(context.probe_m, at_m));
   }
 }
@@ -139,8 +139,8 @@ bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_
   return true;
 }
 
-// Whether a mode that places nothing stays silent until a watched event: data of one of its fields begin, a mask or a
-// strength leaves an interval on which it is zero, or a level is met.
+// Whether a mode that places nothing stays silent until a watched event: data of one of its fields begin, a mask or a strength
+// leaves an interval on which it is zero, or a level is met.
 bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept {
   const ModeInputs& inputs = parts_[m].inputs;
   const auto has_no_data = [&](std::int32_t f) {

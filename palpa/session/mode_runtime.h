@@ -1,4 +1,4 @@
-// The modes of a session as the tick uses them: their memories, what they place, what they are told.
+// Modes of a session within the tick: memories, primitives, notifications.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,8 @@
 
 namespace palpa {
 
-/// The modes of a session with their fields, samples, and memories, which are kept in a block. Construction allocates and
-/// throws SceneError; nothing else does. One thread.
+/// Modes of a session with their fields, samples, and memories, kept in a StateArena. Construction allocates and throws
+/// SceneError; nothing else does. One thread.
 class ModeRuntime {
  public:
   /// \param map  hand to world
@@ -31,21 +31,20 @@ class ModeRuntime {
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
   Samples& samples() noexcept { return *samples_; }
-  /// Where a strength, a mask or a level may set in, over all enabled modes.
+  /// Thresholds of strengths, masks and levels of all enabled modes.
   const std::vector<Threshold>& watches() const noexcept { return watches_; }
 
-  /// Whether these are the same modes on the same levels of the same fields as others, whatever their strengths are.
+  /// Whether `other` has equal modes on equal levels and fields, whatever their strengths.
   bool has_same_contacts_as(const ModeRuntime& other) const noexcept;
 
   /// See Session.
   void set_force_limit(double most_n) noexcept { most_n_ = most_n; }
 
-  /// Fresh memories.
   void start() noexcept;
 
-  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the proxy from `start_m` [m], or
-  /// rather its foot on an elastic level: deep inside such a level the data may define no motion. Where a mode's level jumps
-  /// before `tick_end` the mode is not carried but fades (ContactFade); `jumped(m)` is called when a fade begins.
+  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the proxy from `start_m` [m], or its
+  /// foot on an elastic level, deep inside which the motion may be undefined. A mode whose level jumps before `tick_end` fades
+  /// instead (ContactFade); `jumped(m)` is called when a fade begins.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                Jumped&& jumped) noexcept {
@@ -64,35 +63,34 @@ class ModeRuntime {
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
-  /// Begins a step at `start_m` [m]. Each mode places what resists motion there, carried along by its data. The moves that
-  /// settle the step start elsewhere but measure their resistance from here.
+  /// Begins a step at `start_m` [m], the origin of all resistance to motion, carried along by the data. The moves that settle
+  /// the step start elsewhere but keep this origin.
   void begin_step(const Vec3& start_m) noexcept {
     for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
   }
-  /// Where the step of a mode began [m], carried along.
+  /// Origin of a mode's step [m], carried along.
   const Vec3& origin_m(std::size_t m) const noexcept { return live_[m].origin_m; }
-  /// Ends the sub-step: the carried ways are zero again.
+  /// Ends the sub-step: resets the carried motion to zero.
   void arrive() noexcept;
-  /// How far the data of a mode have carried the proxy in this sub-step [m], and the longest of those ways [m].
+  /// Motion of the proxy with a mode's data in this sub-step [m], and the longest of all modes [m].
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
-  /// The feet on elastic levels.
   ElasticContacts& feet() noexcept { return feet_; }
   const ElasticContacts& feet() const noexcept { return feet_; }
   /// Whether a mode's strengths are reduced because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
-  /// Whether a level of this mode that gives way is no break-through: the level has jumped, or data end nearby.
+  /// Whether yielding of this mode's level is no break-through: the level has jumped, or data end nearby.
   bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
-  /// The longest way [m] that the data of any mode would carry the position `at_m` [m] between two times.
+  /// Longest motion [m] with any mode's data of the position `at_m` [m] between two times.
   double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
-  /// Tells a search how far data have moved since the sub-step began at `start_m` [m], and which levels have jumped.
+  /// Adds the data's motion since the sub-step's start `start_m` [m], and jumped levels, to an event search.
   void configure_events(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
-  /// Empties the set and lets every enabled mode place its primitives. A mode samples its data at `at_m` [m], or at
-  /// `level_m` [m] if one of its planes stands on a level.
+  /// Lets every enabled mode place its primitives in the emptied set. A mode samples its data at `at_m` [m], or at `level_m`
+  /// [m] if one of its planes stands on a level.
   void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
-  /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)` is that of primitive i
-  /// of `placed`; it is called once for primitives that share an id.
+  /// Reports a sub-step that ended with the proxy at `proxy_m` [m] to the modes. `state(i)`: state of primitive i of `placed`,
+  /// called once for primitives that share an id.
   template <class State>
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
                         std::span<const Crossing> crossings, State&& state) noexcept {
@@ -111,29 +109,29 @@ class ModeRuntime {
     }
   }
 
-  /// Whether nothing is felt at the start of a step, and nothing can set in before a watched value is crossed or the data of a
-  /// field in `entered` begin: free flight up to there.
+  /// Free flight: whether all forces stay zero from a step's start until a watched value is crossed or the data of a field in
+  /// `entered` begin.
   bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
 
-  /// The finest sample spacing of any enabled mode's data [hand m], anywhere; infinity without any.
+  /// Finest sample spacing of any enabled mode's data [hand m]; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
-  /// The finest spacing at `at_m` [hand m] of the modes whose data the way from `from_m` to `to_m` can meet, or infinity.
+  /// Finest spacing at `at_m` [hand m] of the modes whose data the path from `from_m` to `to_m` can meet, or infinity.
   double finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept;
 
  private:
-  // What a mode reads, and what is remembered of it.
+  // Inputs of a mode, and values cached for it.
   struct Part {
     ModeInputs inputs;
-    Box box_m;                                                  // of the world: where all that it reads may have data
-    double finest_m = std::numeric_limits<double>::infinity();  // [hand m] sample spacing of that, anywhere
-    std::size_t memory = 0;                                     // where in the memories its own begins
+    Box box_m;                                                  // world box of all of its inputs' data
+    double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
+    std::size_t memory = 0;                                     // offset in the memories
     Vec3 carried_m;
   };
   struct Live {
     Vec3 origin_m;  // of the step
     ContactFade fade;
-    bool stands = false;   // on a level, when it placed its primitives last
-    bool at_edge = false;  // strengths were less for it
+    bool stands = false;   // on a level, in its last placement
+    bool at_edge = false;  // strengths were reduced because data end
   };
   using MemoryUnit = std::max_align_t;
 
@@ -141,12 +139,12 @@ class ModeRuntime {
   ModeContext here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
   void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   PrimitiveSet& out) noexcept;
-  // The place that the data of a mode carry: the foot of a proxy at `at_m`, or the proxy itself.
+  // Position carried by a mode's data: the foot of a proxy at `at_m`, or the proxy.
   Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
     const std::span<const Foot> feet = feet_.of(m);
     return feet.empty() ? at_m : at_m + feet.front().offset_m;
   }
-  // Where a mode samples its data, seen at the end of the sub-step, for what was carried to `at_m`.
+  // Sample position of a mode, at the end of the sub-step, for a point carried to `at_m`.
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
     return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
   }
@@ -156,11 +154,11 @@ class ModeRuntime {
   Similarity map_;
   std::vector<FieldPtr> fields_;
   std::unique_ptr<Samples> samples_;
-  std::vector<SceneMode> modes_;  // with their references resolved
+  std::vector<SceneMode> modes_;  // with resolved references
   std::vector<Part> parts_;       // by mode
   std::span<Live> live_;          // by mode
   ElasticContacts& feet_;
-  double& most_n_;  // that reaches the hand
+  double& most_n_;  // force limit
   std::span<MemoryUnit> memories_;
   std::vector<Threshold> watches_;
   std::vector<SlotState> slots_;

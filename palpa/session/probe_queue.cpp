@@ -20,7 +20,7 @@ double ProbeQueue::push(const Vec3& probe_m, double time_s) noexcept {
 
 void ProbeQueue::pop(const ProbeSegment& walked) noexcept {
   walked_m_ = walked.to_m;
-  corners_[0].time_s = std::max(corners_[0].time_s - walked.time_s, shortest_time_s);  // whatever rounding leaves
+  corners_[0].time_s = std::max(corners_[0].time_s - walked.time_s, shortest_time_s);  // rounding may leave none
   if (walked.to_m != corners_[0].position_m) return;
   std::copy(corners_.begin() + 1, corners_.begin() + static_cast<std::ptrdiff_t>(size_), corners_.begin());
   --size_;

@@ -17,7 +17,7 @@ namespace {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr int max_moves = 128;    // [1] per tick. More: longer worst tick; fewer: the proxy lags behind the hand
 constexpr int max_trials = 24;    // [1] balances per move. More: longer worst tick; fewer: moves are given up
-constexpr int max_shutting = 8;   // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its way
+constexpr int max_shutting = 8;   // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its path
 constexpr double bound_m = 1e-8;  // [m] stop before a break-through. Less: decided by rounding; more: breaks early
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
 
@@ -112,7 +112,7 @@ Walk ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
   return walk_;
 }
 
-// The next segment of the probe's path, so short that no data are jumped over. It stays queued until it is walked.
+// Next segment of the probe's path, short enough not to skip data. Stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
   if (c.pending != Pending::nothing) {
@@ -122,7 +122,6 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   if (queue_.empty()) return false;
   segment = queue_.front();
   const double length = distance(segment.to_m, segment.from_m);
-  // Both the probe's way and the data's way are limited.
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
@@ -133,7 +132,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   return true;
 }
 
-// Free flight: nothing is felt, and every onset is watched. Never directly after a move in which something could pull.
+// Free flight: all forces are zero, and every onset is watched. Never after a move in which something could pull.
 bool ProxyPath::is_free() noexcept {
   if (state_.felt) return false;
   work_.spend(modes_.samples().work_of_modes(modes_.size()));
@@ -141,7 +140,7 @@ bool ProxyPath::is_free() noexcept {
   return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
 
-// Samples the data at the time of the segment's end from here on. Returns by how much they advance in this sub-step [s].
+// Samples the data at the segment's end time from here on. Returns their advance [s].
 double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
@@ -155,7 +154,6 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   return view_s - c.followed_s;
 }
 
-// One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool settles = !segment.fresh && state_.pending == Pending::settling;
@@ -169,17 +167,17 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
 
   const double went_m = distance(made.end_from(start), start);
   const double rest_m = rest * spacing_m_;
-  // A settling move of no more than `rest` is not made: the proxy rests.
+  // A settling move of at most `rest` is not made: the proxy rests.
   const bool rests = made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m);
   if (settles && rests && !model_.any_shut()) {
     state_.pending = Pending::nothing;
   } else {
-    // While the hand moves, the next tick settles the rest; with a still hand, or once begun, settling goes to the end.
+    // While the hand moves, the next tick settles the rest; with a still hand, or once begun, settling is completed.
     const bool to_the_end = settles || path_m_ == 0.0;
     const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_
                             : to_the_end        ? went_m <= rest_m
                                                 : model_.unsettled_m(made.end_from(start)) <= turned * spacing_m_;
-    // A level that gives way still took part in this balance: only the next one is without it.
+    // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, follows_s, is_settled && !lets_go);
     accept(segment, made, context, settles);
@@ -189,7 +187,7 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   modes_.arrive();
 }
 
-// The step of earlier systems: straight from the proxy to the balance. Events do not stop it; modes are informed afterwards.
+// Step of earlier systems, straight to the balance. Events do not stop it; modes are notified afterwards.
 void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool at_probe = steps_ == Steps::one_at_probe;
@@ -204,7 +202,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
   configure_events(start, false);
   // No crossing stops the step. But a level whose plane holds the proxy stays held: on a round surface a step along that plane
-  // ends off the level, which must not count as leaving it.
+  // ends off the level, which is no release.
   using CrossingRule = EventPolicy::CrossingRule;
   std::ranges::replace_if(
       policy_.passing, [](CrossingRule passing) { return passing != CrossingRule::held; }, CrossingRule::passes);
@@ -215,7 +213,6 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   modes_.arrive();
 }
 
-// Records the move and updates crossings, feet, contacts and modes.
 void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept {
   SubStep step;
   step.time_step_s = segment.time_s;
@@ -229,7 +226,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   record_.add(step, settles, spacing_m_, model_, modes_);
   walk_.dropped += model_.set().dropped();
   state_.felt = model_.set().can_pull();
-  if (made.fraction > 0.0 || made.stop == Stop::event) crossings_.apply(event_);  // also where it stands on one already
+  if (made.fraction > 0.0 || made.stop == Stop::event) crossings_.apply(event_);  // also where the proxy stands on one already
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
   model_.keep_feet(state_.proxy);
@@ -241,14 +238,14 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   });
 }
 
-// Moves the proxy. What is pending of the segment continues where the move was stopped.
+// Moves the proxy. The pending rest of the segment continues where the move was stopped.
 void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
   PathState& c = state_;
   const Vec3 start = c.proxy;
   c.proxy = move.end_from(start);
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
-  // Where directions turn faster than the spring can follow, or a level bends more than it is long, the proxy turns back: each
-  // turn halves the longest move. After eight (max_sub_steps / 4) the probe position may be given up: no lag lasts for ever.
+  // Where directions turn faster than the spring can follow, or a level bends more than its length, the proxy turns back: each
+  // turn halves the longest move. After eight (max_sub_steps / 4) the probe position may be given up, which bounds the lag.
   const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * norm_squared(before_m);
   const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && norm_squared(c.move_m) > settling_m2;
   extrapolate_moves(before_m, segment.fresh);
@@ -270,10 +267,10 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
                                             : std::max(contact_tolerance * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }
 
-// Whether the proxy has turned back so often that the probe position may be pending without a balance.
+// Whether the proxy has turned back so often that the probe position may be given up without a balance.
 bool ProxyPath::may_give_up() const noexcept { return 4 * state_.turns >= Session::max_sub_steps * refined_; }
 
-// Leaves the probe position where the proxy is.
+// Gives the probe position up: the proxy stays.
 void ProxyPath::give_up() noexcept {
   state_.pending = Pending::nothing;
   state_.turns = 0;
@@ -283,7 +280,7 @@ void ProxyPath::give_up() noexcept {
 
 ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) const noexcept {
   const PathState& c = state_;
-  // The last position of a tick is given up later, nearer to a balance, as the tick has moves pending.
+  // A tick's last position is given up later, nearer to a balance, as moves are left.
   if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Pending::nothing;
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return !model_.set().empty() && !settled ? Pending::settling : Pending::nothing;
@@ -293,7 +290,7 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
 }
 
-// Lets the modes place primitives for a move that is expected to end at `end_m`, on a way of `whole_m`.
+// Lets the modes place primitives for a move of length `whole_m`, expected to end at `end_m`.
 void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
   StepContext middle = context;
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
@@ -302,9 +299,9 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
   if (end_m != context.start_m) model_.predict_planes(end_m);
 }
 
-// One move towards the balance, at most half a sample spacing, to the first place that is free. If the end is not free, the
-// facets that shut it out are added and all is balanced again. Directions are taken at the middle of the move: with those of
-// its start the proxy would leave every curve on its outside.
+// One move towards the balance, at most half a sample spacing, to the first free position. If the end is not free, the facets
+// that exclude it are added and the balance is repeated. Directions are sampled at the middle of the move: sampled at its start
+// they would lead the proxy off the outside of every curve.
 ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
   const Vec3& start = context.start_m;
   if (segment.fresh) state_.max_move_m = unbounded;
@@ -320,12 +317,12 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   bool rests = false;
   double change_before_m = unbounded;
   Vec3 end = end_of(start + expected_m(segment));
-  const double same_m = (settles ? piercing : turned) * spacing_m_;  // what settles a step is a small part of it
+  const double same_m = (settles ? piercing : turned) * spacing_m_;  // settling moves are a small part of a step
   model_.begin_move(context, spacing_m_);
   place(context, end, distance(end, start));
   for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_.any()); ++trial) {
     made.to = model_.balance(context.probe_m, context.time_step_s);
-    // No level may give way because of a foreseen plane.
+    // No level may give way because of a predicted plane.
     if (model_.any_gives_way(crossings_) && model_.revert_prediction())
       made.to = model_.balance(context.probe_m, context.time_step_s);
     made.bound_met = made.bound_met || (trial == 0 && segment.fresh && locate_break_through(segment, context, made.to));
@@ -347,26 +344,26 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     made.fraction = length > longest ? longest / length : 1.0;
     made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
     if (end_is_free(segment, context, flies, made)) return made;
-    // What blocks without a facet that says how bears its strength and no more. Nearer to its balance than that the proxy
-    // rests.
+    // A level that blocks without an explaining facet is shut: it bears its strength and no more. If the balance is nearer than
+    // `shallow` the proxy rests instead.
     const bool is_blocked = !(made.fraction > 0.0) || trial + 1 >= max_trials;
     if (is_blocked && (length <= shallow * spacing_m_ || !model_.shut())) break;
   }
-  if (!rests) made.to = model_.balance(context.probe_m, context.time_step_s);  // with all that was learnt
+  if (!rests) made.to = model_.balance(context.probe_m, context.time_step_s);  // with all facets added
   made.fraction = 0.0;
   made.stop = Stop::energy;
   return made;
 }
 
-// Whether the move may end where `move` says; it is shortened to the first event on the way. False where a facet was learnt
-// (balance again), or, with a fraction of zero, where no nearer end is free either.
+// Whether the move may end where `move` ends, shortened to its first event. False if a facet was added (balance again), or,
+// with a fraction of zero, if no nearer end is free.
 bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept {
   const Vec3& start = context.start_m;
   do {
     const Vec3 end = move.end_from(start);
     configure_events(end, flies);
     find_event(start, end);
-    // Events nearer the move's end than this wait for the next sub-step.
+    // Events nearer to the move's end are left to the next sub-step.
     const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
     if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
       move.fraction *= event_.share;
@@ -388,8 +385,8 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   return false;
 }
 
-// Finds the first event on the way. Where a value jumps, both sides may drive the proxy across: a crossing that undoes the last
-// one at once does not stop it again, or it would be caught between the two.
+// Finds the first event of the move. Where a value jumps, both sides may drive the proxy across: an immediate reversal of the
+// last crossing does not stop it again, or it would be caught between the two.
 void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
   if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
@@ -401,7 +398,7 @@ void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
 }
 
-// If a shell that held gives way within the segment, ends the segment there. Located by bisection of the probe's path.
+// Ends the segment where a shell that held gives way. Located by bisection of the probe's path.
 bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
   if (!model_.any_gives_way(crossings_)) return false;
   const double length = distance(segment.to_m, segment.from_m);
@@ -410,18 +407,18 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
     to = model_.balance(segment.first(share).to_m, std::max(share, contact_tolerance) * context.time_step_s);
     return !model_.any_gives_way(crossings_);
   };
-  // Most levels that give way here do so from the segment's start on: one balance shows it.
+  // Most levels that give way here do so from the start on: a single balance detects it.
   double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
   const bool holds_at_first = holds_at(held);
   while (holds_at_first && (gone - held) * length > bound_m && work_.any()) {
     const double middle = 0.5 * (held + gone);
     (holds_at(middle) ? held : gone) = middle;
   }
-  if (!holds_at_first || !work_.any()) {  // without work for the place: at the end of the segment
+  if (!holds_at_first || !work_.any()) {  // without work for bisection: at the end of the segment
     to = model_.balance(segment.to_m, context.time_step_s);
     return false;
   }
-  held -= bound_m / length;  // there no rounding of forces decides whether the level holds
+  held -= bound_m / length;  // there rounding of forces does not decide whether the level holds
   holds_at(gone);
   model_.stop_at_bound();
   segment = segment.first(held);
@@ -429,8 +426,8 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
   return true;
 }
 
-// Sums the moves still to come (Aitken). A proxy pressed d into an elastic level of curvature 1/R rests after moves that shrink
-// by about d/R each; the ratio is taken from two moves that were made without this sum.
+// Sums the remaining moves (Aitken). A proxy pressed d into an elastic level of curvature 1/R rests after moves that shrink by
+// about d/R each; the ratio is taken from two moves without this sum.
 void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
   PathState& c = state_;
   c.moves_without_extrapolation = fresh || c.extrapolated_m == Vec3{} ? c.moves_without_extrapolation + 1 : 0;
@@ -439,7 +436,7 @@ void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
   c.extrapolated_m = ratio / (1.0 - ratio) * c.move_m;
 }
 
-// The expected move: the last segment's, scaled by the probe's way; while a step settles, the sum above.
+// Expected move: the last segment's, scaled by the probe's motion; when settling, the sum above.
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   const double before_m2 = norm_squared(state_.probe_way_m);
   if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Vec3{};

@@ -1,4 +1,4 @@
-// The proxy's path through the data: from one probe position to the next.
+// Path of the proxy through the data between probe positions.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace palpa {
 
-/// How the proxy moves in one tick.
+/// Refinement of the proxy's path in a tick.
 enum class Steps : std::uint8_t {
   refined,       ///< in sub-steps as short as the data need (docs/path.md)
   one_at_proxy,  ///< in one step, straight to the balance, data sampled at the proxy
@@ -27,52 +27,51 @@ enum class Steps : std::uint8_t {
 
 /// Result of one tick's walk.
 struct Walk {
-  Vec3 from_m, proxy_m;  ///< [m] proxy before and after it
-  Vec3 followed_m;  ///< [m] point of the probe's path up to which the proxy has followed it: its end, where nothing is queued
-  Vec3 released_m;  ///< [m] part of the proxy's motion that was a release
-  bool is_complete = true;   ///< false: a cap was reached, and a part of the probe's path stays queued
-  double unreached_m = 0.0;  ///< [m] distance from the proxy to the last balance; at rest below the tolerances of the path
+  Vec3 from_m, proxy_m;      ///< [m] proxy before and after it
+  Vec3 followed_m;           ///< [m] point of the probe's path up to which the proxy has followed it
+  Vec3 released_m;           ///< [m] part of the proxy's motion that was a release
+  bool is_complete = true;   ///< false: a cap was reached, part of the probe's path stays queued
+  double unreached_m = 0.0;  ///< [m] from the proxy to the last balance; at rest below the tolerances of the path
   int dropped = 0;           ///< primitives refused
   int work = 0;              ///< [1] units (tick_work.h)
 };
 
-/// Walks the proxy after the probe. One tick of the paper is one step of incremental minimisation of a continuous,
-/// rate-independent law; here the step is refined until the path is that of the law. docs/path.md, section 2, is what this
-/// does, in its order. The caps on sub-steps and work bound a tick; what is pending of the probe's path waits in a queue.
-/// Construction allocates and throws SceneError; walking does neither. One thread.
+/// Walks the proxy after the probe. A tick of the paper is one step of incremental minimisation of a continuous,
+/// rate-independent law; here the step is refined until the path is that of the law, as described in docs/path.md, section 2.
+/// Caps on sub-steps and work bound a tick; the rest of the probe's path stays queued. Construction allocates and throws
+/// SceneError; walking does neither. One thread.
 class ProxyPath {
  public:
-  /// By the law that the scene names, which must exist. \param live  keeps all that the next walk depends on
+  /// Uses the scene's law, which must exist. \param live  keeps the state of the walk
   ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, Steps steps);
 
-  /// Forgets everything; the next walk begins at its probe.
+  /// Clears the state; the next walk begins at its probe.
   void reset() noexcept;
-  /// Where the proxy is while it is not walked [m].
+  /// Sets the position of a proxy that is not walked [m].
   void put(const Vec3& proxy_m) noexcept { state_.proxy = proxy_m; }
   /// See Session.
   void set_force_limit(double most_n) noexcept { modes_.set_force_limit(most_n); }
   void refine(int times);
-  /// Continues after the block was copied from another session's.
+  /// Continues after the StateArena was copied from another session.
   void after_state_copy() noexcept;
-  /// Whether another path holds on to the same.
+  /// Whether another path has equal modes on equal levels.
   bool has_same_contacts_as(const ProxyPath& other) const noexcept { return modes_.has_same_contacts_as(other.modes_); }
-  /// Begins with the proxy where another path has it, at that path's time.
+  /// Starts with the proxy at another path's proxy, at that path's time.
   void start_at_proxy_of(const ProxyPath& other) noexcept;
 
-  /// Advances the data's time by `time_step_s` [s], whether the proxy is walked or not.
+  /// Advances the data's time by `time_step_s` [s], walking or not.
   void advance_clock(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
-  /// Starts with the proxy on the probe at `probe_m` [m], at the data's time `time_step_s` [s] ago.
+  /// Starts with the proxy on the probe at `probe_m` [m], `time_step_s` [s] ago.
   void start(const Vec3& probe_m, double time_step_s) noexcept;
-  /// Walks to the next probe position [m], `time_step_s` [s] later, as far as the caps allow. Started before.
+  /// Walks to the next probe position [m], `time_step_s` [s] later, as far as the caps allow. Requires `start`.
   Walk walk(const Vec3& probe_m, double time_step_s) noexcept;
 
   const Vec3& proxy_m() const noexcept { return state_.proxy; }
   bool started() const noexcept { return state_.started; }
-  /// End of the probe's path as far as it is processed [m].
+  /// End of the processed part of the probe's path [m].
   const Vec3& processed_up_to_m() const noexcept { return queue_.processed_up_to_m(); }
-  /// Contacts with elastic levels, with the energy that each holds.
+  /// Contacts with elastic levels, with their stored energy.
   std::span<const Foot> elastic_contacts() const noexcept { return modes_.feet().all(); }
-  /// Emits a warning among the events of the last walk.
   void warn(const char* sentence) noexcept { contacts_.warn(sentence); }
   std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
   std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
@@ -83,37 +82,37 @@ class ProxyPath {
   void sub_step(ProbeSegment segment) noexcept;
   void one_step(const ProbeSegment& segment) noexcept;
 
-  // What is pending to do at a probe position: walk the rest of a stopped move, or check that the proxy rests.
+  // Pending work at a probe position: the rest of a stopped move, or the check for rest.
   enum class Pending : std::uint8_t { nothing, path, settling };
 
-  // The state of the walk that the next sub-step depends on.
+  // State that the next sub-step depends on.
   struct PathState {
     bool started = false;
     Vec3 proxy;
-    Vec3 move_m;           // of the proxy, the last one
-    bool felt = false;     // something could pull at the proxy in the last move
-    Vec3 segment_start_m;  // where the proxy was before the last segment
-    Vec3 probe_way_m;      // of the last segment, from its start to its end
-    Vec3 extrapolated_m;   // sum of the moves that are still expected: on an elastic level they shrink in one ratio
-    int moves_without_extrapolation = 0;  // moves in a row that were made without such an expectation
+    Vec3 move_m;                          // last move of the proxy
+    bool felt = false;                    // a force was possible in the last move
+    Vec3 segment_start_m;                 // proxy before the last segment
+    Vec3 probe_way_m;                     // of the last segment
+    Vec3 extrapolated_m;                  // sum of the expected moves: on an elastic level they shrink in a constant ratio
+    int moves_without_extrapolation = 0;  // consecutive moves without it
     Pending pending = Pending::nothing;
-    Vec3 step_start_m;                      // of the moves that settle one step
-    double max_move_m = 0.0;                // no move of this segment may be longer; less after each turn back
-    int turns = 0;                          // moves of this segment that turned back, or had no end
-    double left_s = 0.0, whole_s = 0.0;     // the segment's time that is pending, and all of it
+    Vec3 step_start_m;                      // of the moves that settle a step
+    double max_move_m = 0.0;                // bound on this segment's moves; less after each turn back
+    int turns = 0;                          // of this segment: turned back, or without end
+    double left_s = 0.0, whole_s = 0.0;     // of the segment: pending and whole time
     double elapsed_s = 0.0;                 // since the session began
-    double view_s = 0.0, followed_s = 0.0;  // data time used for sampling, and up to which the proxy is advected
-    Crossing stopped_by;                    // the last move; of no field where nothing was crossed
-    Vec3 followed_m;                        // the place on the probe's path that the proxy has followed it to
+    double view_s = 0.0, followed_s = 0.0;  // data time of samples, and of the proxy's advection
+    Crossing stopped_by;                    // without a field if nothing was crossed
+    Vec3 followed_m;                        // point of the probe's path that the proxy has followed to
   };
 
-  // The result of one move.
+  // Result of one move.
   struct Move {
     Balance to;
-    double fraction = 1.0;  // of the way there
+    double fraction = 1.0;  // of the path to the balance
     Stop stop = Stop::full;
-    double change_m = 0.0;   // by how much the last look moved its end
-    bool bound_met = false;  // a shell gives way beyond
+    double change_m = 0.0;   // of its end, in the last iteration
+    bool bound_met = false;  // a shell breaks beyond its end
     Vec3 end_from(const Vec3& start_m) const noexcept {
       return fraction < 1.0 ? start_m + fraction * (to.position_m - start_m) : to.position_m;
     }
@@ -152,9 +151,9 @@ class ProxyPath {
   Steps steps_;
   double step_share_;  // [1] of the finest spacing: the longest segment and move, before refining
   int refined_ = 1;
-  double path_m_ = 0.0;                    // of this tick: way of the probe or of the data, the longer one
-  double moved_n_ = 0.0;                   // change of directed forces allowed in this sub-step for moving data
-  double spacing_m_ = 0.0, step_m_ = 0.0;  // finest, of the data near this sub-step, and the longest move there
+  double path_m_ = 0.0;                    // motion of probe or data, the longer one
+  double moved_n_ = 0.0;                   // allowed change of directed forces for moving data
+  double spacing_m_ = 0.0, step_m_ = 0.0;  // finest near this sub-step, and its longest move
   Walk walk_;                              // of this tick
   std::vector<std::int32_t> entered_;
   StepRecord record_;

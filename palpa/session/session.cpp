@@ -16,14 +16,14 @@ namespace palpa {
 
 namespace {
 
-constexpr double largest_probe_m = 1e3;      // [m] further away is bad input. More: wrong units pass; less: large rooms do not
+constexpr double largest_probe_m = 1e3;      // [m] larger is bad input. More: wrong units pass; less: large rooms do not
 constexpr double largest_time_step_s = 1.0;  // [s] longer is bad input. More: a late tick moves far; less: slow replays fail
 
 bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
 }
 
-/// Earlier systems moved the proxy once a tick, straight to the balance; without a proxy the data are sampled at the probe.
+/// Earlier systems: one step a tick, straight to the balance; without a proxy, data sampled at the probe.
 Steps steps_of(std::string_view law) noexcept {
   return law == "exact" ? Steps::refined : law == "no-proxy" ? Steps::one_at_probe : Steps::one_at_proxy;
 }
@@ -63,7 +63,7 @@ class Session::State {
  private:
   void gather(const Walk& walk, Tick& result) noexcept;
 
-  // What the next tick depends on besides the path.
+  // State of the next tick besides the path.
   CouplingForce& coupling_force;
   double& held_j;  // by spring and elastic levels since the last tick
   Ledger ledger;
@@ -81,7 +81,7 @@ void Session::State::resume_in_changed_scene(const State& other) noexcept {
   held_j = other.held_j;
 }
 
-// The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
+// Main path: modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   std::fill(mode_ticks.begin(), mode_ticks.end(), ModeForce{});
   has_forces_by_mode = true;
@@ -150,7 +150,7 @@ void Session::State::gather(const Walk& walk, Tick& result) noexcept {
   has_forces_by_mode = path.sub_steps().empty();
 }
 
-// The modes' forces in the last sub-step, as they are shown.
+// Forces by mode in the last sub-step, for reports.
 std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
   if (has_forces_by_mode) return mode_ticks;
   has_forces_by_mode = true;

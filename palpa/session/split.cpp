@@ -11,54 +11,51 @@ namespace palpa {
 
 // The least split
 //
-// Primitives that stick may exert any force u_i of a set U_i = s_i B_i: s its strength, B_i the unit ball
-// (point), the unit disc across q (line), the segment from 0 to q (plane), what the unit ball has of the cone of the
-// normals that the proxy lies on (corner). What is shown is
+// Primitives that stick may exert any force u_i of a set U_i = s_i B_i: s its strength, B_i the unit ball (point), the unit
+// disc across q (line), the segment from 0 to q (plane), the intersection of the unit ball and the cone of the normals that the
+// proxy lies on (corner). The split shown is
 //     minimise ½ Σ |u_i|²/s_i   over u_i ∈ U_i with Σ u_i = F,
-// F the total of the split that is given. (A drag is zero where nothing moves: φ*(u) = (T/2c)(|u| − s)₊² says nothing
-// of forces within the strength, so such a primitive shares like any other. An elastic one shares nothing: how far it has
-// given way says its force.) With a multiplier λ for the total, each force is
-// on its own:
+// F the total of the given split. (A drag is zero without motion: φ*(u) = (T/2c)(|u| − s)₊² is constant for forces within the
+// strength, so such a primitive shares like any other. An elastic primitive shares nothing: its deflection determines its
+// force.) With a multiplier λ for the total, each force is independent:
 //     u_i(λ) = s_i b_i(λ),   b_i(λ) = the point of B_i next to λ,
 // and λ maximises the concave, once differentiable dual
 //     g(λ) = F·λ − Σ s_i h_i(λ),   ∇h_i = b_i   (Huber's functions),   ∇g = F − Σ u_i(λ) =: e.
-// Three unknowns, however many primitives, and nothing in them knows of an order.
+// Three unknowns for any number of primitives, independent of their order.
 //
 // Newton's method on e(λ) = 0. All is divided by Σs, so that weights sum to 1:
 //   1. D = Σ w_i ∂b_i/∂λ is a sum of outer products of single directions, w·aaᵀ:
 //        point, line  inside |v| ≤ 1 (v = the part of λ in its span): every direction of its span, w
-//                     outside: those across v, w/|v|
+//                     outside: the directions across v, w/|v|
 //        plane        0 ≤ q·λ ≤ 1: q, w; else none
 //        corner       as a point within the span of the cone's face that is next to λ
 //   2. δ = Σ_j v_j (v_j·e)/(σ_j² + ρ_j) over the principal directions v_j of D. Directions in which e is rounding are
-//      left out: nobody may hold them. ρ_j = 1e-4 (v_j·e)² bounds steps where all are at their limits (D = 0), and
-//      vanishes faster than e.
-//   3. g is concave along δ, so its slope δ·e only falls. Where it has fallen below 0, shorten δ to where it is
-//      about 0: nearer, and a plane that sets in on the way would be overlooked again; further, and cones that are
-//      at their limits send λ round in circles.
-// Where F is on the border of ΣU_i, λ may be at infinity (a plane that pushes across the way in which a
-// point is at its limit). Then e shrinks by about a third with each step, to rounding or until the steps end at
-// their cap: what was not reached is returned.
+//      left out: they may be held by no primitive. ρ_j = 1e-4 (v_j·e)² bounds steps where all are at their limits
+//      (D = 0), and vanishes faster than e.
+//   3. g is concave along δ, so its slope δ·e only falls. Where it has fallen below 0, shorten δ to where it is about 0:
+//      shorter, a plane that sets in on the way would be missed again; longer, cones at their limits send λ round in
+//      circles.
+// Where F is on the border of ΣU_i, λ may be at infinity (a plane that pushes across the direction in which a point is at its
+// limit). Then e shrinks by about a third with each step, to rounding or until the step cap: the remainder is returned.
 //
-// Primitives that are parallel up to a small angle θ are told apart by a λ of length 1/θ, and D has the
-// eigenvalue σ² = θ². Two things keep that from spoiling the total: D is never formed, only its triangular root R
-// (RᵀR = D), from its directions by rotations; and λ is kept, and met with directions, to 106 bits.
+// Primitives that are parallel up to a small angle θ are distinguished by a λ of length 1/θ, and D has the eigenvalue σ² = θ².
+// Two measures keep that from spoiling the total: D is never formed, only its triangular root R (RᵀR = D), from its directions
+// by rotations; and λ, and its products with directions, are kept to 106 bits.
 
 namespace {
 
 constexpr double ulp = std::numeric_limits<double>::epsilon();
-// [1] Caps on Newton steps and on halvings of one. More: longer worst case; fewer: a larger remainder, which is returned.
+// [1] Caps on Newton steps and on halvings of a step. More: longer worst case; fewer: a larger remainder, which is returned.
 constexpr int max_steps = 100;
 constexpr int max_shortenings = 60;
 // Damping of a Newton step, by the squared error. More: smaller steps, more of them; less: steps along flat directions
 // overshoot.
 constexpr double ridge_per_error_squared = 1e-4;
 constexpr double least_ridge = 1e-30;  // damping at the end: below it R is rounding
-constexpr int jacobi_sweeps = 8;       // [1] six are enough for any 3×3 matrix; fewer: columns not orthogonal
+constexpr int jacobi_sweeps = 8;       // [1] six suffice for any 3×3 matrix; fewer: columns not orthogonal
 
 using detail::Double2;
 
-// a + b c
 Double2 sum_with_product(const Double2& a, const Double2& b, double c) noexcept { return sum(a, product(b, c)); }
 
 struct WideVec3 {
@@ -79,18 +76,18 @@ Vec3 cross(const WideVec3& a, const Vec3& b) noexcept {
           rounded(sum_with_product(product(a.x, b.y), a.y, -b.x))};
 }
 
-// A primitive, or a corner with all of its facets, that can share.
+// Primitive, or corner with all of its facets, that can share.
 struct Sharer {
   std::span<const Primitive> whole;
   std::span<Vec3> forces_n;
   const Balance& balance;
-  double s = 0.0;  // [N] the most that it exerts here
+  double s = 0.0;  // [N] its largest force here
 
   const Primitive& first() const noexcept { return whole[0]; }
   bool is_corner() const noexcept { return whole.size() > 1; }
 };
 
-// The part of λ in a primitive's span, q taken as exactly of unit length; a plane's is q·λ, a number.
+// Part of λ in a primitive's span, q taken as a unit vector; for a plane q·λ, a number.
 struct Demand {
   Vec3 v;
   double along_normal = 0.0;
@@ -110,7 +107,7 @@ Demand demand(const Primitive& p, const WideVec3& lambda) noexcept {
 
 bool is_plane(const Primitive& p) noexcept { return p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner; }
 
-// The point of a corner's cone next to λ: the least v with n·v ≥ n·λ for all normals that the proxy lies on.
+// Point of a corner's cone next to λ: the least v with n·v ≥ n·λ for all normals at the proxy.
 struct ConePoint {
   ConePoint(const Sharer& corner, const WideVec3& lambda) noexcept {
     std::array<Vec3, most_facets> normals;
@@ -125,16 +122,15 @@ struct ConePoint {
     foot = detail::foot_of({normals.data(), count}, c);
   }
   detail::Foot foot;
-  std::array<std::size_t, most_facets> facets;  // of the corner, as the foot counts them
+  std::array<std::size_t, most_facets> facets;  // of the corner, in the order of the foot
 };
 
-// The most that a primitive exerts here. A drag that stands still to within the balance's bound may add a little to
-// its strength; that is not lost.
+// Largest force of a primitive here. A drag at rest within the balance's bound may add a little to its strength; keep it.
 double limit_n(const Primitive& p, const Vec3& force_n) noexcept {
   return p.drag_ns_per_m > 0.0 ? std::clamp(norm(force_n), p.strength_n, largest_strength_n) : p.strength_n;
 }
 
-// b(λ): the point of the unit set next to λ.
+// b(λ): point of the unit set next to λ.
 Vec3 nearest(const Sharer& sharer, const WideVec3& lambda) noexcept {
   if (sharer.is_corner()) return shortened(ConePoint(sharer, lambda).foot.w, 1.0);
   const Primitive& p = sharer.first();
@@ -142,7 +138,7 @@ Vec3 nearest(const Sharer& sharer, const WideVec3& lambda) noexcept {
   return is_plane(p) ? (std::clamp(d.along_normal, 0.0, 1.0) / norm(p.direction)) * p.direction : shortened(d.v, 1.0);
 }
 
-// Writes s b(λ), a corner's by its facets. Returns their sum.
+// Writes s b(λ), of a corner by facet. Returns the sum.
 Vec3 exert(const Sharer& sharer, const WideVec3& lambda) noexcept {
   if (!sharer.is_corner()) return sharer.forces_n[0] = sharer.s * nearest(sharer, lambda);
   const ConePoint point(sharer, lambda);
@@ -158,14 +154,14 @@ Vec3 exert(const Sharer& sharer, const WideVec3& lambda) noexcept {
 
 WideVec3 wide(const Vec3& a) noexcept { return sum(WideVec3{}, a); }
 
-// Two unit vectors across `a` and each other.
+// Two unit vectors perpendicular to `a` and to each other.
 std::array<Vec3, 2> across(const Vec3& a) noexcept {
   const Vec3 e = normalized(a);
   const Vec3 first = normalized(std::abs(e.x) < 0.6 ? cross(e, Vec3{1, 0, 0}) : cross(e, Vec3{0, 1, 0}));
   return {first, cross(e, first)};
 }
 
-// An upper triangular R with RᵀR = Σ w aaᵀ.
+// Upper triangular R with RᵀR = Σ w aaᵀ.
 class Root {
  public:
   void add(double weight_root, const Vec3& a) noexcept {
@@ -183,8 +179,8 @@ class Root {
     }
   }
 
-  // δ of step 2. Rotations of pairs of R's columns make them orthogonal (one-sided Jacobi): what is rotated
-  // along becomes the v_j, and the columns' lengths are the σ_j.
+  // δ of step 2. One-sided Jacobi: rotations of column pairs make R's columns orthogonal, with the σ_j as lengths; the
+  // identity, rotated along, becomes the v_j.
   Vec3 newton_step(const Vec3& e, double rounding) const noexcept {
     Vec3 column[3] = {{r_[0][0], 0, 0}, {r_[0][1], r_[1][1], 0}, {r_[0][2], r_[1][2], r_[2][2]}};
     Vec3 v[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -220,14 +216,13 @@ class Root {
 void add_derivative_of_corner(Root& root, const Sharer& corner, double weight, const WideVec3& lambda) noexcept {
   const detail::Foot foot = ConePoint(corner, lambda).foot;
   const double length = norm(foot.w);
-  detail::Face left;  // of the span, behind v itself where that is too long
+  detail::Face left;  // of the span, behind v itself if v is too long
   const bool inside = length <= 1.0;
   if (!inside) left.take(0, foot.w / length);
   for (int i = 0; i < foot.face.size && left.size < foot.face.size; ++i) left.take(0, foot.face.q[i]);
   for (int i = inside ? 0 : 1; i < left.size; ++i) root.add(std::sqrt(inside ? weight : weight / length), left.q[i]);
 }
 
-// Adds w ∂b/∂λ.
 void add_derivative(Root& root, const Sharer& sharer, double weight, const WideVec3& lambda) noexcept {
   if (sharer.is_corner()) return add_derivative_of_corner(root, sharer, weight, lambda);
   const Primitive& p = sharer.first();
@@ -249,8 +244,8 @@ void add_derivative(Root& root, const Sharer& sharer, double weight, const WideV
 }
 
 struct Rest {
-  Vec3 e;             // of what is wanted and not yet exerted
-  double size = 0.0;  // of all terms: what the rounding of their sum goes with
+  Vec3 e;             // remainder of the total
+  double size = 0.0;  // of all terms: scale of the rounding of their sum
 };
 
 bool is_sound(const Primitive& p) noexcept {
@@ -285,7 +280,7 @@ bool is_exchangeable(std::span<const Primitive> primitives, std::size_t i, const
 }
 
 bool split_is_shared(std::span<const Primitive> primitives, const Balance& balance) noexcept {
-  // Gram–Schmidt over the spans of what sticks: three directions are all there are.
+  // Gram–Schmidt over the spans of the sticking primitives: three directions at most.
   std::array<Vec3, 3> basis;
   std::size_t rank = 0;
   std::size_t held = 0;
@@ -316,7 +311,7 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   const auto for_each_exchangeable = [&](auto&& visit) { for_each_sharer(primitives, balance, forces_n.first(n), visit); };
 
   double all_n = 0.0;  // Σs
-  Vec3 total_n;        // F, of what the primitives can exert
+  Vec3 total_n;        // F, as far as the primitives can exert it
   for (Vec3& force_n : forces_n.first(n)) {
     if (!is_finite(force_n)) force_n = {};
   }

@@ -19,7 +19,7 @@ void StepRecord::clear() noexcept {
 
 void StepRecord::add(SubStep& step, bool settles, double spacing_m, const ContactProblem& model,
                      const ModeRuntime& modes) noexcept {
-  // A recorded sub-step is a straight way: moves are joined only while they stay near the first one's end.
+  // A recorded sub-step is a straight path: only moves near the first move's end are joined.
   const bool is_one = settles && !sub_steps_.empty() && sub_steps_.back().stop == Stop::full && step.stop == Stop::full &&
                       distance(step.proxy_m, first_end_m_) <= path_tolerances::piercing * spacing_m;
   if (is_one) {
@@ -36,7 +36,7 @@ void StepRecord::add(SubStep& step, bool settles, double spacing_m, const Contac
   sub_steps_.push_back(step);
 }
 
-// Records what was solved. Facets without force are left out, which changes nothing (theory.md); at most three have one.
+// Leaves out facets without force, which changes nothing (theory.md); at most three have one.
 void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const ModeRuntime& modes) noexcept {
   const PrimitiveSet& set = model.set();
   const std::span<const Vec3> forces = model.law().forces_n();

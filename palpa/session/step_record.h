@@ -1,4 +1,4 @@
-// What is told of a tick's path: its sub-steps and what was placed in them.
+// Log of a tick's sub-steps.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,17 @@
 
 namespace palpa {
 
-/// The sub-steps of a tick, each a balance that anyone can check. Moves that settle one step are one sub-step as long as they
-/// stay near the end of its first one: its balance is the last one, in which all that was learnt takes part. Takes its memory
-/// at construction; one thread.
+/// Sub-steps of a tick, each a verifiable balance. Moves that settle one step are one sub-step as long as they stay near the
+/// first move's end; its balance is the last one, with all facets. Allocates at construction; one thread.
 class StepRecord {
  public:
-  /// Room for so many sub-steps. Allocates.
+  /// Allocates for `steps` [1] sub-steps.
   void reserve(std::size_t steps);
   void clear() noexcept;
 
-  /// Records a move that the model was solved for; `settles`: of the same step as the one before. `spacing_m` [m] is
-  /// that of the data near by. Fills in what is not given: directed forces, energies, primitives.
+  /// Logs a solved move; `settles`: it settles the previous move's step. `spacing_m` [m] of the data nearby. Fills in directed
+  /// forces, energies, primitives.
   void add(SubStep& step, bool settles, double spacing_m, const ContactProblem& model, const ModeRuntime& modes) noexcept;
-  /// Marks the last sub-step as stopped by the cap.
   void cut() noexcept { sub_steps_.back().stop = Stop::cap; }
 
   std::span<const SubStep> sub_steps() const noexcept { return sub_steps_; }
@@ -34,7 +32,7 @@ class StepRecord {
   std::vector<SubStep> sub_steps_;
   std::vector<PlacedPrimitive> placed_;
   Vec3 first_end_m_;    // of the last sub-step's first move
-  bool begins_ = true;  // the last sub-step is its step's first: what data carried is its
+  bool begins_ = true;  // the last sub-step is the first of its step: the carried motion is its own
 };
 
 }  // namespace palpa

@@ -12,22 +12,22 @@ double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
 
 namespace {
 
-// By how much the gap of a primitive, or of a corner that pushes with `force_n`, changes at most with its residual [N].
+// Largest change of the gap of a primitive, or of a corner that pushes with `force_n`, with its residual [N].
 double gap_slope_n(const PlacedPrimitive& placed, const Vec3& force_n, const Balance& balance, double k, double T,
                    double rounding_m) noexcept {
   if (placed.state == PrimitiveState::off) return 0.0;
   const Primitive& p = placed.primitive;
-  const bool slips = placed.state == PrimitiveState::slip;  // in a direction that is known as well as the way is long
+  const bool slips = placed.state == PrimitiveState::slip;  // its direction is as accurate as the path is long
   const double share = slips ? std::min(1.0, rounding_m / norm(residual(p, balance.position_m))) : 1.0;
-  // Of a plane, behind it, what the force lacks is wrong, before it all of the force is.
+  // Of a plane, behind it the missing part of the force is wrong, in front of it all of the force.
   const double s = p.strength_n, u = norm(force_n);
   double slope_n = p.kind == PrimitiveKind::plane ? std::max(s - u, u) : s + u;
-  // Elastic, its force is wrong by no more than its bound and that rounding make it (theory.md 8.12).
+  // The force of an elastic primitive is wrong by no more than its bound and that rounding allow (theory.md 8.12).
   const double stiffness = p.stiffness_n_per_m;
   if (p.is_elastic())
     slope_n = std::min(slope_n, std::sqrt(2.0 * stiffness * k) * balance.error_bound_m + stiffness * rounding_m);
   slope_n *= share;
-  // A drag's is wrong by no more than its bound makes it either, and bends as much as the drag is stiff (theory.md 3.5).
+  // So is a drag's, and it bends with the stiffness of the drag (theory.md 3.5).
   if (p.drag_ns_per_m > 0.0) {
     const double C = p.drag_ns_per_m / std::max(T, shortest_time_s);
     slope_n += std::sqrt(2.0 * C * k) * balance.error_bound_m + 0.5 * C * rounding_m;
@@ -44,7 +44,7 @@ double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& 
   const double rounding_m =
       0.5 * std::numeric_limits<double>::epsilon() * (std::abs(x_m.x) + std::abs(x_m.y) + std::abs(x_m.z));
   double slope_n = 0.0;
-  Vec3 corner_n;  // its facets press together, with one strength
+  Vec3 corner_n;  // its facets press together, with a single strength
   for (std::size_t i = 0; i < placed.size(); ++i) {
     corner_n += placed[i].force_n;
     if (i + 1 < placed.size() && placed[i + 1].primitive.id == placed[i].primitive.id) continue;
@@ -54,7 +54,7 @@ double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& 
   // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
   const double b = balance.error_bound_m;
   const double bound_m = 0.5 * (b + std::sqrt(b * b + 4.0 * slope_n * rounding_m / k));
-  return std::min(bound_m, std::numeric_limits<double>::max());  // of a balance without one, too
+  return std::min(bound_m, std::numeric_limits<double>::max());  // also for a balance without a bound
 }
 
 void complete(SubStep& step, std::span<const PlacedPrimitive> placed) noexcept {

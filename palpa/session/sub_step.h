@@ -1,4 +1,4 @@
-// A sub-step: what it is made for, and what it says of itself.
+// Context of a sub-step, and its proven quantities.
 #pragma once
 
 #include <span>
@@ -7,19 +7,17 @@
 
 namespace palpa {
 
-/// What a mode is told about a sub-step besides its data.
+/// Arguments of a sub-step besides its data.
 struct StepContext {
-  Vec3 start_m;  ///< [m] the proxy where the sub-step begins
+  Vec3 start_m;  ///< [m] proxy at its start
   Vec3 probe_m;  ///< [m]
   double time_step_s = 0.0;
   double stiffness_n_per_m = 0.0;
-  double spacing_m = 0.0;      ///< [m] finest, of the data near by
-  double data_fraction = 0.0;  ///< [1] of the data's motion in the sub-step, over where they are looked at
+  double spacing_m = 0.0;      ///< [m] finest, of the data nearby
+  double data_fraction = 0.0;  ///< [1] of the data's motion in the sub-step, at the sample position
 };
 
-/// Makes what a sub-step says of itself that which its record proves: the bound, the status that goes with it, both energies.
-/// For once, when all else is filled in. Allocates nothing.
-/// \param placed  in this sub-step
+/// Computes bound, status and energies from the recorded primitives; call once, last. Allocates nothing.
 void complete(SubStep& step, std::span<const PlacedPrimitive> placed) noexcept;
 
 }  // namespace palpa

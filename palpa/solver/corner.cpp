@@ -9,11 +9,11 @@ namespace palpa::detail {
 
 namespace {
 
-// [1] In exact arithmetic each step raises the proven distance, so that no face comes twice; with rounding one could. More: a
-// longer worst case; fewer: w may be returned before it is in front of all facets.
+// [1] In exact arithmetic each step raises the proven distance, so that no face recurs; with rounding it could. More: a longer
+// worst case; fewer: w may be returned before it is in front of all facets.
 constexpr int max_steps = 64;
 // [1] Sine below which a normal counts as spanned by the face. Less: division by rounding; more: facets at a small angle to
-// one another are taken for one.
+// each other count as equal.
 constexpr double dependent = 1e-12;
 
 }  // namespace
@@ -69,7 +69,7 @@ double Face::inverse_norm() const noexcept {
 
 namespace {
 
-// The method of `foot_of`, between its steps.
+// State of `foot_of` between its steps.
 class Projection {
  public:
   Projection(std::span<const Vec3> normals, const double* c) noexcept : normals_(normals), c_(c) {
@@ -78,7 +78,7 @@ class Projection {
 
   CornerFoot run() noexcept {
     for (int j = furthest_behind(); j >= 0 && steps_ < max_steps; j = furthest_behind()) press(j);
-    // Computed anew from the face alone: the steps have added up rounding.
+    // Recomputed from the face alone: the steps have accumulated rounding.
     foot_.w = face().hull(c_);
     face().shares(foot_.w, foot_.t);
     for (int a = 0; a < face().size; ++a) foot_.t[a] = std::max(0.0, foot_.t[a]);
@@ -89,7 +89,7 @@ class Projection {
   Face& face() noexcept { return foot_.face; }
   const Vec3& normal(int i) const noexcept { return normals_[static_cast<std::size_t>(i)]; }
 
-  // The facet that is furthest from being reached, beyond rounding; -1: none.
+  // Facet furthest from being satisfied, beyond rounding; -1: none.
   int furthest_behind() noexcept {
     int furthest = -1;
     double most = 4.0 * epsilon * (largest_ + size_of(foot_.w));
@@ -102,7 +102,7 @@ class Projection {
     return furthest;
   }
 
-  // Moves w until facet j is reached, dropping facets whose share would become negative (they would pull).
+  // Moves w until facet j is satisfied, dropping facets whose share would become negative (they would pull).
   void press(int j) noexcept {
     constexpr double never = std::numeric_limits<double>::infinity();
     const Vec3& n = normal(j);

@@ -1,4 +1,4 @@
-// The geometry of a corner: which place that all its facets leave free is nearest. Internal.
+// Geometry of a corner: nearest feasible point. Internal.
 #pragma once
 
 #include <span>
@@ -7,48 +7,48 @@
 
 namespace palpa::detail {
 
-/// A face of a corner: up to three facets with independent normals, and the directions that they span.
+/// Face of a corner: up to three facets with independent normals, and their span.
 ///
-/// The basis is orthonormal, taken from the normals one by one, twice: n_A = q T with T triangular. The matrix of
-/// the normals' products would lose what nearly parallel facets differ by.
+/// The basis is orthonormal, orthogonalised twice from the normals in order: n_A = q T with T triangular. The Gram matrix of
+/// the normals would lose the differences of nearly parallel facets.
 struct Face {
   int size = 0;
   int facet[3] = {};
   Vec3 q[3];
-  double T[3][3] = {};  // column j: the parts of facet j's normal along q
+  double T[3][3] = {};  // column j: components of facet j's normal along q
 
-  /// What of `v` lies in the span.
+  /// Projection of `v` on the span.
   Vec3 across(const Vec3& v) const noexcept {
     Vec3 sum;
     for (int i = 0; i < size; ++i) sum += dot(q[i], v) * q[i];
     return sum;
   }
-  /// Takes facet `j` with normal `n` in, unless its part across the span is shorter than 1e-12.
+  /// Adds facet `j` with normal `n`, unless shorter than 1e-12 outside the span.
   bool take(int j, const Vec3& n) noexcept;
-  /// The vector w of the span with n·w = c[facet] for the face's facets.
+  /// Vector w of the span with n·w = c[facet] for the face's facets.
   Vec3 hull(const double* c) const noexcept;
-  /// The t with Σ t n = v for a vector v of the span; of the face's facets in their order.
+  /// The t with Σ t n = v for a vector v of the span, in the order of the face's facets.
   void shares(const Vec3& v, double* t) const noexcept;
-  /// The largest |t| that a v of length 1 can have, or more: the Frobenius norm of T⁻¹.
+  /// Upper bound on |t| for |v| = 1: the Frobenius norm of T⁻¹.
   double inverse_norm() const noexcept;
 };
 
-/// The least w with nᵢ·w ≥ cᵢ for all i: w = Σ tᵢ nᵢ with at most three tᵢ > 0, those of `face`.
+/// The least w with nᵢ·w ≥ cᵢ for all i: w = Σ tᵢ nᵢ with at most three tᵢ > 0, the facets of `face`.
 struct CornerFoot {
   Vec3 w;
   Face face;
   double t[3] = {};   // of the face's facets, ≥ 0
-  bool found = true;  // false: there is no such w
+  bool found = true;  // false: no such w exists
 };
 
-/// Goldfarb and Idnani's dual active set (1983) in three dimensions. It needs no start; w is off by a few roundings of
-/// the c of its face, times the inverse of T. For normals of unit length, at most `most_facets`, and any finite c.
+/// Goldfarb and Idnani's dual active set (1983) in three dimensions. Needs no start; the error of w is a few roundings of the c
+/// of its face, times the inverse of T. For normals of unit length, at most `most_facets`, and any finite c.
 CornerFoot foot_of(std::span<const Vec3> normals, const double* c) noexcept;
 
-/// σ = max over unit vectors e of min nᵢ·e, or 0 where that is not positive.
+/// σ = max over unit vectors e of min nᵢ·e, or 0 if not positive.
 double width_of(std::span<const Vec3> normals) noexcept;
 
-/// From x to the nearest place that all facets leave free [m]; at most `most_facets`.
+/// Vector from x to the nearest point free of all facets [m]; at most `most_facets`.
 Vec3 way_out(std::span<const Primitive> facets, const Vec3& x_m) noexcept;
 
 }  // namespace palpa::detail

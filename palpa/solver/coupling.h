@@ -1,44 +1,42 @@
-// The coupling of Eq. 1, f = k (x_proxy − x_probe) + D (v_proxy − v_probe): its options, and the energy that flows through it.
+// Coupling of Eq. 1, f = k (x_proxy − x_probe) + D (v_proxy − v_probe): options and energy.
 #pragma once
 
 namespace palpa {
 
-/// The spring and damper between proxy and hand.
+/// Spring and damper between proxy and hand.
 struct CouplingOptions {
   double stiffness_n_per_m = 500.0;  ///< k of Eq. 1; (0, 1e5]
   double damping_ns_per_m = 0.0;     ///< D of Eq. 1; [0, 100]
-  double max_force_n = 3.3;          ///< the guard shortens longer forces to this; (0, 100]
-  double impact_ns_per_m = 0.0;      ///< force of the pulse on hitting something hard, per speed of the impact; [0, 100]
+  double max_force_n = 3.3;          ///< force limit of the guard; (0, 100]
+  double impact_ns_per_m = 0.0;      ///< contact transient: force per speed of the impact on a hard level; [0, 100]
 
   friend bool operator==(const CouplingOptions&, const CouplingOptions&) = default;
 };
 
-/// What is wrong with the options, as half a sentence; nullptr when they can be used. Allocates nothing; any thread.
+/// First fault of the options, as half a sentence; nullptr if valid. Allocates nothing; any thread.
 const char* problem_with(const CouplingOptions& options) noexcept;
 
-/// The energy of one tick [J].
+/// Energy of one tick [J].
 ///
-/// With S = k/2 |proxy − probe|², x₀ and x_m the proxy before and after the tick, p and p⁺ the probe,
-/// the spring's force held since the last tick did the work f₀·Δp on the hand, and, whatever happened
-/// inside the tick,
+/// With S = k/2 |proxy − probe|², x₀ and x_m the proxy before and after the tick, p and p⁺ the probe, the spring's force held
+/// since the last tick did the work f₀·Δp on the hand, and, for any path of the proxy,
 ///     f₀·Δp = S₀ − S_m + k/2 |Δp|² + I,     I = S_m − k/2 |x₀ − p⁺|²
-/// As an equation of I this holds for any x. What could be wrong, and is checked by the tests, is how I is split over the modes
-/// and the path. The energy V stored in elastic levels belongs to no mode: a mode is charged with the work of their forces less
-/// the change of V. Summed over ticks, with −Δp·force as what the hand put in, this is the table of a run (`palpa report`);
-/// docs/theory.md 7.7.
+/// As an equation of I this holds for any x; the tests check the split of I over the modes and the path. The energy V stored in
+/// elastic levels belongs to no mode: a mode is charged with the work of their forces less the change of V. Summed over ticks,
+/// with −Δp·force as the hand's input, this is the table of a run (`palpa report`); docs/theory.md 7.7.
 struct Energy {
-  double stored_j = 0.0;      ///< S_m, in the spring after the tick
-  double elastic_j = 0.0;     ///< V, in elastic levels after the tick
-  double dissipated_j = 0.0;  ///< taken out by modes: −Σ of the modes' works below zero
-  double injected_j = 0.0;    ///< brought in by modes: Σ of the modes' works above zero
-  double path_j = 0.0;  ///< I − ΣW + V − V₀ − moved: the error of walking the path in sub-steps (ΣW: works of modes)
-  double damper_j = 0.0;        ///< work on the hand of the held force less k (proxy − probe): the damper's, and what waits
-  double moved_j = 0.0;         ///< work of the data's own motion
-  double work_on_hand_j = 0.0;  ///< work of the command that was held since the last tick
-  double let_go_j = 0.0;        ///< lost by the springs where the proxy moved further than hand and data moved it
-  double held_back_j = 0.0;     ///< work on the hand of the force less the command: what the guard held back
-  double ticks_j = 0.0;         ///< brought in by holding the force for a tick: path + k/2 |Δp|² + let go
-  double ticks_bound_j = 0.0;   ///< k/2 |Δp|²: the most that holding the force of one balance can bring in
+  double stored_j = 0.0;        ///< S_m, in the spring after the tick
+  double elastic_j = 0.0;       ///< V, in elastic levels after the tick
+  double dissipated_j = 0.0;    ///< by modes: −Σ of the modes' works below zero
+  double injected_j = 0.0;      ///< by modes: Σ of the modes' works above zero
+  double path_j = 0.0;          ///< I − ΣW + V − V₀ − moved: error of the path's sub-steps (ΣW: works of modes)
+  double damper_j = 0.0;        ///< work on the hand of the held force less k (proxy − probe): damper, withheld extension
+  double moved_j = 0.0;         ///< work of the data's motion
+  double work_on_hand_j = 0.0;  ///< work of the command held since the last tick
+  double let_go_j = 0.0;        ///< released by the springs: the proxy moved further than hand and data
+  double held_back_j = 0.0;     ///< work on the hand of the force less the command: withheld by the guard
+  double ticks_j = 0.0;         ///< sampling error (zero-order hold): path + k/2 |Δp|² + let go
+  double ticks_bound_j = 0.0;   ///< k/2 |Δp|²: upper bound of the sampling error of a single balance
 };
 
 }  // namespace palpa

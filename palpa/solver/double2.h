@@ -1,4 +1,4 @@
-// Numbers as the sum of two doubles, where the solver needs twice the precision. Internal.
+// Double-double arithmetic for the solver. Internal.
 #pragma once
 
 #include "palpa/solver/vec3.h"
@@ -17,7 +17,7 @@ inline Double2 two_sum(double a, double b) noexcept {
   return {sum, (a - (sum - of_b)) + (b - of_b)};
 }
 
-/// a b exactly, unless it overflows or vanishes (Dekker 1971; not every machine has a fused product).
+/// a b exactly, barring overflow and underflow (Dekker 1971; not every machine has a fused product).
 inline Double2 two_product(double a, double b) noexcept {
   constexpr double splitter = 134217729.0;  // 2²⁷ + 1
   const double a_split = splitter * a, b_split = splitter * b;
@@ -39,8 +39,8 @@ inline Double2 product(Double2 a, double b) noexcept {
 
 inline double rounded(Double2 a) noexcept { return a.high + a.low; }
 
-/// a − o, taken apart along q and across it, for q of unit length but for rounding: each result is off by
-/// about one rounding of itself and one of a rounding of |a − o|, however far a is from o.
+/// Components of a − o along q and across it, for q of unit length but for rounding: the error of each is about one rounding of
+/// itself and one of a rounding of |a − o|.
 struct Slide {
   double along = 0.0;
   Vec3 across;

@@ -20,13 +20,13 @@ const char* name_of(BalanceStatus status) noexcept {
 
 namespace {
 
-// How near counts as on it [m].
+// Distance that counts as contact [m].
 double nearness_m(const Primitive& primitive, const Balance& balance) noexcept {
   return balance.error_bound_m +
          8.0 * detail::epsilon * (largest_component(primitive.position_m) + largest_component(balance.position_m));
 }
 
-// How far it gives way while it holds [m].
+// Largest deflection while it holds [m].
 double given_way_m(const Primitive& primitive) noexcept { return primitive.strength_n / primitive.stiffness_n_per_m; }
 
 }  // namespace
@@ -84,7 +84,7 @@ Vec3 pressed_direction(std::span<const Primitive> facets, std::span<const Vec3> 
 
 namespace {
 
-// The corner of these facets about x, with the forces of a face of it.
+// Corner of these facets about x, with the forces of a face of it.
 struct PosedCorner {
   PosedCorner(std::span<const Primitive> facets, std::span<const Vec3> forces_n, const Vec3& x_m, double k) noexcept {
     double t[most_facets];

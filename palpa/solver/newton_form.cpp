@@ -46,7 +46,7 @@ struct CornerGap {
   bool clear = false;  // the hull of the face is free of all other facets, rounding included
 };
 
-// Of φ(|w|) + c|u|²/2 − u·w of an elastic corner: where it holds |w − cu|²/2c, beyond as in `elastic_gap`, and the angle.
+// Adds φ(|w|) + c|u|²/2 − u·w of an elastic corner: |w − cu|²/2c while it holds, beyond as in `elastic_gap`, and the angle.
 void add_elastic(Gap& gap, const Corner& p, const Vec3& w, double off) noexcept {
   const double c = p.compliance;
   const double reach = std::sqrt(norm_squared(w)), length = std::sqrt(norm_squared(p.u));
@@ -66,7 +66,7 @@ void add_elastic(Gap& gap, const Corner& p, const Vec3& w, double off) noexcept 
   gap.rounded += plain * (1.0 + 16.0 * epsilon) + off * std::min(miss + 0.5 * off / c, p.s + length + miss);
 }
 
-// Of s|w| − u·w, with w off by `off` at most and Σ t `pressed`; and how far u is from what the corner exerts exactly.
+// Adds s|w| − u·w, with w off by `off` at most and Σ t `pressed`; and the distance of u from the corner's exact force.
 void add_direction(Gap& gap, const Corner& p, const Vec3& w, double off, double pressed) noexcept {
   const double reach = std::sqrt(norm_squared(w));
   const double pull = dot(p.u, w);
@@ -74,7 +74,7 @@ void add_direction(Gap& gap, const Corner& p, const Vec3& w, double off, double 
   gap.slack = 6.0 * epsilon * (p.s + pressed) + std::max(0.0, length - p.s);
   if (p.compliance > 0.0) return add_elastic(gap, p, w, off);
   if (std::abs(length - p.s) <= 16.0 * epsilon * (p.s + pressed)) {
-    // As long as s exactly: what is left is the angle between the force and w.
+    // Exactly s but for rounding: the remaining error is the angle between the force and w.
     gap.slack += std::abs(length - p.s) + 12.0 * epsilon * (p.s + pressed);
     if (pull > 0.0 && reach > 4.0 * off) {
       const double turned = norm_squared(cross(p.u, w));
@@ -89,7 +89,7 @@ void add_direction(Gap& gap, const Corner& p, const Vec3& w, double off, double 
   gap.rounded += short_of + p.s * (2.0 * off + 8.0 * epsilon * reach);
 }
 
-// For the w of the face A.
+// Gap for the w of the face A.
 CornerGap gap_at(const Corner& p, const Vec3& Z, const Face& A) noexcept {
   const std::size_t m = p.normals.size();
   double r[most_facets], beyond[most_facets], delta[most_facets];  // beyond = n·w − r
@@ -107,7 +107,7 @@ CornerGap gap_at(const Corner& p, const Vec3& Z, const Face& A) noexcept {
     in_A[i] = true;
     miss = std::max(miss, std::abs(beyond[i]) + delta[i]);
   }
-  // The hull as exact numbers have it is within h of w.
+  // The exact hull is within h of w.
   const double h = A.size > 0 ? 2.0 * miss * A.inverse_norm() : 0.0;
   CornerGap result;
   result.clear = true;
@@ -127,7 +127,7 @@ CornerGap gap_at(const Corner& p, const Vec3& Z, const Face& A) noexcept {
   }
   if (!result.clear) {
     const double width = width_of(p.normals);
-    const bool wide = width >= 0.5 * narrowest_corner;  // a narrower one may be empty: nothing is known of it
+    const bool wide = width >= 0.5 * narrowest_corner;  // a narrower corner may be empty: no bound
     gap.plain += wide ? p.s / width * lacking : std::numeric_limits<double>::infinity();
     gap.rounded += wide ? p.s / width * raised_lacking : std::numeric_limits<double>::infinity();
   }
@@ -135,7 +135,7 @@ CornerGap gap_at(const Corner& p, const Vec3& Z, const Face& A) noexcept {
   return result;
 }
 
-// The largest inverse norm of all faces that these facets can have, which is how far the foot moves for a shift of theirs.
+// Largest inverse norm of all possible faces of these facets: the motion of the foot per shift of theirs.
 double most_moved(std::span<const Vec3> normals, const bool* among) noexcept {
   double most = 0.0;
   const int m = static_cast<int>(normals.size());
@@ -162,9 +162,9 @@ double most_moved(std::span<const Vec3> normals, const bool* among) noexcept {
   return most;
 }
 
-// Where the proxy is off the corner, beyond all that it gives way, its force is s w*/|w*| with w* the exact foot: a force that
-// is not far from that stands for it. w = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous
-// in c and linear in each face, so w* is within `reach` of it.
+// Off the corner, beyond its deflection, the exact force is s w*/|w*| with w* the exact foot; a nearby force may replace it. w
+// = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous in c and linear in each face, so w*
+// is within `reach` of it.
 Gap gap_off(const Corner& p, const Vec3& Z, const CornerFoot& foot) noexcept {
   const std::size_t m = p.normals.size();
   Vec3 w;

@@ -1,14 +1,13 @@
-// A balance in newtons: the form in which it is solved (solver.cpp) and proven (law.cpp). Internal.
+// Balance in newtons: the form that is solved (solver.cpp) and proven (law.cpp). Internal.
 //
-// With an origin o near the proxy, everything is multiplied by the stiffness k once:
+// With an origin o near the proxy, all quantities are multiplied by the stiffness k once:
 //     Z = k (x − o)      the unknown            C = k (probe − o) + Σ directed
 //     B = k (a − o)      of each primitive      γ = c/(kT)
 // and the energy of law.h, times k, is free of parameters (docs/theory.md):
 //     ½|Z − C|² + Σ φ(R),   φ(R) = s|R| + γ/2 |R|²,   R = P (B − Z),
-// P the projection on the primitive's span: all directions (point), those across q (line), q alone and
-// one-sided (plane). Of an elastic plane or corner, with its compliance c = k/κ, φ is |R|²/2c up to |R| = cs and
-// s|R| − cs²/2 beyond, and φ*(u) = c|u|²/2 for |u| ≤ s. At the balance Z = C + Σu, with u the forces, each in the
-// subdifferential of φ at R.
+// P the projection on the primitive's span: all directions (point), the directions across q (line), q alone and one-sided
+// (plane). For an elastic plane or corner with compliance c = k/κ, φ is |R|²/2c up to |R| = cs and s|R| − cs²/2 beyond, and
+// φ*(u) = c|u|²/2 for |u| ≤ s. At the balance Z = C + Σu, with u the forces, each in the subdifferential of φ at R.
 #pragma once
 
 #include <limits>
@@ -21,8 +20,8 @@ inline constexpr double epsilon = std::numeric_limits<double>::epsilon();  // on
 
 inline double size_of(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
-// A smaller γ counts as none: its force is below rounding beside the coupling's. What it would exert is in `slack`: larger
-// values would widen the bound.
+// A smaller γ counts as zero: its force is below rounding beside the coupling's, and is included in `slack`; larger values
+// would widen the bound.
 inline constexpr double smallest_gamma = 1e-20;
 
 inline double gamma_of(const Primitive& p, double k, double T) noexcept {
@@ -34,21 +33,21 @@ inline double compliance_of(const Primitive& p, double k) noexcept { return p.is
 
 enum class State : std::uint8_t { stick, slip, off };
 
-/// A point or a line. A point is a line without direction: P v = v − (q·v) q with q = 0. The anchor of a
-/// line is slid along it to the place nearest the origin, so that B has no part along q.
+/// A point or a line. A point is a line without direction: P v = v − (q·v) q with q = 0. The anchor of a line is slid along it
+/// to the point nearest the origin, so that B has no component along q.
 struct Span {
   Vec3 q, B, u;
   double s = 0.0, gamma = 0.0;
   double size = 0.0;         // of k (a − o), for the rounding of B
   std::uint32_t index = 0;   // in the set
-  State state = State::off;  // as the active set takes it to be
-  Vec3 R = {};               // as the active set has it
+  State state = State::off;  // in the active set
+  Vec3 R = {};               // in the active set
 
   Vec3 across(const Vec3& v) const noexcept { return v - dot(q, v) * q; }
   Vec3 residual(const Vec3& Z) const noexcept { return across(B - Z); }
 };
 
-/// A plane: all it does is along q, so b = q·B, r = b − q·Z and u = t q.
+/// A plane: acts along q alone, so b = q·B, r = b − q·Z and u = t q.
 struct Plane {
   Vec3 q;
   double b = 0.0, t = 0.0, s = 0.0, gamma = 0.0;
@@ -62,33 +61,33 @@ struct Plane {
   double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
 };
 
-// What rounding can have done to a residual, in ε times the sizes it is computed from: k (a − o) costs 1, a
-// product with q 1.5 and the difference ½; q itself is of unit length to 2 ε, which costs 2 for a plane; a
-// line takes its part along q away twice, from B and from B − Z.
+// Rounding of a residual, in ε times the sizes of its terms: k (a − o) costs 1, a product with q 1.5 and the difference ½; q
+// itself is of unit length to 2 ε, which costs 2 for a plane; a line subtracts its component along q twice, from B and from B −
+// Z.
 inline constexpr double plane_rounding = 5.0 * epsilon;
 inline constexpr double span_rounding = 8.0 * epsilon;
 
-/// One primitive's part in the duality gap  g = φ(R) + φ*(u) − u·R ≥ 0,  φ*(u) = (|u| − s)₊²/(2γ).
+/// Contribution of a primitive to the duality gap  g = φ(R) + φ*(u) − u·R ≥ 0,  φ*(u) = (|u| − s)₊²/(2γ).
 ///
-/// g is a difference of nearly equal terms, so it is never computed as one. With l = min(|u|, s),
-/// m = (|u| − s)₊/γ and e = u/|u| it is a sum of products of non-negative factors:
+/// g is a difference of nearly equal terms, so it is never computed by subtraction. With l = min(|u|, s), m = (|u| − s)₊/γ and
+/// e = u/|u| it is a sum of products of non-negative factors:
 ///   point, line:  (s − l)|R| + l (|R| − e·R) + γ/2 |R − m e|²,   |R| − e·R = |e × R|²/(|R| + e·R)
 ///   plane:        (s − l) r₊ + |u| r₋ + γ/2 (r₊ − m)²
-///   elastic, with v = min(|R|/c, s) what it should give:  (v − |u|) (|R| − c (v + |u|)/2) + (|u||R| − u·R)
-/// and each factor is raised by its rounding. What is proven is about a force that lies within the set
-/// exactly, and is exactly as long as s + γ|R| where it is so but for rounding: `slack` away from u.
+///   elastic, with v = min(|R|/c, s) its exact force:  (v − |u|) (|R| − c (v + |u|)/2) + (|u||R| − u·R)
+/// and each factor is raised by its rounding. The proof is about an exactly admissible force, with length exactly s + γ|R|
+/// where u has it but for rounding: `slack` away from u.
 struct Gap {
-  double plain = 0.0;    // [N²] as it comes out
-  double rounded = 0.0;  // [N²] at most this, rounding included
+  double plain = 0.0;    // [N²] as computed
+  double rounded = 0.0;  // [N²] upper bound, rounding included
   double slack = 0.0;    // [N]
 };
 
-// [1] Up to this γ a force that is right to rounding is taken as exact. Above it the last term is computed instead: there γ
-// times the rounding of R would be too large.
+// [1] Up to this γ a force that is right to rounding is taken as exact. Above, γ times the rounding of R would be too large:
+// the last term is computed.
 inline constexpr double largest_exact_gamma = 1.0;
 
-// Of what is elastic: |R| = `reach`, off by `delta`, and a force of length `t` along R. φ has a slope of at most s and a
-// curvature of at most 1/c, which says what rounding can have done.
+// Gap of an elastic primitive: |R| = `reach`, off by `delta`, and a force of length `t` along R. φ has a slope of at most s and
+// a curvature of at most 1/c, which bounds the rounding.
 inline Gap elastic_gap(double reach, double delta, double t, double s, double c) noexcept {
   const double v = std::min(std::max(0.0, reach) / c, s);
   delta += 4.0 * epsilon * (std::abs(reach) + c * (v + t));
@@ -129,7 +128,7 @@ inline Gap gap(const Plane& p, const Vec3& Z, double size_of_Z) noexcept {
   return gap;
 }
 
-// Without drag: u is within the ball or disc of radius s, and g = s|R| − u·R.
+// Gap without drag: u is within the ball or disc of radius s, and g = s|R| − u·R.
 inline Gap gap_without_drag(const Span& p, const Vec3& Z) noexcept {
   const Vec3 D = p.B - Z;
   const Vec3 R = p.across(D);
@@ -139,7 +138,7 @@ inline Gap gap_without_drag(const Span& p, const Vec3& Z) noexcept {
   Gap gap;
   gap.slack = 8.0 * epsilon * p.s + std::abs(dot(p.q, p.u)) + smallest_gamma * (reach + delta);
   if (norm_squared(p.u) >= (1.0 - 16.0 * epsilon) * (p.s * p.s)) {
-    // As long as s exactly: what is left is the angle between the force and R.
+    // Exactly s but for rounding: the remaining error is the angle between the force and R.
     gap.slack += 12.0 * epsilon * p.s;
     if (pull > 0.0 && reach > 4.0 * delta) {
       const double off = norm_squared(cross(p.u, R));
@@ -194,15 +193,15 @@ inline Gap gap(const Span& p, const Vec3& Z) noexcept {
   return gap;
 }
 
-/// A corner of two facets or more, each with b and r as a plane's. What it does it does within the span of a face,
-/// like a plane, a line or a point, with forces t of that face's facets: u = Σ t n, not longer than s.
+/// A corner of two facets or more, each with b and r as a plane's. Acts within the span of a face, like a plane, a line or a
+/// point, with forces t of that face's facets: u = Σ t n, |u| ≤ s.
 struct Corner {
   std::span<const Vec3> normals;
   const double* b = nullptr;
   double s = 0.0;
   double compliance = 0.0;
   double rest = 1.0;        // as a plane's
-  std::uint32_t index = 0;  // in the set, of its first facet
+  std::uint32_t index = 0;  // of its first facet, in the set
   Face face;
   double t[3] = {};
   Vec3 u;
@@ -210,28 +209,28 @@ struct Corner {
   Vec3 R = {};
 
   double residual(std::size_t i, const Vec3& Z) const noexcept { return b[i] - dot(normals[i], Z); }
-  /// The pull that it answers through a spring of stiffness τ which starts from u: the foot for c = τ r + n·u.
+  /// Pull on it through a spring of stiffness τ that starts from u: the foot for c = τ r + n·u.
   CornerFoot pull(const Vec3& Z, double tau) const noexcept;
-  /// The force that answers the `foot` of such a pull: w/(1 + cτ) up to s, else s along w.
+  /// Sets the force for the `foot` of such a pull: w/(1 + cτ) up to s, else s along w.
   void answer(const CornerFoot& foot, double tau) noexcept;
-  /// Takes the t of the face from u, back into what it can exert; to the full strength where `slips`.
+  /// Sets the t of the face from u, projected on the admissible forces; with full strength if `slips`.
   void confine(bool slips) noexcept;
-  /// Makes u the sum of t n, not longer than s: exactly as long where it is `full`.
+  /// Sets u to the sum of t n, |u| ≤ s: |u| = s if `full`.
   void gather(bool full) noexcept;
   /// Writes each facet's force t n, in the order of the set.
   void give(Vec3* forces_n) const noexcept;
 };
 
-/// A corner's part. For any w, with v = max [r − n·w]₊ what Z + w lacks of being free and σ the corner's width,
+/// Contribution of a corner. For any w, with v = max [r − n·w]₊ the infeasibility of Z + w and σ the corner's width,
 ///     g ≤ (φ(|w|) + φ*(u) − u·w) + Σ t [n·w − r]₊ + (s/σ) v
-/// and w is chosen, so it has no rounding of its own: the hull of the corner's face, or of the face that is seen from Z.
+/// and w is chosen, so it has no rounding of its own: the hull of the corner's face, or of the face nearest to Z.
 Gap gap(const Corner& p, const Vec3& Z) noexcept;
 
-/// The duality gap of one point and one set of forces, gathered primitive by primitive, and what it proves:
+/// Duality gap of a point and a set of forces, summed by primitive, and its bound:
 ///     |Z − Z*| ≤ (ρ + √(ρ² + 4ε))/2,   ρ = |Z − C − Σu|,   ε = Σ g.
 class Proof {
  public:
-  /// C was summed from `terms` terms of `size` [N] together.
+  /// `terms` [1]: number of terms summed to C, of `size` [N] together.
   Proof(const Vec3& Z, const Vec3& C, double size, double terms) noexcept
       : left_(Z - C), size_(size_of(Z) + size), terms_(terms) {}
 
@@ -243,11 +242,11 @@ class Proof {
     rounded_ += gap.rounded;
     ++terms_;
   }
-  /// [N] ρ: the force that balances nothing.
+  /// [N] ρ: the residual force.
   double left() const noexcept { return norm(left_); }
-  /// [N] of the sum that ρ is.
+  /// [N] of ρ.
   double rounding() const noexcept { return (4.0 + terms_) * epsilon * size_ + vanished_n; }
-  /// [N] without what rounding may have done, which only tells whether more work would help.
+  /// [N] without rounding: decides whether more work would help.
   double plain_bound() const noexcept { return bound(norm(left_), plain_); }
   /// [N] rounding of all steps included.
   double bound() const noexcept {
@@ -255,7 +254,7 @@ class Proof {
   }
 
  private:
-  static constexpr double vanished_n = 1e-140;  // what squares too small for a double can have hidden
+  static constexpr double vanished_n = 1e-140;  // hidden by squares too small for a double
   static double bound(double rho, double gap) noexcept { return 0.5 * (rho + std::sqrt(rho * rho + 4.0 * gap)); }
 
   Vec3 left_;

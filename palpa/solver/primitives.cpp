@@ -9,12 +9,12 @@ namespace palpa {
 
 namespace {
 
-// A direction is taken as unit where its length is 1 to within the rounding of a normalisation; off
-// by 1e-6 it would already shift forces. Less: normalised directions are refused; more: forces shift.
+// A direction counts as unit if its length is 1 to within the rounding of a normalisation; off by 1e-6 it would already shift
+// forces. Less: normalised directions are refused; more: forces shift.
 constexpr double unit_tolerance = 1e-12;
 
-// A drag's residual at the start counts as zero within this: rounding of the arithmetic that put the
-// primitive at the proxy, at any workspace size. Less: rounding refuses drags; more: a drag could act as a spring.
+// Tolerance for a drag's residual at the start: the rounding of placing the primitive at the proxy, at any workspace size.
+// Less: rounding refuses drags; more: a drag could act as a spring.
 constexpr double start_tolerance_m = 1e-14;
 
 bool is_usable(const Vec3& position_m) noexcept {
@@ -23,8 +23,7 @@ bool is_usable(const Vec3& position_m) noexcept {
 
 bool is_unit(const Vec3& q) noexcept { return is_finite(q) && std::abs(norm_squared(q) - 1.0) <= 2.0 * unit_tolerance; }
 
-// What is unit within the tolerance made unit to rounding, as the solver's bound counts on it; what is so
-// already keeps its bits.
+// Normalises a direction within the tolerance to rounding, as the solver's bound requires; exact directions keep their bits.
 Vec3 unit_to_rounding(const Vec3& q) noexcept {
   const double off = norm_squared(q) - 1.0;
   return std::abs(off) <= 4.0 * std::numeric_limits<double>::epsilon() ? q : (1.0 - 0.5 * off) * q;
@@ -156,7 +155,7 @@ void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const 
   for (std::size_t i = 0; i < size_; ++i) {
     if (primitives_[i].id == plane_id &&
         (primitives_[i].kind == PrimitiveKind::plane || primitives_[i].kind == PrimitiveKind::corner)) {
-      // The strength waits for the plane's force; the coefficient is checked where a strength would be.
+      // The strength follows from the plane's force; the coefficient is checked in its place.
       Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, primitives_[i].direction, coefficient, drag_ns_per_m};
       add(line, {}, {static_cast<std::int32_t>(i), coefficient});
       return;
@@ -249,7 +248,7 @@ bool PrimitiveSet::add_facet(std::size_t i, const Vec3& position_m, const Vec3& 
   return true;
 }
 
-// Whether the `count` facets from `first` on, one or more, can have another one.
+// Whether the `count` facets from `first` on, at least one, can take a further facet.
 bool PrimitiveSet::takes_facet(std::size_t first, std::size_t count, const Vec3& normal) noexcept {
   const auto refused = [&](Refusal reason) { return refuse(primitives_[first].id, reason), false; };
   if (count >= most_facets) return refused(Refusal::facets_full);

@@ -39,7 +39,7 @@ AxisTurn axis_angle(const Mat3& r) noexcept {
   const double turn_deg = std::atan2(0.5 * norm(twice_sine), cosine) * 180.0 / std::numbers::pi;
   Vec3 axis = normalized(twice_sine);
   if (cosine < 0.0) {
-    // Towards half a turn the sine vanishes; the longest row of (R + Rᵀ)/2 − c = (1 − c) a aᵀ lies along the axis.
+    // Towards a half turn the sine vanishes; the longest row of (R + Rᵀ)/2 − c = (1 − c) a aᵀ lies along the axis.
     Vec3 longest;
     for (int i = 0; i < 3; ++i) {
       const Vec3 row = 0.5 * (r.row[i] + transposed(r).row[i]) - cosine * Mat3::identity().row[i];

@@ -19,54 +19,57 @@ using detail::State;
 
 namespace {
 
-// [m] The bound asked for, tighter than `exact_bound_m`. Larger: nearly parallel lines stay a little above the claim; smaller:
-// more rounds, in the end for rounding.
+// [m] Target bound, tighter than `exact_bound_m`. Larger: nearly parallel lines stay a little above the claim; smaller: more
+// rounds, in the end for rounding.
 constexpr double wanted_bound_m = 2e-10;
 
-// [1] Shares of k times the wanted bound. `refined_share`: force left over at which refining ends. Less: more refinements;
-// more: the force left over nears `seen_share`. `seen_share`: force left over in an answer. Less: more rounds; more: a sum of
-// the forces shows it. `near_share`: bound below which common points join the balance. Less: their closed form's rounding is
-// kept longer; more: the closed form is given up sooner.
+// [1] Residual force at which refining ends, as a share of k times the target bound. Less: more refinements; more: it nears
+// `seen_share`.
 constexpr double refined_share = 8e-6;
+// [1] Residual force in a result, likewise. Less: more rounds; more: visible in a sum of the forces.
 constexpr double seen_share = 1e-3;
+// [1] Bound, in target bounds, below which common points join the balance. Less: the rounding of their closed form is kept
+// longer; more: the closed form is dropped sooner.
 constexpr double near_share = 100.0;
 
-// [1] In squared wanted bounds: the rounding that a closed form may leave in the duality gap. Less: the stages are used where a
-// sweep would do; more: a check by the gap, which takes its root, shows it.
+// [1] In squared target bounds: rounding that a closed form may leave in the duality gap. Less: the stages run where a sweep
+// would do; more: visible in a check by the gap, which takes its root.
 constexpr double shown_by_root = 9.0;
 
-// [1] The caps. More: a longer worst case; fewer: more balances end with a later stage, or as `capped`. Nearly all balances
-// need one round; what needs the multipliers is done within five penalties, in the rest only the bound is slow.
+// [1] Caps. More: a longer worst case; fewer: more balances end with a later stage, or as `capped`. Nearly all balances need
+// one round; the multipliers converge within five penalties, later only the bound is slow.
 constexpr int max_rounds = 10;
 constexpr int max_rounds_in_vain = 2;      // rounds that do not halve the bound, before the multipliers
-constexpr std::size_t many = 12;           // primitives: with more than this, one such round is enough
+constexpr std::size_t many = 12;           // primitives: above this, a single such round is enough
 constexpr int max_steps_in_a_round = 3;    // of the active set, before a proof
-constexpr int max_rounds_from_before = 2;  // from the balance before
-constexpr int max_refinements = 8;         // of one active-set step, with the same M
+constexpr int max_rounds_from_before = 2;  // warm start
+constexpr int max_refinements = 8;         // of one active-set step, with constant M
 constexpr int max_penalties = 20;
 constexpr int max_newton_steps = 30;  // at one penalty
 constexpr int max_search_steps = 60;  // along one Newton step
 
-// [1] A refinement that leaves more of the force than this share is slow: a new M is made. Less: more factorisations; more:
-// more refinements.
+// [1] A refinement that leaves more of the force than this share is slow: M is rebuilt. Less: more factorisations; more: more
+// refinements.
 constexpr double slow_share = 0.05;
 
-// [1] τ of the active set: the spring that asks for R = 0 where a primitive sticks. Softer: more refinements; stiffer: M loses
-// digits. An elastic primitive asks for R = cu instead: its spring is τ/(1 + cτ), and 1/(1 + cτ) of its demand is left
-// after a move.
+// [1] τ of the active set: the spring that demands R = 0 of a sticking primitive. Softer: more refinements; stiffer: M loses
+// digits. An elastic primitive demands R = cu instead: its spring is τ/(1 + cτ), and 1/(1 + cτ) of its demand is left after a
+// move.
 constexpr double spring = 1e8;
 double rest_of_spring(double compliance) noexcept { return compliance > 0.0 ? 1.0 / (1.0 + compliance * spring) : 1.0; }
 
-// [1] The penalties, from the first by tenfolds to the largest. Lower first: more penalties; higher: Newton's method may fail
-// from afar. Where it fails, it goes on with a hundredth up to `unsteady`, above with what it has. Lower: it uses poor minima;
-// higher: more penalties. Above `steady` sides are clear enough for the active set to try again. Lower: it tries in vain;
-// higher: the last digits cost more penalties. Higher largest: M loses digits; lower: the last digits are not reached.
+// [1] First penalty; each is ten times its predecessor. Lower: more penalties; higher: Newton's method may fail from afar.
 constexpr double first_penalty = 1e3;
+// [1] Up to this penalty a failed Newton method restarts with a hundredth of it, above with its result. Lower: poor minima are
+// used; higher: more penalties.
 constexpr double unsteady_penalty = 1e6;
+// [1] From this penalty on the states are clear enough for the active set. Lower: it tries in vain; higher: the last digits
+// cost more penalties.
 constexpr double steady_penalty = 1e8;
+// [1] Higher: M loses digits; lower: the last digits are not reached.
 constexpr double largest_penalty = 1e14;
 
-// The k that are accepted, far beyond any device: with the limits of PrimitiveSet nothing overflows; outside: `bad_input`.
+// Accepted k, far beyond any device: with the limits of PrimitiveSet nothing overflows; outside: `bad_input`.
 constexpr double softest_n_per_m = 1e-12;
 constexpr double stiffest_n_per_m = 1e12;
 
@@ -88,7 +91,7 @@ struct Stiffness {
   void add_everywhere(double f) noexcept { xx += f, yy += f, zz += f; }
 };
 
-/// M = L D Lᵀ, for as many right sides as wanted. No pivoting is needed: D ≥ 1 but for rounding.
+/// M = L D Lᵀ, for any number of right sides. Needs no pivoting: D ≥ 1 but for rounding.
 class Factor {
  public:
   explicit Factor(const Stiffness& M) noexcept : by_dx_(1.0 / M.xx), lyx_(M.xy * by_dx_), lzx_(M.xz * by_dx_) {
@@ -108,9 +111,8 @@ class Factor {
   double by_dx_, lyx_, lzx_, by_dy_, lzy_, by_dz_;
 };
 
-// The force of a primitive that is pulled by w, within its span, through a spring of stiffness τ (1: the
-// coupling itself): the u of ∂φ at R = (w − u)/τ. It gives what is asked up to s; beyond, s and the drag's
-// share of the rest.
+// Force of a primitive that is pulled by w, within its span, through a spring of stiffness τ (1: the coupling itself): the u of
+// ∂φ at R = (w − u)/τ. Equal to the demand up to s; beyond, s and the drag's share of the rest.
 double length_given(double asked, double s, double gamma, double tau) noexcept {
   return gamma > 0.0 ? s + gamma * ((asked - s) / (tau + gamma)) : s;
 }
@@ -127,7 +129,7 @@ double answer(const Plane& p, double w, double tau) noexcept {
 
 }  // namespace
 
-/// A problem in newtons about an origin, the iterate (Z and all forces), and the best iterate met.
+/// Problem in newtons about an origin, the iterate (Z and all forces), and the best iterate so far.
 class Solver::Work {
  public:
   explicit Work(std::size_t capacity)
@@ -141,15 +143,14 @@ class Solver::Work {
         kept_corners_(std::make_unique<Corner[]>(capacity / 2)),
         best_forces_n_(std::make_unique<Vec3[]>(capacity)) {}
 
-  /// Takes a problem and the forces to start from, in the order of the set.
+  /// Sets a problem and its initial forces, in the order of the set.
   void pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m, double k,
             double T) noexcept;
-  /// Finds its balance.
   void solve() noexcept;
-  /// Writes the best balance met and its forces, in the order of the set; remembers the way to it for the next.
+  /// Writes the best balance and its forces, in the order of the set; stores the proxy's motion for the next warm start.
   void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noexcept;
 
-  /// Room for forces in the order of the set, free until `solve`.
+  /// Buffer for forces in the order of the set, free until `solve`.
   Vec3* spare_forces() noexcept { return best_forces_n_.get(); }
 
  private:
@@ -178,8 +179,8 @@ class Solver::Work {
   Sides take_sides() noexcept;
   void take_side(Corner& corner, Stiffness& M, Vec3& g) const noexcept;
   struct Moved {
-    Vec3 left;  // the force that balances nothing
-    Vec3 held;  // what sticks still has of τR
+    Vec3 left;  // residual force
+    Vec3 held;  // remaining τR of the sticking primitives
   };
   Moved move(const Vec3& dZ) noexcept;
   bool confine() noexcept;
@@ -191,15 +192,15 @@ class Solver::Work {
   void keep() noexcept;
   void restore() noexcept;
 
-  Vec3 moved_m_;  // from the start to the balance before, which the warm start is from
+  Vec3 moved_m_;  // from the start to the previous balance
 
-  // What was posed.
+  // The problem.
   std::span<const Primitive> primitives_;
   Vec3 start_m_, probe_m_, directed_n_;
   double directed_size_n_ = 0.0, directed_terms_ = 0.0;
   double k_ = 1.0, by_k_ = 1.0;
-  double wanted_n_ = 0.0;    // k times the wanted bound
-  double balanced_n_ = 0.0;  // a force left over that is as good as none
+  double wanted_n_ = 0.0;    // k times the target bound
+  double balanced_n_ = 0.0;  // negligible residual force
   double shown_n2_ = 0.0;    // s times a rounding of B that would show in the bound
 
   // In newtons about the origin.
@@ -211,11 +212,11 @@ class Solver::Work {
   std::unique_ptr<Vec3[]> normals_;      // of all corners' facets
   std::unique_ptr<double[]> offsets_n_;  // b of all corners' facets
   std::size_t plane_count_ = 0, line_count_ = 0, all_spans_ = 0, corner_count_ = 0, facet_count_ = 0;
-  std::size_t span_count_ = 0;  // in the balance now: all, or the lines alone while `common_`
-  bool common_ = false;         // points among others at one anchor: added in closed form
+  std::size_t span_count_ = 0;  // active now: all, or the lines alone while `common_`
+  bool common_ = false;         // points with a common anchor: added in closed form
   bool warm_ = false;
-  bool precise_ = false;             // from the next recentring on anchors are taken in twice the precision
-  bool anchored_precisely_ = false;  // the present anchors were taken so
+  bool precise_ = false;             // double-double anchors from the next recentring on
+  bool anchored_precisely_ = false;  // the present anchors are double-double
 
   std::unique_ptr<double[]> kept_planes_n_;
   std::unique_ptr<Vec3[]> kept_spans_n_;
@@ -225,7 +226,7 @@ class Solver::Work {
   std::unique_ptr<Vec3[]> best_forces_n_;
   Vec3 best_origin_m_, best_Z_;
   double best_bound_n_ = 0.0;
-  bool done_ = false;  // the best iterate is the last one
+  bool done_ = false;  // the best iterate is the last
   int best_stage_ = 0, iterations_ = 0;
 };
 
@@ -236,8 +237,8 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   k_ = k, by_k_ = 1.0 / k;
   wanted_n_ = k * wanted_bound_m;
   balanced_n_ = refined_share * wanted_n_;
-  // [1] Rounding of an anchor counts by its root: a tenth may cost √0.1 of the wanted bound. Less: more anchors are taken in
-  // twice the precision, which is slower; more: rounding of anchors spoils bounds.
+  // [1] Rounding of an anchor counts by its root: a tenth may cost √0.1 of the target bound. Less: more double-double anchors,
+  // which are slower; more: rounding of anchors spoils bounds.
   shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
   precise_ = anchored_precisely_ = false;
   best_bound_n_ = std::numeric_limits<double>::max();
@@ -324,9 +325,8 @@ void Solver::Work::pose_corner(std::size_t first, std::size_t facets, const Vec3
   anchor(corner);
 }
 
-// Anchors against the origin. What rounding takes from B is a shift of the anchor: where the proxy rests
-// with strength s it costs √(s|shift|) in the bound, so where that would show, the difference and its part
-// along q are taken in twice the precision.
+// Anchors relative to the origin. Rounding of B shifts the anchor: where the proxy rests with strength s it costs √(s|shift|)
+// in the bound, so where that would show, the difference and its component along q are computed in double-double.
 void Solver::Work::anchor(Plane& p) const noexcept {
   const Vec3& a = primitives_[p.index].position_m;
   if (a == origin_m_) {
@@ -359,7 +359,7 @@ void Solver::Work::anchor(Span& p) const noexcept {
   }
 }
 
-// A shift of a facet is one of the edges that it ends in, times the inverse of their angle: always precisely.
+// A shift of a facet shifts its edges, by the inverse of their angle: always double-double.
 void Solver::Work::anchor(const Corner& corner) noexcept {
   double* const b = &offsets_n_[static_cast<std::size_t>(corner.b - offsets_n_.get())];
   for (std::size_t i = 0; i < corner.normals.size(); ++i) {
@@ -367,8 +367,8 @@ void Solver::Work::anchor(const Corner& corner) noexcept {
   }
 }
 
-// Moves the origin to the proxy, as near as a double can say it. Residuals of what the proxy rests on are
-// then differences of nearby doubles: exact where rounding would be multiplied by τ or stand under a root.
+// Moves the origin to the proxy. Residuals of primitives that the proxy rests on are then differences of nearby doubles: exact
+// where rounding would be multiplied by τ or stand under a root.
 void Solver::Work::recentre() noexcept {
   const Vec3 z_m = by_k_ * Z_;
   const Vec3 origin_m = origin_m_ + z_m;
@@ -383,7 +383,7 @@ void Solver::Work::recentre() noexcept {
   for (std::size_t i = 0; i < corner_count_; ++i) anchor(corners_[i]);
 }
 
-// The Z at which these forces balance.
+// Z at which these forces balance.
 Vec3 Solver::Work::sum() const noexcept {
   Vec3 sum = C_;
   for (std::size_t i = 0; i < plane_count_; ++i) sum += planes_[i].t * planes_[i].q;
@@ -392,7 +392,7 @@ Vec3 Solver::Work::sum() const noexcept {
   return sum;
 }
 
-// Says whether the iterate is good enough, and keeps it if its bound is the best so far.
+// Whether the iterate is good enough; stores it if its bound is the best so far.
 bool Solver::Work::certify(int stage) noexcept {
   const Vec3 rest = Z_;
   if (common_) add_common_points();
@@ -408,14 +408,14 @@ bool Solver::Work::certify(int stage) noexcept {
   const double plain_n = proof.plain_bound();
   bool proven = bound_n <= wanted_n_;
   if (!proven && plain_n <= 0.5 * wanted_n_) {
-    // Without rounding the bound would do, with room: anchors are taken in twice the precision from here on. Four times the
-    // wanted bound is accepted, which still is below `exact_bound_m` (more: `exact` would be a false claim; less: more rounds
-    // for rounding alone), and any bound if the precision was used up. Half: more takes rounding for the only reason when it
-    // is not; less uses twice the precision late.
+    // Without rounding the bound would be small enough, with room: anchors are double-double from here on. Four times the
+    // target bound is accepted, which still is below `exact_bound_m` (more: `exact` would be a false claim; less: more rounds
+    // for rounding alone), and any bound if the precision is exhausted. Half: more blames rounding wrongly; less uses
+    // double-double late.
     proven = bound_n <= 4.0 * wanted_n_ || anchored_precisely_;
     precise_ = true;
   }
-  // A force left over costs little in the bound, but a sum of the forces shows it.
+  // A residual force costs little in the bound, but is visible in a sum of the forces.
   const bool done = proven && proof.left() <= seen_share * wanted_n_ + proof.rounding();
 
   done_ = done;
@@ -437,8 +437,8 @@ bool Solver::Work::certify(int stage) noexcept {
   return done;
 }
 
-// 1. Sweeps: block coordinate descent of the dual. With all forces but u held, Z without it is Z − u, and
-// u answers the pull P(B − (Z − u)) = R + u of the coupling itself.
+// 1. Sweeps: block coordinate descent of the dual. With all forces but u held, Z without it is Z − u, and u is the response to
+// the pull P(B − (Z − u)) = R + u of the coupling itself.
 void Solver::Work::sweep() noexcept {
   Vec3 Z = Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) {
@@ -462,9 +462,9 @@ void Solver::Work::sweep() noexcept {
   Z_ = Z;
 }
 
-// Points among others at one anchor, these without drag: φ of the points together is a function of |R|
-// alone, and the rest's is homogeneous, so the balance is the rest's, drawn towards the anchor as by one
-// point of all the points' strength and drag. What the rest stood on it still stands on.
+// Points with a common anchor, the others without drag: φ of the points together is a function of |R| alone, and that of the
+// others is homogeneous, so the balance is that of the others, drawn towards the anchor as by one point with the strength and
+// drag of all. The proxy stays on the primitives that it rested on.
 void Solver::Work::add_common_points() noexcept {
   double s = 0.0, gamma = 0.0;
   for (std::size_t i = line_count_; i < all_spans_; ++i) s += spans_[i].s, gamma += spans_[i].gamma;
@@ -483,15 +483,13 @@ void Solver::Work::add_common_points() noexcept {
   }
 }
 
-// 2. Active set. With w = R + u the pull that a sweep would see, a primitive sticks where |w| ≤ s; there
-// R = 0 is asked for, by a spring of stiffness τ that starts from u. Where it slips, its force is s + γ|R|
-// along e = w/|w|, and for a move dZ it changes by −γ along e and by −K across it, K = |u|/(|w| − |u|)
-// with the |u| that answers w. All together is one linear system for dZ:
+// 2. Active set. With w = R + u the pull as in a sweep, a primitive sticks where |w| ≤ s; there R = 0 is demanded, by a spring
+// of stiffness τ that starts from u. Where it slips, its force is s + γ|R| along e = w/|w|, and for a move dZ it changes by −γ
+// along e and by −K across it, K = |u|/(|w| − |u|) with the |u| in response to w. Together this is a linear system for dZ:
 //     M dZ = C + Σ(force at dZ = 0) − Z,   M = I + ΣK.
-// The spring leaves R = (u⁺ − u)/τ, and the turn of the slipping forces leaves a force. Solving again with
-// the same M, for that force and for that R (known so, not as a difference of large numbers), takes both
-// to rounding. Where that goes slowly a new M is the better way, and where a force had to be cut to what its primitive
-// can exert, new sides are, from a sweep.
+// The spring leaves R = (u⁺ − u)/τ, and the turn of the slipping forces leaves a force. Solving again with this M, for that
+// force and that R (not as a difference of large numbers), reduces both to rounding. Where that converges slowly M is rebuilt,
+// and where a force had to be cut to its admissible set, a sweep renews the states.
 Solver::Work::Step Solver::Work::active_set_step() noexcept {
   const Sides sides = take_sides();
   const Factor factor(sides.M);
@@ -501,8 +499,8 @@ Solver::Work::Step Solver::Work::active_set_step() noexcept {
   for (int i = 0; i < max_refinements && !slow; ++i) {
     const Moved moved = move(factor.solve(g));
     const double size = size_of(moved.left);
-    // Ends as well where the force left over no longer halves: it is rounding, or it grows. More: useless refinements; less:
-    // slow but useful ones are given up.
+    // Also ends when the residual force no longer halves: it is rounding, or it grows. More: useless refinements; less: slow
+    // but useful ones are dropped.
     if ((i > 0 && size <= balanced_n_) || !(size < 0.5 * before)) break;
     slow = i > 0 && size > slow_share * before;
     before = size;
@@ -512,7 +510,7 @@ Solver::Work::Step Solver::Work::active_set_step() noexcept {
   return slow ? Step::slow : Step::settled;
 }
 
-// Who sticks and who slips, and the system that follows: M, and its right side. What sticks keeps τR.
+// States of the primitives, and the resulting system: M, and its right side. Sticking primitives keep τR.
 Solver::Work::Sides Solver::Work::take_sides() noexcept {
   const Vec3 Z = Z_;
   Stiffness M;
@@ -560,7 +558,7 @@ Solver::Work::Sides Solver::Work::take_sides() noexcept {
   return {M, g};
 }
 
-// A corner does so within the span of the face that a sweep sees: of R it has the way to that face's hull.
+// A corner acts within the span of the face found by a sweep: its R is the vector to that face's hull.
 void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
   const detail::CornerFoot foot = p.pull(Z_, 1.0);
   double r[most_facets];
@@ -587,7 +585,7 @@ void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
   }
 }
 
-// Moves Z by dZ, and every force as it takes its side.
+// Moves Z by dZ, and every force with its state.
 Solver::Work::Moved Solver::Work::move(const Vec3& dZ) noexcept {
   Z_ += dZ;
   Vec3 left = C_ - Z_, held;
@@ -639,8 +637,8 @@ Solver::Work::Moved Solver::Work::move(const Vec3& dZ) noexcept {
   return {left, held};
 }
 
-// Back into their sets with the forces: what was taken to stick and could not, and what rounding left along
-// a line. Whether any was cut by more than rounding.
+// Projects the forces on their admissible sets: of primitives wrongly assumed to stick, and of rounding along a line. Returns
+// whether any was cut by more than rounding.
 bool Solver::Work::confine() noexcept {
   bool cut = false;
   for (std::size_t i = 0; i < plane_count_; ++i) {
@@ -671,10 +669,10 @@ bool Solver::Work::confine() noexcept {
 
 // 3. Method of multipliers. For a penalty τ the convex, once differentiable
 //     Ψ(Z) = ½|Z − C|² + Σ max_v [v·R − φ*(v) − |v − u|²/(2τ)],   ∇Ψ = Z − C − Σ answer(u + τR)
-// is minimised; the forces that answer there are the next u. From any forces this leads to balanced ones,
-// the faster the greater τ. Once the sides are clear, an active-set step is the shorter way to the last digits.
+// is minimised; the forces `answer` there are the next u. From any forces this converges to balanced forces, the faster the
+// greater τ. Once the states are clear, an active-set step yields the last digits sooner.
 void Solver::Work::augmented_lagrangian() noexcept {
-  // Failed steps can leave forces far beyond s where a drag is large: no good start, so they are cut to s.
+  // Failed steps can leave forces far beyond s where a drag is large: no good start.
   bool too_long = false;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
@@ -715,7 +713,7 @@ void Solver::Work::augmented_lagrangian() noexcept {
   }
 }
 
-// Newton's method for Ψ, as precisely as the forces of this τ need. Whether it came to an end.
+// Newton's method for Ψ, to the precision that the forces of this τ need. Returns whether it converged.
 bool Solver::Work::minimise(double tau) noexcept {
   for (int step = 0; step < max_newton_steps; ++step) {
     Stiffness M;
@@ -762,7 +760,7 @@ bool Solver::Work::minimise(double tau) noexcept {
     }
     ++iterations_;
     // Up to a share of all forces that falls with τ, but not below rounding. Less: steps whose gain the next penalty replaces;
-    // more: the next forces are worse, and it takes more penalties.
+    // more: the next forces are worse, and more penalties are needed.
     if (size_of(g) <= std::max(4.0 * epsilon, 1e-6 / tau) * size) return true;
     const Vec3 d = Factor(M).solve(g);
     const double slope_at_start = -dot(g, d);
@@ -774,10 +772,9 @@ bool Solver::Work::minimise(double tau) noexcept {
   return false;
 }
 
-// How far to go along d, where Ψ is convex: its slope, negative at 0, only grows. The whole way if that is
-// not past the least Ψ; otherwise the least is drawn in from both sides, and a share is taken at which Ψ has
-// surely fallen: before the least with half the slope gone, or past it by less than was gained before.
-// 0 where rounding leaves nothing to gain.
+// Step length along d, where Ψ is convex: its slope, negative at 0, only grows. The full step if that is not past the minimum;
+// otherwise the minimum is bracketed, and a share is taken at which Ψ has surely fallen: before the minimum with half the slope
+// gone, or past it by less than was gained before. 0 if rounding leaves no gain.
 double Solver::Work::search(const Vec3& d, double slope_at_start, double tau) const noexcept {
   double low = 0.0, at_low = slope_at_start;
   double high = 1.0, at_high = slope(Z_ + d, d, tau);
@@ -828,16 +825,15 @@ void Solver::Work::restore() noexcept {
   std::copy_n(kept_corners_.get(), corner_count_, corners_.get());
 }
 
-// Whether a residual that is `off_n` wrong would be seen in the bound, by its root: with the strength of a force, and of a drag
-// with its stiffness, which has no end.
+// Whether an error `off_n` of a residual shows in the bound, by its root: with the strength of a force, and of a drag with its
+// unbounded stiffness.
 bool Solver::Work::shows_in_gap(double off_n, double longest_n, double gamma) const noexcept {
   return !(off_n * (longest_n + gamma * off_n) <= shown_by_root * wanted_n_ * wanted_n_);
 }
 
-// One primitive alone, or a plane and a line with one direction (a surface and its friction), whose spans are
-// orthogonal: a sweep is the closed form. The balance moves by no more than C, the anchors and the strengths
-// do, so nothing but their rounding and the sweep's own is between it and the exact one. Where rounding would
-// show in the duality gap, with its root, the stages look closer.
+// A single primitive, or a plane and a line with one direction (a surface and its friction), whose spans are orthogonal: a
+// sweep is the closed form. The balance moves by no more than C, the anchors and the strengths do, so its error is their
+// rounding and the sweep's own. Where that would show in the duality gap, with its root, the stages are used.
 bool Solver::Work::in_closed_form() noexcept {
   if (corner_count_ > 0) return corner_in_closed_form();
   const bool one = plane_count_ + all_spans_ == 1;
@@ -851,7 +847,7 @@ bool Solver::Work::in_closed_form() noexcept {
   }
   const double rounding = (16.0 + directed_terms_) * epsilon * size;
   if (shows_in_gap(epsilon * size, longest, gamma)) return false;
-  // From no forces: those of a warm start, a drag's above all, can be far longer and would leave their rounding.
+  // From zero forces: a warm start's can be far longer, a drag's above all, and would leave their rounding.
   Z_ = C_;
   if (plane_count_ == 1) planes_[0].t = 0.0;
   if (all_spans_ == 1) spans_[0].u = {};
@@ -863,8 +859,8 @@ bool Solver::Work::in_closed_form() noexcept {
   return true;
 }
 
-// A corner of which one facet alone holds, with a line along that facet's normal or without, is that plane: at the
-// nearest place that it leaves free, all its other facets are left behind. The newest is asked first.
+// A corner with a single holding facet, with or without a line along that facet's normal, is that plane: at its nearest
+// feasible point, all its other facets are satisfied. The newest facet is tried first.
 bool Solver::Work::corner_in_closed_form() noexcept {
   if (corner_count_ > 1 || plane_count_ > 0 || all_spans_ > 1 || line_count_ != all_spans_) return false;
   Corner& corner = corners_[0];
@@ -904,14 +900,14 @@ void Solver::Work::solve() noexcept {
   if (warm_) keep();
   Z_ = sum();
   sweep();
-  // More than three at once are hardly ever done after a sweep, and looking costs as much as it.
+  // More than three at once rarely converge after a sweep, and the proof costs as much as a sweep.
   if (plane_count_ + span_count_ + corner_count_ <= 3) {
     Z_ = sum();
     if (certify(1)) return;
   } else if (!warm_) {
     sweep();
   }
-  // A round without proof is repeated from where it led, after a sweep. Either a few rounds find the balance, or they cycle.
+  // A round without proof is repeated from its end, after a sweep. Either a few rounds find the balance, or they cycle.
   int in_vain = plane_count_ + span_count_ + corner_count_ > many ? 1 : 0;
   for (int i = 0; i < max_rounds && in_vain < max_rounds_in_vain; ++i) {
     if (i > 0) {
@@ -927,8 +923,8 @@ void Solver::Work::solve() noexcept {
   augmented_lagrangian();
 }
 
-// Starts from the forces and from the proxy's way of the balance before, which are nearly the new ones: from both Newton's
-// method sees which primitives slip, and in which direction, even if they slip little. The forces alone do not tell.
+// Warm start from the forces and the proxy's motion of the previous balance, which are nearly the new ones: together they show
+// which primitives slip, and in which direction, even if they slip little. The forces alone do not.
 bool Solver::Work::solve_from_before() noexcept {
   restore();
   Z_ = k_ * moved_m_;
@@ -965,7 +961,7 @@ void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noe
     free = free && forces_n[i] == Vec3{};
   }
   const Vec3 z_m = by_k_ * best_Z_;
-  // Where nothing pulls the proxy is the probe, to the last bit: the damper knows free space by that.
+  // In free space the proxy is the probe, to the bit: the damper detects free space by that.
   balance.position_m = free && any ? probe_m_ : best_origin_m_ + z_m;
   moved_m_ = balance.position_m - start_m_;
   remainder_m = (best_origin_m_ - balance.position_m) + z_m;
@@ -1003,7 +999,7 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
     std::fill_n(forces_.get(), size_, Vec3{});
     return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
-  // With nothing to balance the proxy is the probe itself, to the last bit.
+  // Without primitives the proxy is the probe, to the bit.
   if (primitives.empty()) return {probe_m, 0.0, BalanceStatus::exact, 0, 0};
 
   work_->pose(primitives, forces_.get(), start_m, probe_m, k, T);
@@ -1013,10 +1009,10 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
   return balance;
 }
 
-// Puts the forces of the last balance in the order of this set, by who placed them; zero for the new.
+// Maps the forces of the last balance to the order of this set, by id; zero for new primitives.
 void Solver::match(std::span<const Primitive> primitives) noexcept {
   Vec3* const matched = work_->spare_forces();
-  std::size_t next = 0;  // where the one before was found, and one further: sets rarely change their order
+  std::size_t next = 0;  // after the last match: sets rarely change their order
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     matched[i] = {};
     for (std::size_t step = 0; step < size_; ++step) {

@@ -1,4 +1,4 @@
-// Vectors and 3×3 matrices: the only linear algebra of the haptic tick. Nothing here allocates or throws.
+// Vectors and 3×3 matrices: all linear algebra of the tick. Allocates nothing, never throws.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace palpa {
 
-/// A vector of three doubles. Its unit is in the name of the variable that holds it.
+/// Vector of three doubles, in the unit of its variable's name.
 struct Vec3 {
   double x = 0.0;
   double y = 0.0;
@@ -35,8 +35,8 @@ inline double largest_component(const Vec3& a) noexcept { return std::max({std::
 
 inline bool is_finite(const Vec3& a) noexcept { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
-/// Length, in the unit of `a`. Right to a few units in the last place for every finite vector: components whose squares would
-/// overflow or vanish are scaled by a power of two first, so that fields in unusual units keep their direction.
+/// Length, in the unit of `a`. Accurate to a few units in the last place for every finite vector: components whose squares
+/// would overflow or vanish are first scaled by a power of two, for fields in unusual units.
 inline double norm(const Vec3& a) noexcept {
   const double squared = norm_squared(a);
   if (squared > 1e-280 && squared < 1e280) return std::sqrt(squared);
@@ -60,13 +60,13 @@ inline Vec3 normalized(const Vec3& a) noexcept {
   return scaled / std::sqrt(norm_squared(scaled));
 }
 
-/// `a`, shortened to the length `longest` >= 0, in the unit of `a`, if it is longer; keeps the direction.
+/// `a`, shortened to the length `longest` >= 0, in the unit of `a`, if it is longer.
 inline Vec3 shortened(const Vec3& a, double longest) noexcept {
   const double length = norm(a);
   return length > longest ? (longest / length) * a : a;
 }
 
-/// A 3×3 matrix by rows. As a Jacobian: row = component of the vector field, column = axis of position.
+/// 3×3 matrix by rows. As a Jacobian: row = component of the vector field, column = axis of position.
 struct Mat3 {
   Vec3 row[3];
 
@@ -93,7 +93,7 @@ constexpr Mat3 operator*(const Mat3& a, const Mat3& b) noexcept {
 constexpr double determinant(const Mat3& m) noexcept { return dot(m.row[0], cross(m.row[1], m.row[2])); }
 inline bool is_finite(const Mat3& m) noexcept { return is_finite(m.row[0]) && is_finite(m.row[1]) && is_finite(m.row[2]); }
 
-/// Inverse by cofactors. The matrix must be regular (not checked here): callers check `determinant` first.
+/// Inverse by cofactors. The matrix must be regular (unchecked): check `determinant` first.
 constexpr Mat3 inverse(const Mat3& m) noexcept {
   const Vec3 a = cross(m.row[1], m.row[2]);
   const Vec3 b = cross(m.row[2], m.row[0]);
