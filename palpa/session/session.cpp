@@ -8,6 +8,7 @@
 #include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/coupling_force.h"
+#include "palpa/session/ledger.h"
 #include "palpa/session/proxy_path.h"
 #include "palpa/session/split.h"
 #include "palpa/solver/solver.h"

@@ -121,7 +121,7 @@ struct ConePoint {
     }
     foot = detail::foot_of({normals.data(), count}, c);
   }
-  detail::Foot foot;
+  detail::CornerFoot foot;
   std::array<std::size_t, most_facets> facets;  // of the corner, in the order of the foot
 };
 
@@ -214,7 +214,7 @@ class Root {
 
 // Adds w ∂b/∂λ of a corner: of a point, within the span of its face.
 void add_derivative_of_corner(Root& root, const Sharer& corner, double weight, const WideVec3& lambda) noexcept {
-  const detail::Foot foot = ConePoint(corner, lambda).foot;
+  const detail::CornerFoot foot = ConePoint(corner, lambda).foot;
   const double length = norm(foot.w);
   detail::Face left;  // of the span, behind v itself if v is too long
   const bool inside = length <= 1.0;
