@@ -14,7 +14,7 @@ head = '''"""Written by python/make_stubs.py; do not edit."""
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, final
 
 from numpy import ndarray
 from numpy.typing import ArrayLike
@@ -70,7 +70,7 @@ def listed_class(cls, indent=""):
     """A class that is made of a list of parameters."""
     name = cls.__name__
     base = cls.__mro__[1].__name__
-    lines = [f"{indent}class {name}{'(Mode)' if base == '_ListedMode' else ''}:"]
+    lines = [f"{indent}@final", f"{indent}class {name}{'(Mode)' if base == '_ListedMode' else ''}:"]
     items = {key: item for key, item in vars(cls).items() if isinstance(item, type)}
     for item in items.values():
         lines += listed_class(item, indent + "    ")
@@ -95,6 +95,8 @@ def is_said(thing):
 
 
 def property_type(cls, name, thing):
+    if name == "needs":
+        return "Sequence[str]"
     if thing.fget is not None and is_bound(thing.fget):
         returned = re.search(r"-> (.*)", thing.fget.__doc__ or "")
         return in_python(returned[0])[3:] if returned else "Any"
@@ -158,6 +160,8 @@ def stubs():
         lines.append("")
     text = "\n".join(lines).replace("_palpa.", "")
     text = re.sub(r"Optional\[(\w+)\]", r"\1 | None", text)
+    text = re.sub(r"\bndarray\b(?!\[|$)", "ndarray[Any, Any]", text, flags=re.M)
+    text = re.sub(r"-> tuple:", "-> tuple[Any, ...]:", text)
     return re.sub(r"\bPathLike\b(?! *(\[|$))", "PathLike[str]", text, flags=re.M)
 
 

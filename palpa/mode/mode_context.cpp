@@ -302,14 +302,26 @@ double ModeContext::border_share(double strength_n) const noexcept {
   return share;
 }
 
+// The border nearest to the proxy, or to a foot on the mode's elastic levels, counts: a foot that left the data would take its
+// level with it.
 LevelStrength ModeContext::bordered(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return {strength_n};
   const double whole_n = strength_n * mask(), felt_n = std::min(whole_n, most_n);
-  const double gentle_n = std::max(0.0, 0.5 * stiffness_n_per_m * depth_m());
-  if (gentle_n >= felt_n) return {whole_n};
-  const double share = std::max(0.0, border_share(felt_n));
-  if (share >= 1.0) return {whole_n};
-  return {std::max(gentle_n, share * felt_n), true};
+  const auto left_at = [&](const ModeContext& there) -> LevelStrength {
+    const double gentle_n = std::max(0.0, 0.5 * stiffness_n_per_m * there.depth_m());
+    if (gentle_n >= felt_n) return {whole_n};
+    const double share = std::max(0.0, there.border_share(felt_n));
+    if (share >= 1.0) return {whole_n};
+    return {std::max(gentle_n, share * felt_n), true};
+  };
+  LevelStrength least = left_at(*this);
+  for (const Foot& foot : feet) {
+    ModeContext at_foot = *this;
+    at_foot.at_m += foot.offset_m;
+    const LevelStrength left = left_at(at_foot);
+    least = {std::min(least.newtons, left.newtons), least.limited || left.limited};
+  }
+  return least;
 }
 
 double ModeContext::newtons(const Strength& strength) const noexcept {

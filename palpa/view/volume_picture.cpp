@@ -11,6 +11,7 @@
 #include "palpa/data/ct.h"
 #include "palpa/data/derived.h"
 #include "palpa/data/labels.h"
+#include "palpa/data/length_unit.h"
 #include "palpa/data/volume.h"
 #include "palpa/scene/first_flow.h"
 #include "palpa/scene/first_levels.h"
@@ -169,12 +170,13 @@ Shown shown_as(const Volume& volume, const VolumeField& shown, const Statistics&
 
 class Slices {
  public:
-  Slices(const Field& field, bool medical, Shades shades, const Place& place, double em_px)
+  Slices(const Volume& volume, const Field& field, Shades shades, const Place& place, double em_px)
       : field_(field),
-        medical_(medical),
+        medical_(volume.medical_frame),
+        file_unit_m_(file_unit_m(volume)),
         box_(field.bounds_m()),
         shades_(std::move(shades)),
-        cuts_(medical ? medical_cuts : plain_cuts),
+        cuts_(medical_ ? medical_cuts : plain_cuts),
         em_px_(em_px) {
     const double width_px = place.width / 3.0 - 4.0 * em_px, height_px = place.height - 3.0 * em_px;
     px_per_m_ = 1e300;
@@ -206,7 +208,7 @@ class Slices {
       const bool is_zero = std::abs(at_m) < 1e-6 * unit_m;  // but for rounding
       const std::string where = medical_ ? direction_words(true, cut.across, at_m) + " " + millimetre_words(at_m)
                                          : std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
-                                               (is_zero ? "0" : detail::length_words(std::abs(at_m), unit_m));
+                                               (is_zero ? "0" : detail::length_words(std::abs(at_m), unit_m, file_unit_m_));
       canvas.text(std::string(cut.name) + ", " + where, x, up_px(p.top) + 1.6 * em_px_, Side::middle, 0.9, true);
       canvas.text(direction_words(medical_, cut.right, cut.right_sign), p.left + p.width + 0.5 * em_px_, y, Side::left);
       canvas.text(direction_words(medical_, cut.right, -cut.right_sign), p.left - 0.5 * em_px_, y, Side::right);
@@ -267,6 +269,7 @@ class Slices {
 
   const Field& field_;
   bool medical_;
+  double file_unit_m_;
   Box box_;
   Shades shades_;
   std::array<Cut, 3> cuts_;
@@ -340,6 +343,22 @@ Picture streamline_picture(const Volume& volume, std::size_t field, const Statis
 
 }  // namespace
 
+double file_unit_m(const Volume& volume) {
+  if (!volume.length_unit_assumed || volume.medical_frame) return 0.0;
+  const auto assumed = detail::length_unit(volume.length_unit);
+  return assumed ? assumed->metres : 1.0;
+}
+
+double file_unit_m(const Scene& scene) {
+  double found_m = 0.0;
+  for (const SceneVolume& volume : scene.volumes()) {
+    const double unit_m = file_unit_m(volume.volume);
+    if (unit_m == 0.0 || (found_m > 0.0 && unit_m != found_m)) return 0.0;
+    found_m = unit_m;
+  }
+  return found_m;
+}
+
 Picture volume_picture(const Volume& volume, std::size_t number, const Statistics& values, const std::string& title,
                        const VolumePictureOptions& options) {
   const int width = options.width_px, height = options.height_px;
@@ -353,7 +372,7 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   const double em = canvas.em_px();
   const int lower_top = static_cast<int>(0.60 * height);
   const Shown as = shown_as(volume, shown, values);
-  const Slices slices(*shown.field, volume.medical_frame, as.first,
+  const Slices slices(volume, *shown.field, as.first,
                       {0, static_cast<int>(2.2 * em), width, lower_top - static_cast<int>(5.8 * em)}, em);
   canvas.text(canvas.fitted(title, width - 2.0 * em, 1.1, true), 0.5 * width, height - 1.1 * em, Side::middle, 1.1, true);
   slices.draw_words(canvas);
@@ -372,7 +391,8 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
   const double length_px = length_m * slices.px_per_m();
   canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});
-  canvas.text(detail::length_words(length_m), 0.04 * width + length_px + 0.6 * em, row_y, Side::left, 0.9);
+  canvas.text(detail::length_words(length_m, 0.0, file_unit_m(volume)), 0.04 * width + length_px + 0.6 * em, row_y, Side::left,
+              0.9);
 
   const bool two_parts = flow || as.second;
   const int lower_height = height - lower_top, histogram_width = two_parts ? width / 2 : width;
