@@ -18,7 +18,7 @@ std::shared_ptr<const MappedFile> map_file(const std::string& path) {
   return std::make_shared<const MappedFile>(file);
 }
 
-/// Anonymous memory, in large pages where the system has some.
+/// Anonymous memory, in large pages if the system has some.
 std::shared_ptr<std::byte> fresh_memory(std::uint64_t bytes) {
   void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) {
