@@ -36,7 +36,6 @@ class InputFile {
   void expect_open(std::string_view right) const;
 
   const std::filesystem::path& path() const noexcept { return path_; }
-  /// Size at opening.
   std::uint64_t bytes() const noexcept { return bytes_; }
   /// Owned by this object; -1 if not open.
   int descriptor() const noexcept { return descriptor_; }

@@ -8,7 +8,6 @@
 
 namespace palpa {
 
-/// Line of the table.
 struct Limit {
   std::string_view name;
   double most = 0.0;          ///< [1], or in `unit`

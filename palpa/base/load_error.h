@@ -1,4 +1,4 @@
-// Exception of loading.
+// Exception of all loading functions.
 #pragma once
 
 #include <stdexcept>

@@ -9,8 +9,8 @@
 namespace palpa::detail {
 
 /// Read-only mapping of a file for the lifetime of this object. If the file is truncated meanwhile, or its disk fails, lost
-/// bytes read as zeros: the signal that would end the process (SIGBUS) is caught for these bytes; one line on standard error
-/// and `is_whole` report it. Other such signals go to the handler that preceded the first mapping.
+/// bytes read as zeros: SIGBUS for these bytes is caught; one line on standard error and `is_whole` report it. Other SIGBUS go
+/// to the handler before the first mapping.
 class MappedFile {
  public:
   /// Throws LoadError with a sentence if memory is short.

@@ -12,9 +12,9 @@ namespace palpa::detail {
 /// Treatment of an existing file with the name.
 enum class Existing : std::uint8_t { refused, replaced };
 
-/// File that gets its name when complete. Until then it has none, or, if the file system cannot do that, a hidden one beside
-/// it: a signal, a crash or a full disk leaves nothing and keeps an existing file unchanged. Never writes through a link or
-/// into a pipe or a device. One thread.
+/// File that gets its name when complete. Until then it is unnamed, or hidden beside the name if the file system requires it: a
+/// signal, a crash or a full disk leaves nothing and keeps an existing file. Never writes through a link or into a pipe or a
+/// device. One thread.
 class NewFile {
  public:
   /// Throws LoadError with a sentence, without the name: the name is taken, or the folder is not writable.

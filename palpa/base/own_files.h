@@ -6,8 +6,8 @@
 
 namespace palpa {
 
-/// Folders, the nearest first: beside this program, libexec/palpa beside its folder, and libexec/palpa beside the library's
-/// folder, for other programs. Allocates; any thread.
+/// Folders, nearest first: beside this program, libexec/palpa beside its folder, and libexec/palpa beside the library's folder,
+/// for other programs. Allocates; any thread.
 std::vector<std::filesystem::path> own_files_folders();
 
 }  // namespace palpa

@@ -1,6 +1,6 @@
-// Formatting of numbers in sentences and tables by printf in the C locale: output is independent of the locale of the program
-// that uses the library. Files that a program reads back format numbers by other rules (the shortest digits that give an equal
-// value): trace/csv.h, base/wording.h. A test keeps printf and streams out of all other files.
+// Number formatting for sentences and tables, by printf in the C locale, independent of the program's locale. Files that a
+// program reads back use shortest digits of equal value instead: trace/csv.h, base/wording.h. A test keeps printf and streams
+// out of all other files.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace palpa::detail {
 
-/// Sets the C locale for this thread's C library during its lifetime, overriding setlocale and uselocale. C++ streams are
-/// unaffected. Allocates nothing; one thread.
+/// Sets the C locale for this thread's C library during its lifetime, overriding setlocale and uselocale, but not C++ streams.
+/// Allocates nothing; one thread.
 class CLocale {
  public:
   CLocale() noexcept;

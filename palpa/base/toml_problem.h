@@ -15,9 +15,9 @@ struct TomlProblem {
 };
 
 /// Finds constructs that would break the parser; none for a safe text. Required for every text before parsing (a test enforces
-/// it): toml++ builds a table for each part of a key and destroys them recursively, so a key of 100 000 dots overflows the
-/// stack; and it searches all headings for each heading, so 100 000 of them take minutes (limits.h: key_parts, headings). The
-/// text need not be valid TOML. Any thread; allocates only the sentence.
+/// it): toml++ destroys the tables of a key's parts recursively, so a key of 100 000 dots overflows the stack; it compares each
+/// heading with all others, so 100 000 of them take minutes (limits.h: key_parts, headings). The text need not be valid TOML.
+/// Any thread; allocates only the sentence.
 std::optional<TomlProblem> problem_with_toml(std::string_view text);
 
 }  // namespace palpa::detail

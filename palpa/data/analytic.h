@@ -1,8 +1,8 @@
 // Embedded data: analytic fields with exact derivatives.
 //
-// A formula has data in its box only, faces included. Its spacing is the size of its finest feature over a whole number, so
-// that a path of half a spacing per step follows the feature closely. A volume has one field unless stated. Functions with
-// sizes throw std::invalid_argument, with a sentence, on sizes that are not finite and positive.
+// A formula has data in its box only, faces included. Its spacing is the size of its finest feature over a whole number: steps
+// of half a spacing follow the feature closely. A volume has one field unless stated. Functions with sizes throw
+// std::invalid_argument, with a sentence, unless they are finite and positive.
 #pragma once
 
 #include <span>
@@ -22,9 +22,9 @@ Volume plane_field(double size_m = 0.2);
 Volume sphere_field(double radius_m = 0.05);
 
 /// CT phantom of a head, in HU, in the medical frame: skin and soft tissue (about 40), skull (1000), brain (35), air cavities
-/// (nose, sinuses, throat: −1000), air outside (−1000). Edges are smooth ramps about 2 mm wide: the gradient is continuous
-/// everywhere. About 160 × 200 × 240 mm about the origin, in a box that cuts the neck; the face is at −y; skin of 6 to 8 mm on
-/// the skull. Field "ct" [HU]; spacing 1 mm, half an edge.
+/// (nose, sinuses, throat: −1000), air outside (−1000). Edges are smooth ramps about 2 mm wide: the gradient is continuous.
+/// About 160 × 200 × 240 mm about the origin, in a box that cuts the neck; face at −y; 6 to 8 mm of skin on the skull. Field
+/// "ct" [HU]; spacing 1 mm, half an edge.
 Volume head_phantom();
 
 /// Lamb–Oseen vortex along z: u_t = Γ/(2πr) (1 − exp(−r²/r_c²)), over a cube of side 12 r_c about the origin. Field "velocity"
@@ -45,19 +45,19 @@ Volume burgers_vortex(double circulation_m2_per_s = 0.02, double core_radius_m =
 ///   f = c exp(−((ρ² − R²)/(2Rb))² − ((z − z₀)/b)²) (1 − e)³,  ρ² = x² + y²,  e = (x² + y²)/a² + z²/h²,
 ///
 /// a ring of radius R = 14 mm and core b = 8 mm about the z axis, its jet along +z, in an ellipsoid of semi-axes a = 27 mm and
-/// h = 32 mm: exactly free of divergence, as a curl, and zero with its Jacobian at the wall e = 1 and beyond. The field's shape
-/// is ours; a Gaussian stream function about a circle is the usual model of a ring with a thick core (P. G. Saffman, "Vortex
-/// Dynamics", 1992, §10). Two fields: "velocity" [m/s], at most 0.6 m/s, and "signal" [a.u.], a magnitude image: 1 in the
-/// blood, 0 outside, an edge of 2 mm at the wall. Box 60 × 60 × 70 mm, spacing 1 mm.
+/// h = 32 mm: exactly free of divergence, and zero with its Jacobian at the wall e = 1 and beyond. The field's shape is ours; a
+/// Gaussian stream function about a circle is the usual model of a ring with a thick core (P. G. Saffman, "Vortex Dynamics",
+/// 1992, §10). Fields "velocity" [m/s], at most 0.6 m/s, and "signal" [a.u.], a magnitude image: 1 in the blood, 0 outside, an
+/// edge of 2 mm at the wall. Box 60 × 60 × 70 mm, spacing 1 mm.
 ///
-/// The field is steady, at one moment of the heartbeat; `beating_chamber` plays it. Over a beat the ring's strength is 0.6 +
-/// 0.4 sin(2π beat), its position z₀ = −6 mm cos(2π beat).
+/// Steady, at one moment of the heartbeat; `beating_chamber` plays it. Over a beat the ring's strength is 0.6 + 0.4 sin(2π
+/// beat), its position z₀ = −6 mm cos(2π beat).
 /// \param beat  [1] moment of the heartbeat, of period 1; 0.25 is the strongest. Finite.
 Volume ring_vortex(double beat = 0.25);
 
-/// The chamber and ring of `ring_vortex` with a beating heart: a beat of 0.8 s, repeated when looped. The wall and its content
-/// move as x = S X, S = diag(s, s, 1/s²), s = exp(0.06 sin(2π beat)): it widens while it shortens, at constant volume; the wall
-/// moves at up to 35 mm/s. Fields, exact at any moment, with their derivatives:
+/// `ring_vortex` with a beating heart: a beat of 0.8 s, repeated when looped. The wall and its content move as x = S X, S =
+/// diag(s, s, 1/s²), s = exp(0.06 sin(2π beat)): it widens while it shortens, at constant volume; the wall moves at up to 35
+/// mm/s. Fields, exact at any moment, with derivatives:
 ///
 ///   signal(x) = signal₀(S⁻¹x),  velocity(x) = Ṡ S⁻¹ x + S u₀(S⁻¹x; beat),
 ///
@@ -67,9 +67,9 @@ Volume beating_chamber();
 
 /// Wake of a wing: free stream U = 1 m/s along +x and a horseshoe of straight vortices of circulation Γ = 0.4 m²/s, x
 /// downstream, y along the span, z up: bound from y = −1.4 m to 1.4 m at the quarter chord x = 0.25 m (span 3, chord 1), and
-/// the two counter-rotating tip vortices from its ends to x = ∞. Each by Biot and Savart with the distance regularised as √(r²
-/// + ε²), ε = 0.12 m (L. Rosenhead, Proc. R. Soc. A 127, 1930): the curl of a vector potential, so exactly free of divergence,
-/// and finite everywhere. Two fields: "velocity" [m/s], and "pressure" [m²/s²], kinematic:
+/// counter-rotating tip vortices from its ends to x = ∞. Each by Biot and Savart with the distance regularised as √(r² + ε²), ε
+/// = 0.12 m (L. Rosenhead, Proc. R. Soc. A 127, 1930): the curl of a vector potential, so exactly free of divergence, and
+/// finite. Fields "velocity" [m/s], and "pressure" [m²/s²], kinematic:
 ///
 ///   p = −U u'_x − ½ Σ ω² (r² + ε²),
 ///

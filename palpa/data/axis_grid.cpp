@@ -18,7 +18,6 @@ using Sums = double[channels];
 
 Mat3 dyads_in(const Sums& s) noexcept { return {{{s[0], s[3], s[4]}, {s[3], s[1], s[5]}, {s[4], s[5], s[2]}}}; }
 double trace(const Mat3& m) noexcept { return m.row[0].x + m.row[1].y + m.row[2].z; }
-/// trace(a b) of symmetric matrices.
 double trace_of_product(const Mat3& a, const Mat3& b) noexcept {
   return dot(a.row[0], b.row[0]) + dot(a.row[1], b.row[1]) + dot(a.row[2], b.row[2]);
 }

@@ -34,7 +34,7 @@ class Bricks {
   /// Range of all voxels; none unless all are finite.
   std::optional<Range> whole(int component) const noexcept;
 
-  /// Range of the brick at index b along each axis.
+  /// Range at brick index b along each axis.
   const Range& at(int component, const std::int64_t (&b)[3]) const noexcept {
     return ranges_[static_cast<std::size_t>(component + components_ * (b[0] + count_[0] * (b[1] + count_[1] * b[2])))];
   }

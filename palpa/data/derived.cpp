@@ -59,7 +59,6 @@ class OfSample : public Field {
   FieldPtr of_;
 };
 
-/// From 0 to the farthest corner of the ranges of a vector's components.
 ValueRange magnitudes_within(const std::vector<ValueRange>& e) noexcept {
   const auto reach = [](const ValueRange& x) { return std::max(std::abs(x.min), std::abs(x.max)); };
   return {0.0, std::min(norm({reach(e[0]), reach(e[1]), reach(e[2])}), std::numeric_limits<double>::max())};
@@ -273,7 +272,7 @@ FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothin
   return time_series(std::move(frames), period_s);
 }
 
-/// `factor` [1] on the values: the divisor of outer poses.
+/// \param factor  [1] on the values: the division by outer poses' scales
 FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor) {
   if (timed(*of)) return derive_timed(derivation, of, smoothing_m, factor);
   switch (derivation) {

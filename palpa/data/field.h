@@ -82,10 +82,10 @@ class Field {
   /// polynomial of the share. Pieces are contiguous and of positive length. A piece without data has `inside` false; on a
   /// segment that is not finite, it extends to the end.
   ///
-  /// Exact for grids: the polynomial is the interpolant itself, within a cell. If the value provably stays within `quiet`, in
-  /// the field's own unit (min <= value < max, to rounding), a piece may have no polynomial (degree −1) and be as long as cheap
-  /// tests can prove; an empty interval (min > max) requests polynomials throughout. This implementation, for formulas: cubics
-  /// through value and slope at both ends, over at most a quarter of a spacing.
+  /// Exact for grids: the interpolant itself, within a cell. If the value provably stays within `quiet`, in the field's own
+  /// unit (min <= value < max, to rounding), a piece may have no polynomial (degree −1) and be as long as cheap tests can
+  /// prove; an empty interval (min > max) requests polynomials throughout. This implementation, for formulas: cubics through
+  /// value and slope at both ends, over at most a quarter of a spacing.
   ///
   /// Of a vector field pieces have degree −1 and only report presence of data. Formulas check for holes only in the middle of
   /// each piece.
@@ -112,8 +112,8 @@ class Field {
   virtual Box bounds_m() const noexcept = 0;
   /// Depth [m] of a position within the data: the distance to the nearest face of the grid (or of the formula's box) or, if
   /// less, to the nearest cell without a value because of voxels that are not finite. The latter may be too small, down to 1/√3
-  /// of the true distance (less on sheared grids). Zero or less outside, zero where voxels are missing; changes by no more than
-  /// the position moves. Finite at any position. Strengths fade with it, so that they end before the data.
+  /// of the true distance (less on sheared grids). Zero or less outside, zero where voxels are missing; 1-Lipschitz; finite at
+  /// any position. Strengths fade with it, so that they end before the data.
   virtual double depth_m(const Vec3& world_m) const noexcept = 0;
   /// Range of each component over the finite samples of a grid; of a formula, or of vectors rotated by a pose, a range that
   /// contains all its values. 0 to 0 if no sample is finite. Allocates.

@@ -13,7 +13,7 @@ namespace palpa::detail {
 struct FieldName {
   std::string plain;                      ///< VOLUME or VOLUME.FIELD
   std::vector<Derivation> derivations{};  ///< innermost first
-  std::string problem{};                  ///< empty, or the fault of the form; its remedy
+  std::string problem{};                  ///< empty, or fault of the form and remedy
   std::string volume() const { return plain.substr(0, plain.find('.')); }
 };
 FieldName parse_field_name(std::string_view name);

@@ -9,11 +9,11 @@ namespace palpa::detail {
 
 /// Trilinear interpolant of a scalar field's voxels minus the field's filtered value, over three times the root mean square of
 /// that difference, and clamped: −1…1 [1]. Normal noise is within ±1/3 at two places of three. That root mean square is
-/// computed once, here, at 4096 places of the grid; three of it are at least a thousandth of the field's range, so that the
-/// rounding of smooth data is not amplified.
+/// computed once, at 4096 places of the grid; three of it are at least a thousandth of the field's range, so that the rounding
+/// of smooth data is not amplified.
 ///
 /// 0 wherever the field has data, if it has no detail (`has_detail`). Box, depth and spacing are the field's own. Its
-/// derivative jumps from cell to cell, as for a trilinear field, and is 0 where clamped. Sampling is as for every field.
+/// derivative jumps between cells, as for a trilinear field, and is 0 where clamped. Sampling is as for every field.
 class FineDetail final : public Field {
  public:
   /// \param of  a scalar field that does not change with time

@@ -14,10 +14,9 @@ namespace detail {
 struct VoxelFacts;
 }
 
-/// Type of the numbers in memory.
 enum class VoxelType : std::uint8_t { uint8, int16, uint16, int32, float32, float64 };
 
-const char* name_of(VoxelType type) noexcept;  ///< "uint8", …
+const char* name_of(VoxelType type) noexcept;
 std::size_t size_of(VoxelType type) noexcept;  ///< bytes of one component
 
 /// Position in voxel indices: (0, 0, 0) is the centre of the first voxel. Not metres.
@@ -74,21 +73,20 @@ enum class Filter : std::uint8_t {
   smooth,     ///< smoothing cubic B-spline: the voxels are its coefficients (`smooth_grid_field`)
   cubic,      ///< interpolating cubic B-spline: it equals the voxels there (`cubic_grid_field`)
 };
-const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
+const char* name_of(Filter filter) noexcept;
 
 /// Field on an affine grid: value = raw · scale + offset, trilinear between voxel centres, with the analytic derivative of that
 /// interpolant. `inside` from the first to the last voxel centre of every axis (less than a millionth of a voxel beyond counts
-/// as on it); a cell with a voxel that is not finite is outside, as is a place whose value or derivative overflows a double. An
-/// axis of one voxel has no extent: the field is constant across it, half a voxel to either side. Between uneven planes every
-/// filter works in index space, cell by cell, so that the derivative steps where distances do.
+/// as on it); not in a cell with a voxel that is not finite, nor where value or derivative overflow a double. An axis of one
+/// voxel has no extent: the field is constant across it, half a voxel to either side. Between uneven planes every filter works
+/// in index space, cell by cell, so that the derivative steps where distances do.
 ///
 /// Reads all voxels once for their range, on all cores; throws std::invalid_argument, with a sentence, on invalid geometry,
 /// voxels, `scale` [unit] or `offset` [unit]. `voxels.data` must hold geometry.voxels() × components values, unchecked.
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
-/// `grid_field` for display, not for feeling: reads one row along i in `one_row_in` (1 or more), so that the range is that of
-/// those rows, and keeps no ranges of parts, so that `piece_along` goes through the grid cell by cell. `scale` [unit], `offset`
-/// [unit].
+/// `grid_field` for display only: reads one row along i in `one_row_in` (1 or more), for the range of those rows, and keeps no
+/// ranges of parts: `piece_along` goes cell by cell. `scale` [unit], `offset` [unit].
 FieldPtr preview_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in);
 
 /// Arguments of a field on a grid.

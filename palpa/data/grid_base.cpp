@@ -241,7 +241,6 @@ namespace {
 /// Empty range, to request polynomials: no value is quiet.
 constexpr ValueRange polynomials{1.0, -1.0};
 
-/// Segment along an axis of the grid.
 struct Axis {
   double from = 0.0;               ///< [steps] begin of the segment
   double way = 0.0;                ///< [steps] from begin to end
@@ -279,7 +278,6 @@ struct Axis {
   std::int64_t first_voxel() const noexcept {
     return std::clamp<std::int64_t>(zone, 0, std::max<std::int64_t>(static_cast<std::int64_t>(last) - 1, 0));
   }
-  /// Fraction across the cell, at `share`.
   double fraction(double share) const noexcept {
     if (zone < 0) return 0.0;
     if (is_behind()) return last - static_cast<double>(first_voxel());

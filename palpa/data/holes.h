@@ -9,10 +9,10 @@
 namespace palpa::detail {
 
 /// Depth from holes within the samples of a grid: at every voxel the length of the shortest path along the axes of the grid to
-/// a place where sampling fails, trilinear in between. A path of a voxel along an axis counts its distance over √n, n the
-/// number of axes (less on sheared grids): so the depth is 0 in every cell that cannot be sampled, never more than the distance
-/// to it, and 1-Lipschitz [m/m]. Perpendicular to a flat face it is 1/√3 of the distance, along the diagonal of a cube all of
-/// it; an interpolant of the distance itself would be steeper than 1 at every corner.
+/// a place where sampling fails, trilinear in between. A voxel's step along an axis counts its distance over √n, n the number
+/// of axes (less on sheared grids): so the depth is 0 in every cell that cannot be sampled, never more than the distance to it,
+/// and 1-Lipschitz [m/m]. Perpendicular to a flat face it is 1/√3 of the distance, along the diagonal of a cube all of it; an
+/// interpolant of the distance itself would be steeper than 1 at every corner.
 ///
 /// Two bytes for each voxel of a grid with holes, nothing for others.
 class Holes {

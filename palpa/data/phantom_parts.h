@@ -87,7 +87,6 @@ inline Box cube(double half_m) { return {{-half_m, -half_m, -half_m}, {half_m, h
 inline Mat3 plus(const Mat3& a, const Mat3& b) noexcept {
   return {{a.row[0] + b.row[0], a.row[1] + b.row[1], a.row[2] + b.row[2]}};
 }
-/// a bᵀ
 inline Mat3 outer(const Vec3& a, const Vec3& b) noexcept { return {{a.x * b, a.y * b, a.z * b}}; }
 
 inline void check_length(const char* what, double length_m) {
@@ -175,7 +174,6 @@ inline Distance negated(const Distance& a) noexcept { return {-a.d, -a.g}; }
 inline Distance shared(const Distance& a, const Distance& b, double width_m) noexcept {
   return negated(joined(negated(a), negated(b), width_m));
 }
-/// The shape grown by a length.
 inline Distance grown(const Distance& a, double by_m) noexcept { return {a.d - by_m, a.g}; }
 
 // Width of all edges, two sample spacings. Less: gradients are missed between samples; more: thin bone fades.

@@ -61,7 +61,6 @@ bool is_before(std::string_view a, std::string_view b) noexcept {
   return a.empty() != b.empty() ? a.empty() : whole_a < whole_b;
 }
 
-/// Bytes of a field's voxels.
 double bytes_of(const Field& field) noexcept {
   const GridView* grid = grid_of(field);
   if (!grid) grid = smooth_grid_of(field);

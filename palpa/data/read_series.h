@@ -9,8 +9,8 @@
 
 namespace palpa {
 
-/// Files of a folder that match the last part of a path, with `*` for any characters and `?` for one. Numbers in names sort by
-/// value: phase_2 before phase_10. Empty if there is no such folder. Allocates.
+/// Files of a folder that match the last part of a path, with `*` for any characters and `?` for a single character. Numbers in
+/// names sort by value: phase_2 before phase_10. Empty for a missing folder. Allocates.
 std::vector<std::filesystem::path> files_matching(const std::filesystem::path& pattern);
 
 /// Frames of a series as a volume whose fields are time series: a file for each frame, or all frames of a file (`request.frame`

@@ -30,7 +30,7 @@ struct Interval {
   Controls q;
 };
 
-// A value at the level itself is beyond on the way up only.
+// A value at the level is beyond on the way up only.
 struct Beyond {
   bool up;
   bool operator()(double q) const noexcept { return up ? q >= 0.0 : q > 0.0; }

@@ -7,9 +7,8 @@
 
 namespace palpa::detail {
 
-/// Samples a scalar field at places [m] of three numbers each; NaN without data. On grids, groups of places have their voxels
-/// prefetched together, for scattered places are bound by memory. Equal to `Field::scalar` to the bit. Allocates nothing; any
-/// thread.
+/// Samples a scalar field at places [m] of three numbers each; NaN without data. On grids, prefetches the voxels of groups of
+/// places, for scattered places are bound by memory. Equal to `Field::scalar` to the bit. Allocates nothing; any thread.
 /// \param values     [the field's own unit] a value for each place
 /// \param gradients  [unit/m] three for each place
 void sample_scalars(const Field& field, const double* places_m, std::int64_t count, double* values, double* gradients) noexcept;

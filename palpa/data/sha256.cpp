@@ -1,4 +1,4 @@
-// Implemented here because no linked library offers SHA-256: VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1. OpenSSL,
+// Implemented here because no linked library offers SHA-256 (VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1), and OpenSSL,
 // libgcrypt or Nettle would be another package of the group core, for every program that uses the library; this file has 150
 // lines and uses the processor's own instructions if present.
 #include "palpa/data/sha256.h"

@@ -25,9 +25,9 @@ struct ThinParts {
 };
 
 /// Counts over the grid behind a field, also a posed one, for any filter; of a series over its first frame. Voxels that are not
-/// finite are not solid, and a voxel beside one is not lost, for lack of a value to compare. Thickness along an axis of one
-/// voxel is ignored. Uses all cores; scratch memory is a few slices per thread. Throws std::invalid_argument, with a sentence,
-/// on a field without voxels or of vectors.
+/// finite are not solid, and a voxel beside one is not lost, for lack of a value to compare. Ignores thickness along an axis of
+/// one voxel. Uses all cores; scratch memory is a few slices per thread. Throws std::invalid_argument, with a sentence, on a
+/// field without voxels or of vectors.
 /// \param level  in the field's own unit
 ThinParts thin_parts(const Field& field, double level, SolidSide solid = SolidSide::high);
 

@@ -50,7 +50,7 @@ class TimedField : public Field {
   /// Position at the moment `to` of the data point at a world position [m] at the moment `from`. Exact for a volume that moves.
   /// If only values change, a scalar field's point keeps its value and moves along the gradient: by −φ_t g/|g|² for a short
   /// time. `known` is false on failure: the gradient is within noise, or the level has moved by more than half a spacing at
-  /// once, or vanished. Points of a vector field whose values change do not move.
+  /// once, or vanished. Points of a vector field with changing values do not move.
   virtual Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept = 0;
   /// Position alone [m].
   Vec3 carried_m(const Vec3& world_m, DataTime from, DataTime to) const noexcept {
@@ -91,8 +91,8 @@ enum class BetweenFrames : std::uint8_t {
   nearest,  ///< the nearer frame: jumps half way between frames
 };
 
-/// Frames of one grid or box at equal distances in time: frame i at i · period. Looped, the last frame is followed by the
-/// first, one period later, and blends into it; else the first and last frame extend in time.
+/// Frames of one grid or box at equal distances in time: frame i at i · period. Looped, the last frame blends into the first,
+/// one period later; else the first and last frame extend in time.
 ///
 /// A linear blend is one of values, gradients, Jacobians and Hessians, so each stays the exact derivative of the value at every
 /// moment; at a frame it equals that frame, to the bit. A place is inside if it is in both frames. A frame must not be timed
@@ -136,7 +136,7 @@ struct TimedPose {
 using PoseTrack = std::vector<TimedPose>;
 
 /// Pose at a moment: between two poses the translation and the logarithm of the scale are linear, and the rotation is at
-/// constant rate about one axis, the shorter way. So the velocity of a volume is always finite and steady between poses. At a
+/// constant rate about one axis, by the smaller angle. So the velocity of a volume is finite and steady between poses. At a
 /// pose its velocity steps, and the force of a drag with it: more poses make these steps smaller. At a pose the result is that
 /// pose, to the bit. A loop is as long as the track, which should end where it begins.
 Similarity pose_at(const PoseTrack& track, DataTime at) noexcept;

@@ -6,7 +6,7 @@
 namespace palpa {
 
 /// `grid_field` in constant time for any number of voxels: results of reading all of them (range, bounds, holes) are computed
-/// at the first request, which `Scene::add` makes, so that no tick does. Samples need none of them. Throws
+/// at the first request, which a scene makes when the field is added, so that no tick does. Samples need none of them. Throws
 /// std::invalid_argument as `grid_field` does. Any number of threads may request at once. The voxels must not change from now
 /// on.
 /// \param scale   the field's own unit, per raw step

@@ -46,9 +46,7 @@ struct ScanFact {
   friend bool operator==(const ScanFact&, const ScanFact&) = default;
 };
 
-/// The kind's name: "body_part", …
 std::string_view name_of(ScanFactKind kind) noexcept;
-/// Whether facts of this kind are numbers.
 constexpr bool is_number(ScanFactKind kind) noexcept { return kind >= ScanFactKind::slice_thickness_mm; }
 
 /// Difference of a resampled field from the file's own interpolant: at random places of the data, as shares of the range.
@@ -69,7 +67,6 @@ struct Resampling {
   friend bool operator==(const Resampling&, const Resampling&) = default;
 };
 
-/// Field of a volume.
 struct VolumeField {
   std::string name;  ///< plain word; in scenes `volume.field`
   std::string unit;  ///< a label ("HU", "cm/s"), empty if unknown; converts nothing
@@ -101,7 +98,7 @@ struct Volume {
   std::vector<std::string> warnings;  ///< half sentences, for the reader of a summary
   std::shared_ptr<const VolumeRequest> request{};  ///< source request; null for embedded data
 
-  /// Box of the first field [m].
+  /// [m] of the first field.
   Box bounds_m() const noexcept { return fields.front().field->bounds_m(); }
 };
 

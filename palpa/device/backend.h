@@ -13,13 +13,11 @@ namespace palpa {
 /// Settings after the name in `--device NAME[,KEY=VALUE…]`, in order.
 using DeviceSettings = std::vector<std::pair<std::string, std::string>>;
 
-/// Connected device.
 struct FoundDevice {
   std::string description;  ///< its `--device` argument, as `inverse3,id=049D`
   std::string words;        ///< text for a person
 };
 
-/// Result of a search for devices of a kind.
 struct DeviceSearch {
   std::vector<FoundDevice> found;
   std::vector<std::string> missing;  ///< sentences: missing parts, and how to get them
@@ -38,8 +36,8 @@ struct DeviceSetting {
 struct DeviceBackend {
   const char* palpa_version;  ///< `palpa::version`: on a mismatch no other member is read
   const char* name;           ///< in `--device NAME`: lower case
-  const char* title;          ///< devices of this kind
-  const char* axes;           ///< directions of its own axes, in words
+  const char* title;
+  const char* axes;  ///< directions of its own axes, in words
   std::vector<DeviceSetting> (*settings)();
   DeviceSearch (*search)(const DeviceSettings& settings);
   /// Blocks for at most a few seconds for the first position. The device never moves by itself. The result is bound to the

@@ -10,7 +10,6 @@
 
 namespace palpa {
 
-/// Limits of a device.
 struct DeviceLimits {
   double max_force_n = 10.0;
   bool has_motors = true;  ///< false: no force acts on the hand; a force is only displayed, and steers
@@ -50,7 +49,7 @@ class Device {
   /// for `read` and `write`.
   virtual bool brake(bool /*on*/) noexcept { return false; }
   /// Whether the motors themselves have no force: they received zero since the last force was written, or are disconnected.
-  /// False: they may have one. Any thread; reads atomic values only, since a signal handler waits for it (`DrivenDevice`).
+  /// False: they may have one. Any thread; reads atomic values only, since a signal handler polls it (`DrivenDevice`).
   virtual bool rests() const noexcept { return false; }
 };
 

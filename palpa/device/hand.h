@@ -103,7 +103,7 @@ struct Encounter {
   double half_height_m = 0.05;  ///< of the helix
 };
 
-/// Path of a simulated hand. It begins at rest `before_m` before the front, approaches at up to 0.1 m/s, slowly over the last 3
+/// Path of a simulated hand. Begins at rest `before_m` before the front, approaches at up to 0.1 m/s, slowly over the last 3
 /// mm, and from the front on performs its motion, at the depth behind the front of the motion or the encounter:
 ///   press   in to the depth and back to `retreat_m` before the front
 ///   stroke  sideways and up and down over the front, `radius_m` to either side
@@ -130,9 +130,9 @@ struct RecordingOptions {
 /// in a trace, rows that repeat the last position are dropped if their pattern is that of a logger faster than its device
 /// (`detail::repeat_by_logger`; in Haply logs always), but never so many that a resting hand becomes a gap. Rows with a
 /// position that is not finite are dropped, as is a last line without its end; `warnings` names both assumptions. Between rows
-/// the position follows a monotone cubic (Fritsch and Carlson), which stays in the interval of its two neighbours; in gaps of
-/// more than 100 ms, and after the last row, it is not valid; a warning reports it. Names without a unit mean seconds and
-/// metres, and are refused if a hand would then be too slow or too large. Throws LoadError.
+/// the position follows a monotone cubic (Fritsch and Carlson), which stays between its neighbours; in gaps of more than 100
+/// ms, and after the last row, it is not valid; a warning reports it. Names without a unit mean seconds and metres, and are
+/// refused if a hand would then be too slow or too large. Throws LoadError.
 std::unique_ptr<Target> recorded_target(const std::filesystem::path& file, const RecordingOptions& options = {});
 
 /// Hand at given positions, one for each tick of `time_step_s`, in the hand frame; never displaced. Exact at a row's time,

@@ -19,8 +19,8 @@ class MouseHand final : public Device {
  public:
   struct Options {
     double radius_m = 0.12;        ///< > 0: radius of the ball that confines the pointer
-    double largest_force_n = 3.3;  ///< > 0: stops further motion
-    /// > 0: smoothing time of motions [s], since a mouse reports 60 to 1000 times a second.
+    double largest_force_n = 3.3;  ///< > 0: at this force, motion against it stops
+    /// > 0: motions are spread over this time [s], since a mouse reports 60 to 1000 times a second.
     double smoothing_s = 0.02;
     /// Clock of `read`.
     std::chrono::steady_clock::time_point (*now)() noexcept = &std::chrono::steady_clock::now;

@@ -12,7 +12,7 @@ struct PositionChange {
 };
 
 /// Whether repeated rows come from a logger faster than its device, and so carry no information; else they are an encoder's,
-/// from a hand slower than a step per row. Decided by their pattern, at any rate of rows: a logger repeats each position about
+/// from a hand slower than a step per row. Decided by their pattern, at any rate of rows: a logger repeats positions about
 /// equally often at any speed of the hand, and the next step is proportional to the speed; an encoder's repeats grow as the
 /// hand slows, and the next step is a single one. At constant speed both are alike: a step longer than any haptic encoder's is
 /// then a logger's.

@@ -9,7 +9,7 @@
 namespace palpa {
 namespace {
 
-/// Agreement of directions with those three voxels along them: the mean of |cos|.
+/// Agreement of directions with the voxels three further along them: the mean of |cos|.
 double agreement(const Field& directions) {
   constexpr double way = 3.0;        // [voxels] distance along a direction to the compared one
   constexpr std::int64_t rows = 40;  // about as many places along each axis. More: slower; fewer: a less certain mean

@@ -17,7 +17,6 @@ struct MemoryFiles {
 /// Bytes in the first file of a memory of `bytes`: all, or half of a large one, in whole pages.
 std::uint64_t bytes_in_first(std::uint64_t bytes) noexcept;
 
-/// Mapped memory.
 struct Memory {
   MemoryFiles files;
   std::uint64_t bytes = 0;

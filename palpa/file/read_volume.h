@@ -40,7 +40,7 @@ struct VolumeFile {
   Volume volume;
   int frames = 1;  ///< total, of which the volume is one
 };
-/// `read_volume` with that further content.
+/// `read_volume` with further content.
 VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options = {});
 
 }  // namespace palpa

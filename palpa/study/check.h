@@ -112,7 +112,6 @@ CheckReport check_quickly(const Scene& scene, const DevicePlant& plant);
 /// The scene with changes applied.
 Scene changed(Scene scene, const std::vector<Change>& changes);
 
-/// Formats the report as a table.
 std::string to_table(const CheckReport& report);
 /// Formats the report as JSON; names carry their unit.
 std::string to_json(const CheckReport& report);
@@ -129,9 +128,7 @@ Grade grade_of_rest(const TrialFigures& figures) noexcept;
 StableStiffness stable_stiffness(const DevicePlant& plant, double damping_ns_per_m);
 /// Its largest stable damping at a stiffness; 0 if none.
 double largest_stable_damping_ns_per_m(const DevicePlant& plant, double stiffness_n_per_m);
-/// Computes `changes`, `advice` and `grade_after`.
 void advise(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress);
-/// Computes `curve` and `map`.
 void draw_map(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress);
 }  // namespace detail
 

@@ -8,7 +8,6 @@
 
 namespace palpa::detail {
 
-/// Completed trial.
 struct TrialMade {
   std::size_t place = 0;  ///< [1] index of its place in the report
   Trial trial;

@@ -11,7 +11,6 @@
 
 namespace palpa {
 
-/// Percentiles of a quantity.
 struct Spread {
   double p50 = 0.0;  ///< [unit of the member's name]
   double p99 = 0.0;  ///< [unit of the member's name]

@@ -9,7 +9,6 @@ namespace palpa {
 
 struct Summary;
 
-/// Line of the table.
 struct EnergyEntry {
   std::string key;    ///< as in JSON: hand, guard_held_back, data, ticks; modes by name, let_go, damper, spring
   std::string label;  ///< for a person

@@ -30,14 +30,12 @@ struct FeltTick {
 /// Tick without its events, live or from a recording, where values of an invalid probe need not be finite.
 FeltTick felt_tick(const TickFrame& frame) noexcept;
 
-/// Mode of a run.
 struct FeltMode {
   std::string name;
   bool is_directed = false;   ///< its primitives are directed forces, with strengths from the data
   std::vector<Vec3> force_n;  ///< on the proxy, by tick
 };
 
-/// Run, by tick.
 struct FeltRun {
   double stiffness_n_per_m = 0.0;  ///< k of its coupling
   std::vector<FeltTick> ticks;
@@ -127,7 +125,6 @@ double steepest_fall_n_per_ms(const FeltRun& run) noexcept;
 double steepest_at_edges_n_per_ms(const FeltRun& run, const EdgesOfData& edges) noexcept;
 /// Share [1] of ticks with a limited force.
 double saturated_share(const FeltRun& run) noexcept;
-/// Duration [s] of all ticks.
 double duration_s(const FeltRun& run) noexcept;
 
 }  // namespace palpa

@@ -22,7 +22,6 @@ class LiveRun {
   /// \param observer  may be empty; restricted like a tick
   /// Throws LoadError if the trace cannot be created, SceneError on a scene that cannot be felt.
   LiveRun(const RunOptions& options, PreparedRun& prepared, Device& device, TickObserver observer);
-  /// Ends it.
   ~LiveRun();
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
@@ -38,7 +37,7 @@ class LiveRun {
   void end();
   /// Ends the loop and completes the recording. Returns the fault of an incomplete recording (a full disk); empty: complete.
   std::string finish();
-  /// privileges that the system refused to the loop's thread, a sentence each; after `end`.
+  /// Privileges that the system refused to the loop's thread, a sentence each; after `end`.
   const std::vector<std::string>& refused() const noexcept { return refused_; }
   /// [s] real duration of the loop; after `end`.
   double wall_s() const noexcept { return wall_s_; }

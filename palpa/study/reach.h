@@ -46,8 +46,8 @@ class Reach {
   /// Encounter of a simulated hand: a place near the centre, with most contact around it, of most modes, and the most even
   /// front. The hand begins 20 mm before it. Its depth is half of the bearable depth: from the first level (or the first
   /// contact, without levels) to its end, its break-through, or the scene's force limit. A smaller motion or another depth is
-  /// chosen if clearly better in a trial. If the contact around the place is smaller than `radius_m`, so is the motion's
-  /// radius. Samples some hundred more paths. Programming error (assert) without contact.
+  /// chosen if clearly better in a trial. The motion's radius is at most that of the contact around the place. Samples some
+  /// hundred more paths. Programming error (assert) without contact.
   /// \param hold  of the hand: an arm has to aim deeper than it gets
   Encounter encounter(const SimulatedMotion& motion, Hold hold) const;
   /// Placement of a recording with most contact. All displacements by whole cells of 10 x 10 x 5 mm are ranked by the time in

@@ -14,7 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// New temporary folder, removed with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

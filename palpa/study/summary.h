@@ -27,7 +27,6 @@ struct ModeSummary {
   std::int64_t break_throughs = 0;
 };
 
-/// Numbers of a run.
 struct Summary {
   std::int64_t ticks = 0;
   double duration_s = 0.0;  ///< simulated
@@ -85,7 +84,6 @@ class SummaryBuilder {
   std::optional<Vec3> last_probe_m_;  ///< none: unknown, or invalid
 };
 
-/// Formats the summary as a table.
 std::string to_table(const Summary& summary);
 /// Formats the summary as JSON; names carry their unit.
 std::string to_json(const Summary& summary);

@@ -12,21 +12,18 @@
 
 namespace palpa::detail {
 
-/// Row of modes.csv.
 struct ModeRow {
   std::int64_t tick;
   std::string_view mode;
   const ModeForce& result;
 };
 
-/// Row of balances.csv.
 struct BalanceRow {
   std::int64_t tick;
   std::int64_t number;  ///< of the sub-step in its tick, from 0
   const SubStep& step;
 };
 
-/// Row of primitives.csv.
 struct PrimitiveRow {
   std::int64_t tick;
   std::int64_t sub_step;
@@ -36,7 +33,6 @@ struct PrimitiveRow {
   std::optional<double> stiffness_n_per_m;
 };
 
-/// Row of works.csv.
 struct WorkRow {
   std::int64_t tick;
   std::int64_t sub_step;
@@ -45,7 +41,6 @@ struct WorkRow {
   double work_j;
 };
 
-/// Row of events.csv.
 struct EventRow {
   std::int64_t tick;
   double t_s;
@@ -54,7 +49,6 @@ struct EventRow {
   std::string_view value;
 };
 
-/// Row of break_throughs.csv.
 struct BreakThroughRow {
   std::int64_t tick;
   double t_s;
@@ -100,7 +94,6 @@ struct Table {
     }
     return false;
   }
-  /// Appends `row` as a line.
   void write(const Row& row, std::string& out) const {
     bool first = true;
     for (const Column<Row>& column : columns) {

@@ -106,7 +106,7 @@ class PathBuilder {
     for (FeltColumn& known : path_.columns) {
       if (known.name == name) return known;
     }
-    // The maximum of names from modes, for untrusted files.
+    // Most names that modes can have; the file is untrusted.
     if (path_.columns.size() >= 4 * limit::modes.count()) row.refuse(0);
     return path_.columns.emplace_back(
         FeltColumn{name, components, is_whole, std::vector<double>(ticks_.size() * static_cast<std::size_t>(components))});

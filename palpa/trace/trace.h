@@ -177,9 +177,9 @@ TraceDifference compare_traces(const std::filesystem::path& recorded, const std:
 
 /// Number, or vector, for every tick of a path.
 struct FeltColumn {
-  std::string name;            ///< with its unit as suffix: "force_n", "mode.skin.force_n"; without one: whole numbers
-  int components = 1;          ///< 1, or 3 along the axes of the world
-  bool is_whole = false;       ///< whole numbers
+  std::string name;    ///< with its unit as suffix: "force_n", "mode.skin.force_n"; without one: whole numbers
+  int components = 1;  ///< 1, or 3 along the axes of the world
+  bool is_whole = false;
   std::vector<double> values;  ///< in the column's own unit; the components of a tick together
 };
 
