@@ -7,7 +7,7 @@
 namespace palpa::detail {
 
 /// Escapes a text for XML and HTML, between tags and in attributes within double quotes. Invalid UTF-8 becomes '?', a control
-/// character (sanitized.h) other than line ends and tabs a space. Allocates; safe from any thread.
+/// character (sanitized.h) other than line ends and tabs a space. Allocates; any thread.
 std::string escaped(std::string_view text);
 
 }  // namespace palpa::detail

@@ -21,11 +21,11 @@ class CLocale {
   void* before_;
 };
 
-/// printf into a string of any length, in the C locale. Allocates; safe from any thread.
+/// printf into a string of any length, in the C locale. Allocates; any thread.
 /// \return  empty if printf refuses the format
 [[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...);
 
-/// Groups the digits of a whole number by thousands: "125 000". Allocates; safe from any thread.
+/// Groups the digits of a whole number by thousands: "125 000". Allocates; any thread.
 /// \param digits   with an optional sign
 /// \param between  separator; for a page a no-break space
 std::string grouped(std::string digits, std::string_view between = " ");

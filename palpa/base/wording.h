@@ -12,7 +12,7 @@ namespace palpa::detail {
 std::string toml_number(double value);
 /// List of numbers: "[1, 0.5]".
 std::string toml_numbers(const std::vector<double>& values);
-/// TOML basic string with its quotes. Allocates; safe from any thread.
+/// TOML basic string with its quotes. Allocates; any thread.
 /// \param for_no_utf8  replaces each byte of invalid UTF-8, which TOML cannot hold: U+FFFD; '?' in traces, as in version 0.1
 std::string toml_string(std::string_view text, std::string_view for_no_utf8 = "\uFFFD");
 

@@ -147,7 +147,7 @@ class AxisGrid final : public detail::GridBase {
     const Cell(&cells)[3] = place.cells;
     Sums value, slopes[3];
     interpolate(cells, value, slopes);
-    if (!std::isfinite(value[0] + value[1] + value[2])) return {};  // a voxel that is not finite, at any weight
+    if (!std::isfinite(value[0] + value[1] + value[2])) return {};  // a non-finite voxel, at any weight
     const Axis axis(value);
     Vec3 derivatives[3];
     for (int a = 0; a < 3; ++a) derivatives[a] = cells[a].per_step * axis.derivative(slopes[a]);

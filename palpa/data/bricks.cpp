@@ -159,7 +159,7 @@ void Bricks::fill(const T* data, const GridGeometry& geometry, std::int64_t firs
 Bricks::Bricks(const GridGeometry& geometry, const Voxels& voxels) : components_(voxels.components) {
   for (int a = 0; a < 3; ++a) count_[a] = (std::max<std::int64_t>(geometry.dims[a] - 1, 1) + cells - 1) / cells;
   ranges_.resize(static_cast<std::size_t>(components_ * count_[0] * count_[1] * count_[2]));
-  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
   const std::int64_t layers = worth_a_thread / (cells * geometry.dims[0] * geometry.dims[1]) + 1;
   with_values_of(voxels, [&](const auto* data) {
     in_parts(count_[2], layers, [&](std::int64_t first, std::int64_t last) { fill(data, geometry, first, last); });

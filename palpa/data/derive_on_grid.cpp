@@ -39,7 +39,7 @@ class Nodes {
   const GridGeometry& geometry() const noexcept { return geometry_; }
   bool has_gaps() const noexcept { return !grid_ || grid_->valid_share < 1.0; }
 
-  /// Row at (j, k), components interleaved; a node with a value that is not finite is NaN in all.
+  /// Row at (j, k), components interleaved; a node with a non-finite value is NaN in all.
   void row(std::int64_t j, std::int64_t k, double* out) const noexcept {
     const std::int64_t n = geometry_.dims[0];
     if (grid_) {

@@ -93,7 +93,7 @@ class Magnitude final : public OfSample {
   static ValueRange voxel_extent(const GridView& grid) {
     ValueRange extent{std::numeric_limits<double>::max(), 0.0};
     std::mutex joining;
-    constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+    constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
     detail::with_values_of(grid.voxels, [&](const auto* voxels) {
       detail::in_parts(grid.geometry.voxels(), worth_a_thread, [&](std::int64_t first, std::int64_t last) {
         ValueRange part{std::numeric_limits<double>::max(), 0.0};

@@ -56,11 +56,11 @@ struct PolynomialPiece {
   bool inside = false;  ///< the piece has data, perhaps except at its ends
   int degree = -1;      ///< [1] of the polynomial, 0…9; −1: no polynomial, the value stays in the quiet interval
   double
-      control[10]{};  ///< Bernstein coefficients of the value from begin to end, the field's own unit; their hull contains it
+      control[10]{};  ///< Bernstein coefficients of the value from start to end, the field's own unit; their hull contains it
 };
 
 /// Data over the world. Immutable, so any number of threads may sample a field at once; sampling never allocates, throws or
-/// returns a value that is not finite, at any position.
+/// returns a non-finite value, at any position.
 ///
 /// Positions are world metres. The derivative is that of the interpolant that `value` is read from, not another estimate.
 class Field {
@@ -80,7 +80,7 @@ class Field {
 
   /// Piece of the segment from `from_m` to `to_m` [m] that begins at the share `begin` [1], with a scalar field's value as one
   /// polynomial of the share. Pieces are contiguous and of positive length. A piece without data has `inside` false; on a
-  /// segment that is not finite, it extends to the end.
+  /// non-finite segment, it extends to the end.
   ///
   /// Exact for grids: the interpolant itself, within a cell. If the value provably stays within `quiet`, in the field's own
   /// unit (min <= value < max, to rounding), a piece may have no polynomial (degree −1) and be as long as cheap tests can
@@ -111,9 +111,9 @@ class Field {
   /// Box [m] outside which the field has no data. A formula's box is its stated domain.
   virtual Box bounds_m() const noexcept = 0;
   /// Depth [m] of a position within the data: the distance to the nearest face of the grid (or of the formula's box) or, if
-  /// less, to the nearest cell without a value because of voxels that are not finite. The latter may be too small, down to 1/√3
-  /// of the true distance (less on sheared grids). Zero or less outside, zero where voxels are missing; 1-Lipschitz; finite at
-  /// any position. Strengths fade with it, so that they end before the data.
+  /// less, to the nearest cell without a value because of non-finite voxels. The latter may be too small, down to 1/√3 of the
+  /// true distance (less on sheared grids). Zero or less outside, zero where voxels are missing; 1-Lipschitz; finite at any
+  /// position. Strengths fade with it, so that they end before the data.
   virtual double depth_m(const Vec3& world_m) const noexcept = 0;
   /// Range of each component over the finite samples of a grid; of a formula, or of vectors rotated by a pose, a range that
   /// contains all its values. 0 to 0 if no sample is finite. Allocates.

@@ -31,8 +31,8 @@ class Grid : public detail::GridBase {
   virtual void sample(const double* places_m, std::int64_t count, double* values, double* gradients) const noexcept = 0;
 
  protected:
-  /// Value and index derivatives of the trilinear interpolant. A corner that is not finite makes the value NaN or infinite at
-  /// any weight (0·∞ is NaN), so that one check of the result is enough.
+  /// Value and index derivatives of the trilinear interpolant. A non-finite corner makes the value NaN or infinite at any
+  /// weight (0·∞ is NaN), so that one check of the result is enough.
   template <class T>
   double interpolate(const T* voxels, const Cell (&cells)[3], Vec3& derivative) const noexcept {
     const T* first = voxels + cells[0].first * stride_[0] + cells[1].first * stride_[1] + cells[2].first * stride_[2];
@@ -69,7 +69,7 @@ class Grid : public detail::GridBase {
   }
 
   /// The trilinear value along a straight piece is a cubic: its Bernstein coefficients are the means of the values at the
-  /// corners of the box about the piece that are as many steps away from its begin.
+  /// corners of the box about the piece that are as many steps away from its start.
   template <class T>
   void cubic(const T* voxels, const Passage& cell, double (&control)[10]) const noexcept {
     const T* first = voxels + cell.first[0] * stride_[0] + cell.first[1] * stride_[1] + cell.first[2] * stride_[2];

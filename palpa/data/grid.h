@@ -77,9 +77,9 @@ const char* name_of(Filter filter) noexcept;
 
 /// Field on an affine grid: value = raw · scale + offset, trilinear between voxel centres, with the analytic derivative of that
 /// interpolant. `inside` from the first to the last voxel centre of every axis (less than a millionth of a voxel beyond counts
-/// as on it); not in a cell with a voxel that is not finite, nor where value or derivative overflow a double. An axis of one
-/// voxel has no extent: the field is constant across it, half a voxel to either side. Between uneven planes every filter works
-/// in index space, cell by cell, so that the derivative steps where distances do.
+/// as on it); not in a cell with a non-finite voxel, nor where value or derivative overflow a double. An axis of one voxel has
+/// no extent: the field is constant across it, half a voxel to either side. Between uneven planes every filter works in index
+/// space, cell by cell, so that the derivative steps where distances do.
 ///
 /// Reads all voxels once for their range, on all cores; throws std::invalid_argument, with a sentence, on invalid geometry,
 /// voxels, `scale` [unit] or `offset` [unit]. `voxels.data` must hold geometry.voxels() × components values, unchecked.

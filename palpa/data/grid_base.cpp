@@ -84,7 +84,7 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
 /// Ranges of all components, on all cores.
 template <class T>
 Found find_ranges(const T* voxels, int components, std::int64_t width, std::int64_t rows, std::int64_t step) {
-  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Found all;
   all.ranges.fill({infinity, -infinity});
@@ -242,9 +242,9 @@ namespace {
 constexpr ValueRange polynomials{1.0, -1.0};
 
 struct Axis {
-  double from = 0.0;               ///< [steps] begin of the segment
-  double way = 0.0;                ///< [steps] from begin to end
-  double low = 0.0;                ///< [steps] begin of the data
+  double from = 0.0;               ///< [steps] start of the segment
+  double way = 0.0;                ///< [steps] from start to end
+  double low = 0.0;                ///< [steps] start of the data
   double high = 0.0;               ///< [steps] end of the data
   double last = 0.0;               ///< [steps] last voxel
   const double* planes = nullptr;  ///< [steps] of a rectilinear axis
@@ -441,7 +441,7 @@ double GridBase::local_spacing_m(const Vec3& world_m) const noexcept {
   const double at[3] = {steps.x, steps.y, steps.z};
   double least_m = std::numeric_limits<double>::max();
   for (int a = 0; a < 3; ++a) {
-    // A position that is not finite counts as on the first plane.
+    // A non-finite position counts as on the first plane.
     const std::int64_t cell = planes_[a] ? cell_at(a, at[a]) : 0;
     least_m = std::min(least_m, (planes_[a] ? planes_[a][cell + 1] - planes_[a][cell] : 1.0) * plane_distance_m_[a]);
   }

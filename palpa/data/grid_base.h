@@ -84,7 +84,7 @@ class GridBase : public Field {
   struct Place {
     Vec3 world_m;
     Vec3 steps;           ///< [steps] of the affine; voxels along an axis without planes
-    bool inside = false;  ///< also false for positions that are not finite
+    bool inside = false;  ///< also false for non-finite positions
     Cell cells[3];
     std::optional<SplineStencil> stencil{};  ///< after the first sample of a spline
 
@@ -160,7 +160,7 @@ class GridBase : public Field {
                              const ValueRange& quiet) const noexcept;
 
  protected:
-  /// Straight piece across a cell: its first voxel, and the piece's begin and end in the cell.
+  /// Straight piece across a cell: its first voxel, and the piece's start and end in the cell.
   struct Passage {
     std::int64_t first[3];  ///< [voxels]
     double begin[3];        ///< [1] 0…1 across the cell

@@ -13,7 +13,7 @@ namespace {
 
 using Depth = std::uint16_t;
 constexpr Depth furthest = std::numeric_limits<Depth>::max();
-constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
 
 // [1] lines along the first axis processed together. More: beyond the first cache; fewer: part of a register.
 constexpr std::int64_t lines_at_once = 64;

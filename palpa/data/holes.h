@@ -1,4 +1,4 @@
-// Distance of a grid's places from voxels that are not finite.
+// Distance of a grid's places from non-finite voxels.
 #pragma once
 
 #include <cstdint>

@@ -83,7 +83,7 @@ std::string lower(std::string_view text) {
   return small;
 }
 
-/// Removes a factor at the begin of a text: "1e-3 ", "10^-6 ", "2.5*". None if invalid.
+/// Removes a factor at the start of a text: "1e-3 ", "10^-6 ", "2.5*". None if invalid.
 std::optional<double> factor_before(std::string& text) {
   double factor = 1.0;
   if (text.find_first_of("+-.0123456789") != 0) return factor;  // "nanometre" begins with a parsable NaN

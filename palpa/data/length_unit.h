@@ -14,11 +14,10 @@ struct LengthUnit {
 };
 
 /// Parses a unit of length, in any case and usual spelling, with an optional factor: "mm", "Millimetres", "μm", "1e-3 m". None
-/// for other texts and for ambiguous ones ("Mm": millimetre or megametre). Allocates; throws std::bad_alloc only; safe from any
-/// thread.
+/// for other texts and for ambiguous ones ("Mm": millimetre or megametre). Allocates; throws std::bad_alloc only; any thread.
 std::optional<LengthUnit> length_unit(std::string_view text);
 
-/// Whether a text leaves the unit open: empty, or "?", "unknown", "none". Allocates; safe from any thread.
+/// Whether a text leaves the unit open: empty, or "?", "unknown", "none". Allocates; any thread.
 bool leaves_length_unit_open(std::string_view text);
 
 /// Names proposed by messages, completion and the documentation.

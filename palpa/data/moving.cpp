@@ -240,7 +240,7 @@ class Moving final : public TimedField {
     return value;
   }
 
-  /// A loop with different begin and end has a jump there.
+  /// A loop with different start and end has a jump there.
   bool jumps_between(DataTime from, DataTime to) const noexcept {
     if (!from.loop || view_.track.size() < 2 || view_.track.front().pose == view_.track.back().pose) return false;
     const double length_s = view_.track.back().time_s;

@@ -164,7 +164,7 @@ class TypedSmoothGrid final : public SmoothGrid {
       }
     }
 
-    /// Whether the value stays quiet on the piece: within the hull, or, for a short piece, near its begin. An index derivative
+    /// Whether the value stays quiet on the piece: within the hull, or, for a short piece, near its start. An index derivative
     /// is bounded by the width of the hull.
     bool stays_quiet(const Passage& cell, const ValueRange& quiet) const noexcept {
       if (poison != 0.0 || !(quiet.min <= quiet.max)) return false;
@@ -195,7 +195,7 @@ class TypedSmoothGrid final : public SmoothGrid {
     return std::isfinite(sample.value) && is_finite(sample.gradient) ? sample : ScalarSample{};
   }
 
-  /// A coefficient that is not finite makes the value so at any weight (0·∞ is NaN).
+  /// A non-finite coefficient makes the value so at any weight (0·∞ is NaN).
   template <bool Second>
   Raw evaluate(const detail::SplineStencil& at, int component) const noexcept {
     const std::int64_t components = view_.voxels.components;

@@ -69,7 +69,7 @@ class Lines {
  private:
   static constexpr double sixth = 1.0 / 6.0;
 
-  /// A value that is not finite makes all later ones so.
+  /// A non-finite value makes all later ones so.
   bool any_gap(std::int64_t lanes) const noexcept {
     const double* last = value_.data() + (count_ - 1) * most_;
     return !std::all_of(last, last + lanes, [](double value) { return std::isfinite(value); });
@@ -96,7 +96,7 @@ class Lines {
     }
   }
 
-  /// Solves lines with values that are not finite.
+  /// Solves lines with non-finite values.
   void solve_gaps(T* first, std::int64_t lanes, std::int64_t lane_stride) noexcept {
     for (std::int64_t lane = 0; lane < lanes; ++lane) {
       T* line = first + lane * lane_stride;
@@ -126,7 +126,7 @@ class Lines {
   }
 
   std::int64_t count_, stride_, most_;
-  std::vector<double> inverse_, ratio_;  ///< of a line without gaps, from its begin on
+  std::vector<double> inverse_, ratio_;  ///< of a line without gaps, from its start on
   std::vector<double> value_;
   std::vector<double> none_;  ///< before the first values
 };
@@ -157,7 +157,7 @@ std::shared_ptr<const T> interpolating_coefficients(const GridGeometry& geometry
   const std::int64_t row = nx * components, plane = row * ny;
   const std::shared_ptr<T> result = room_for<T>(static_cast<std::size_t>(plane * nz));
   T* const c = result.get();
-  constexpr std::int64_t worth_a_thread = 1 << 16;  // [values] fewer: threads cost more than they save; more: idle cores
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [values] fewer: thread overhead; more: idle cores
   // Lines solved together. Fewer: along j and k a single line uses a sixteenth of the fetched memory, and a thousandth of a
   // page; more: beyond the cache.
   constexpr std::int64_t rows_at_once = 16, columns_at_once = 64;

@@ -51,8 +51,8 @@ struct SplineStencil {
 };
 
 /// Coefficients of the spline through `values` at the voxels of `geometry`, with edge coefficients repeated beyond the border
-/// as in a smooth grid. Solved along each axis in turn. A value that is not finite stays so, and each adjacent run of finite
-/// ones is solved separately, its ends as at a border. Uses all cores.
+/// as in a smooth grid. Solved along each axis in turn. A non-finite value stays so, and each adjacent run of finite ones is
+/// solved separately, its ends as at a border. Uses all cores.
 template <class T>
 std::shared_ptr<const T> interpolating_coefficients(const GridGeometry& geometry, int components, const T* values);
 

@@ -12,11 +12,11 @@ namespace palpa {
 
 /// Counts of values in classes of equal width.
 struct Histogram {
-  double low = 0.0;                    ///< begin of the first class, in the field's own unit
+  double low = 0.0;                    ///< start of the first class, in the field's own unit
   double high = 0.0;                   ///< end of the last class, in the field's own unit
   std::vector<std::int64_t> counts{};  ///< at least one class
 
-  /// Begin of class `number`, in the field's own unit; `high` for `counts.size()`.
+  /// Start of class `number`, in the field's own unit; `high` for `counts.size()`.
   double edge(std::size_t number) const noexcept;
   std::int64_t total() const noexcept;
   /// The counts merged to `classes` >= 1 classes; at most as many as now.

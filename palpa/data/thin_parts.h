@@ -24,10 +24,10 @@ struct ThinParts {
   double thin_share() const noexcept { return solid > 0 ? static_cast<double>(thin) / static_cast<double>(solid) : 0.0; }
 };
 
-/// Counts over the grid behind a field, also a posed one, for any filter; of a series over its first frame. Voxels that are not
-/// finite are not solid, and a voxel beside one is not lost, for lack of a value to compare. Ignores thickness along an axis of
-/// one voxel. Uses all cores; scratch memory is a few slices per thread. Throws std::invalid_argument, with a sentence, on a
-/// field without voxels or of vectors.
+/// Counts over the grid behind a field, also a posed one, for any filter; of a series over its first frame. Non-finite voxels
+/// are not solid, and a voxel beside one is not lost, for lack of a value to compare. Ignores thickness along an axis of one
+/// voxel. Uses all cores; scratch memory is a few slices per thread. Throws std::invalid_argument, with a sentence, on a field
+/// without voxels or of vectors.
 /// \param level  in the field's own unit
 ThinParts thin_parts(const Field& field, double level, SolidSide solid = SolidSide::high);
 

@@ -17,7 +17,7 @@ struct DataTime {
 
   constexpr DataTime() noexcept = default;
   constexpr DataTime(double at_s, bool looped = false) noexcept : time_s(at_s), loop(looped) {}
-  /// Moment within a cycle of this length [s], above 0: from 0 to its end; 0 for a moment that is not finite.
+  /// Moment within a cycle of this length [s], above 0: from 0 to its end; 0 for a non-finite moment.
   double within(double cycle_s) const noexcept;
   friend bool operator==(const DataTime&, const DataTime&) = default;
 };
@@ -31,8 +31,8 @@ struct Carried {
 /// Field that changes with time. Immutable like every field: a moment is an argument. As a plain field it is that of its first
 /// moment; its box, range and spacing hold for all moments.
 ///
-/// Sampling is as for `Field`: finite for any position and moment (one that is not finite is the first), never allocates or
-/// throws. Fields derived from it, posed or sampled are timed as well.
+/// Sampling is as for `Field`: finite for any position and moment (a non-finite one is the first), never allocates or throws.
+/// Fields derived from it, posed or sampled are timed as well.
 class TimedField : public Field {
  public:
   virtual ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept;

@@ -94,7 +94,7 @@ std::shared_ptr<const Front> cylinder_around(const Vec3& centre_m, double radius
 struct Encounter {
   std::shared_ptr<const Front> facing = ball_facing();               ///< u and v: x and y [m] relative to the point of contact
   std::shared_ptr<const Front> around = cylinder_around({}, 0.075);  ///< u and v: turns and height [m]; for the helix
-  Vec3 axis_m{};                                                     ///< axis of the helix, along y
+  Vec3 axis_m{};                                                     ///< point on the axis of the helix, along y
   double before_m = 0.015;                                           ///< distance of the start before the front
   double retreat_m = 0.015;                                          ///< distance before the front to which a press returns
   bool lifts = false;           ///< every other second, to `retreat_m` before the front: broken levels are felt again
@@ -129,14 +129,14 @@ struct RecordingOptions {
 /// Unknown columns are skipped. Time starts at the first row and must not fall; of rows at equal times the last counts. Except
 /// in a trace, rows that repeat the last position are dropped if their pattern is that of a logger faster than its device
 /// (`detail::repeat_by_logger`; in Haply logs always), but never so many that a resting hand becomes a gap. Rows with a
-/// position that is not finite are dropped, as is a last line without its end; `warnings` names both assumptions. Between rows
-/// the position follows a monotone cubic (Fritsch and Carlson), which stays between its neighbours; in gaps of more than 100
-/// ms, and after the last row, it is not valid; a warning reports it. Names without a unit mean seconds and metres, and are
-/// refused if a hand would then be too slow or too large. Throws LoadError.
+/// non-finite position are dropped, as is a last line without its end; `warnings` names both assumptions. Between rows the
+/// position follows a monotone cubic (Fritsch and Carlson), which stays between its neighbours; in gaps of more than 100 ms,
+/// and after the last row, it is not valid; a warning reports it. Names without a unit mean seconds and metres, and are refused
+/// if a hand would then be too slow or too large. Throws LoadError.
 std::unique_ptr<Target> recorded_target(const std::filesystem::path& file, const RecordingOptions& options = {});
 
 /// Hand at given positions, one for each tick of `time_step_s`, in the hand frame; never displaced. Exact at a row's time,
-/// between rows on the monotone cubic of a recorded hand; rows that are not finite are not valid.
+/// between rows on the monotone cubic of a recorded hand; non-finite rows are not valid.
 /// \param positions_m  [m]; at least one is finite, none is further away than 1000 m
 /// \param time_step_s  [s] above 0 and at most 1
 /// Throws LoadError.

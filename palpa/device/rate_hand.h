@@ -23,8 +23,8 @@ class RateHand {
   explicit RateHand(const Constants& constants) noexcept : constants_(constants) {}
 
   /// Advances.
-  /// \param deflection   [1] of full deflection, in the hand frame; longer ones count as 1, one that is not finite as 0
-  /// \param force_n      [N] rendered; one that is not finite counts as 0
+  /// \param deflection   [1] of full deflection, in the hand frame; longer ones count as 1, a non-finite one as 0
+  /// \param force_n      [N] rendered; a non-finite one counts as 0
   /// \param time_step_s  [s] > 0; at most 0.1 is used
   void pass(const Vec3& deflection, const Vec3& force_n, double time_step_s) noexcept;
   const Vec3& position_m() const noexcept { return position_m_; }

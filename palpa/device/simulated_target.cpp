@@ -118,7 +118,7 @@ class Along : public SimulatedTarget {
     double u, v;
     double further_in_m = 0.0;  // beyond the motion's depth
   };
-  /// \param aside_m  [m] largest distance between the point of entry and the begin of the path
+  /// \param aside_m  [m] largest distance between the point of entry and the start of the path
   Along(const SimulatedMotion& motion, const Encounter& encounter, std::shared_ptr<const Front> front, double depth_m,
         double aside_m)
       : front_(std::move(front)),
@@ -212,7 +212,7 @@ class Helix final : public Along {
   static constexpr int pieces = 128;  // [1] of a turn, measured as straight. More: memory; fewer: the speed is less even
   double half_height_m_;
   double turns_per_s_ = 0.0;
-  double ways_m_[pieces + 1] = {};  // from the begin of a turn, at the middle's height
+  double ways_m_[pieces + 1] = {};  // from the start of a turn, at the middle's height
 };
 
 class RandomMotion final : public Along {

@@ -35,7 +35,7 @@ constexpr double least_motion_m = 2e-4;
 constexpr double right_way = 0.7;
 
 constexpr double spring_n_per_m = 60.0, spring_ramp_s = 0.5, swing_s = 6.0;
-// Least speed of a released handle. Slower: the hand's tremor counts; faster: the begin is lost.
+// Least speed of a released handle. Slower: the hand's tremor counts; faster: the start is lost.
 constexpr double let_go_m_per_s = 0.05;
 constexpr double at_rest_m_per_s = 0.004;
 constexpr double piece_s = 0.03;  // of the swing, for the balance of energy. Shorter: noise; longer: fewer equations
@@ -61,7 +61,7 @@ class Rhythm {
   Rhythm(const Rhythm&) = delete;
   Rhythm& operator=(const Rhythm&) = delete;
 
-  /// Samples for a duration, under `force_n(seconds since its begin, position)`. Empty: a fault of the device, in `fault`, or
+  /// Samples for a duration, under `force_n(seconds since its start, position)`. Empty: a fault of the device, in `fault`, or
   /// stopped.
   std::vector<Sample> take(double duration_s, const std::function<Vec3(double, const Vec3&)>& force_n) {
     std::vector<Sample> samples;

@@ -13,7 +13,7 @@ namespace palpa {
 /// Place for trials of a device.
 struct CheckPlace {
   std::string why;               ///< "strongest", "most curved", "most uneven", "middle"
-  Vec3 front_m;                  ///< begin of contact
+  Vec3 front_m;                  ///< start of contact
   Vec3 inwards{0.0, 0.0, -1.0};  ///< [1] of length 1: against the largest force, if that is towards the user
   double force_n = 0.0;          ///< largest force of all modes on the path in from there
   double turn_n = 0.0;           ///< largest change of their force by rotation in a millimetre of that path

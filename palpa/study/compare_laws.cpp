@@ -70,7 +70,7 @@ void pose(PrimitiveSet& set, const SubStep& step, std::span<const PlacedPrimitiv
   set.clear(step.start_m);
   for (const PlacedPrimitive& p : placed) {
     set.begin_mode(p.primitive.id.mode,
-                   p.primitive.position_m);  // a drag is at the begin of the step, which this sub-step may continue
+                   p.primitive.position_m);  // a drag is at the start of the step, which this sub-step may continue
     set.add(p.primitive);
   }
 }

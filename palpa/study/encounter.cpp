@@ -22,7 +22,7 @@ namespace {
 // Radius of a motion without one. More: fewer places have room for it; less: less of the front is felt.
 constexpr double usual_radius_m = 0.03;
 constexpr int angles = 32, heights = 9;      // paths around an axis. More: slower; fewer: small objects are missed
-constexpr double top_m = half_m + before_m;  // begin of all paths from the user
+constexpr double top_m = half_m + before_m;  // start of all paths from the user
 
 /// Node of `Ways` as the centre of a motion.
 struct Middle {

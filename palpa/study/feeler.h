@@ -40,7 +40,7 @@ void in_parallel(std::size_t workers, int count, const Work& work, const std::fu
 
 /// Contact along a straight path, from the first level or, without levels, from first contact on.
 struct Way {
-  std::optional<double> onset_m;  // its begin, from the begin of the path; none: no contact
+  std::optional<double> onset_m;  // its start, from the start of the path; none: no contact
   double bears_m = 0.0;           // distance from there to loss of contact, break-through of a level, or the force limit
   double half_force_n = 0.0;      // force half way of that
   bool at_level = false;          // begins at a level

@@ -12,7 +12,7 @@ namespace palpa::detail {
 // Sampled region and resolution; `across` and `along` follow from the lengths. Larger, or finer cells: slower, by the number of
 // paths; smaller: objects within a device's reach are missed; coarser: thin ones are.
 inline constexpr double half_m = 0.09;         // half the side of the cube about the centre of the workspace
-inline constexpr double before_m = 0.02;       // distance of the paths' begin before the cube, and of hands before the front
+inline constexpr double before_m = 0.02;       // distance of the paths' start before the cube, and of hands before the front
 inline constexpr double cell_m = 0.01;         // size of a cell across the paths
 inline constexpr double cell_z_m = 0.005;      // size along the paths
 inline constexpr int across = 19, along = 40;  // [cells] 2 · half_m / cell_m + 1, and (2 · half_m + before_m) / cell_z_m
