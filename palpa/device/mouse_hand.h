@@ -11,10 +11,10 @@
 namespace palpa {
 
 /// Device without motors for a window with a pointer. The window moves it; the haptic thread reads it. Resistance is visible: a
-/// motion against the rendered force is slowed, to a third at the largest force (change of the ratio between control and
-/// display: Lécuyer et al., IEEE VR 2000; a survey of it, 2009), and stopped at the force limit, so that the hand cannot be
-/// drawn ever further into the object that holds the proxy. Motions along the force or across it are unchanged. Draw the proxy,
-/// not the probe.
+/// motion against the rendered force is slowed, down to a third near the largest force (change of the ratio between control and
+/// display: Lécuyer et al., IEEE VR 2000; a survey of it, 2009), and stopped at it, so that the hand cannot be drawn ever
+/// further into the object that holds the proxy. Motions along the force or across it are unchanged. Draw the proxy, not the
+/// probe.
 class MouseHand final : public Device {
  public:
   struct Options {
