@@ -1,4 +1,4 @@
-// Texts of others within XML: pages, SVG, VTK's files.
+// Escaping of untrusted text for XML: pages, SVG, VTK's files.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace palpa::detail {
 
-/// A text as it may stand in XML and HTML, between tags and in attributes between double quotes. What is no UTF-8 becomes '?',
-/// what steers instead of being read (shown.h) becomes a space, but for line ends and tabs. Allocates; safe from any thread.
+/// Escapes a text for XML and HTML, between tags and in attributes within double quotes. Invalid UTF-8 becomes '?', a control
+/// character (sanitized.h) other than line ends and tabs a space. Allocates; any thread.
 std::string escaped(std::string_view text);
 
 }  // namespace palpa::detail

@@ -30,7 +30,7 @@ std::uint64_t free_memory_bytes() {
   }
   std::uint64_t addressed = 0, resident = 0;
   if (std::ifstream("/proc/self/statm") >> addressed >> resident) {
-    // Linux sees to the first alone, and leaves the second to the programs.
+    // Linux enforces the first alone; programs have to respect the second.
     for (const auto& [resource, pages] : {std::pair{RLIMIT_AS, addressed}, std::pair{RLIMIT_RSS, resident}}) {
       rlimit own{};
       if (::getrlimit(resource, &own) == 0 && own.rlim_cur != RLIM_INFINITY)

@@ -22,7 +22,7 @@ InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)) {
   struct stat status {};
   if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0) {
     error_ = errno;
-    // A socket cannot be opened at all (ENXIO).
+    // Sockets cannot be opened (ENXIO).
     why_not_ = error_ == ENOENT || error_ == ENOTDIR ? NoInput::missing
                : error_ == ENXIO                     ? NoInput::special
                                                      : NoInput::unreadable;

@@ -1,4 +1,4 @@
-// The one way in: every file that is read here was opened here (docs/design.md §3).
+// Opening of all input files (docs/design.md §3).
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,15 @@
 
 namespace palpa::detail {
 
-/// Why a file cannot be read.
+/// Reason why a file cannot be read.
 enum class NoInput : std::uint8_t { none, missing, folder, special, unreadable };
 
-/// A file that somebody else may have made, opened for reading. Only regular files are opened, and opening never waits: the
-/// open of a FIFO would wait for its writer, a device may have no end. What is read ends where the file ended when it was
-/// opened. Any thread; two may read at once.
+/// Untrusted file, opened for reading. Opens regular files only and never blocks: opening a FIFO would block, a device may have
+/// no end. Reads end at the file's size at opening. Any thread; concurrent reads are allowed.
 class InputFile {
  public:
-  /// Opens it. Where that cannot be, `why_not` says it and there are no bytes. \param path  followed where it is a link
+  /// Opens the file; on failure `why_not` holds the reason and there are no bytes.
+  /// \param path  links are followed
   explicit InputFile(std::filesystem::path path);
   ~InputFile();
   InputFile(const InputFile&) = delete;
@@ -30,19 +30,18 @@ class InputFile {
 
   NoInput why_not() const noexcept { return why_not_; }
   bool is_open() const noexcept { return why_not_ == NoInput::none; }
-  /// What is wrong, to stand behind the file's name: "does not exist". Only where it is not open.
+  /// Fault, to follow the file's name: "does not exist". Only if not open.
   std::string problem() const;
-  /// Throws LoadError "PATH: problem; right" where it is not open.
+  /// Throws LoadError "PATH: problem; right" if not open.
   void expect_open(std::string_view right) const;
 
   const std::filesystem::path& path() const noexcept { return path_; }
-  /// Its size when it was opened.
   std::uint64_t bytes() const noexcept { return bytes_; }
-  /// For calls that need one; stays this object's. -1 where it is not open.
+  /// Owned by this object; -1 if not open.
   int descriptor() const noexcept { return descriptor_; }
 
-  /// Reads bytes from a place on: as many as there are up to the size that the file had. Returns how many; fewer than that
-  /// where the file was cut short meanwhile. Throws LoadError where the disk fails.
+  /// Reads bytes from an offset, up to the size at opening. Returns their number, smaller if the file was truncated meanwhile.
+  /// Throws LoadError on a disk error.
   std::size_t read(std::uint64_t from, void* to, std::size_t bytes) const;
 
  private:
@@ -53,12 +52,12 @@ class InputFile {
   std::uint64_t bytes_ = 0;
 };
 
-/// All of a file, for texts. Throws LoadError, also where it is longer than the limit, before it is read.
+/// Content of a text file. Throws LoadError, also for a file above the limit, before it is read.
 /// \param most   [bytes]
-/// \param right  what would be right where it is not open: "name a scene file"
+/// \param right  remedy if not open: "name a scene file"
 std::string read_whole(const InputFile& file, const Limit& most, std::string_view right);
 
-/// The same file as a stream, for code that reads one; it fails from the start where the file is not open.
+/// An InputFile as a stream; in the failed state if the file is not open.
 class InputStream : public std::istream {
  public:
   explicit InputStream(const std::filesystem::path& path);
@@ -76,7 +75,7 @@ class InputStream : public std::istream {
     pos_type seekpos(pos_type to, std::ios_base::openmode which) override;
 
     std::unique_ptr<char[]> piece_;
-    std::uint64_t end_of_piece_ = 0;  ///< [bytes] where in the file the piece ends
+    std::uint64_t end_of_piece_ = 0;  ///< [bytes] offset of the piece's end in the file
   };
   Buffer buffer_;
 };

@@ -1,4 +1,4 @@
-// The table of limits: what files and options may ask for at most, and what they are told who ask for more.
+// Table of limits: maxima of files and options, with their error texts.
 #pragma once
 
 #include <cstddef>
@@ -8,26 +8,26 @@
 
 namespace palpa {
 
-/// A line of the table.
 struct Limit {
   std::string_view name;
   double most = 0.0;          ///< [1], or in `unit`
-  std::string_view unit;      ///< of what there are so many: "poses", "bytes", "s"
-  std::string_view of_what;   ///< what may have so many
-  std::string_view protects;  ///< what more of them would cost
-  std::string_view remedy;    ///< what would be right
+  std::string_view unit;      ///< counted unit: "poses", "bytes", "s"
+  std::string_view of_what;   ///< subject: "a scene"
+  std::string_view protects;  ///< resource at risk above the limit
+  std::string_view remedy;
 
-  /// Whether so many are too many. \param found  [1], or in `unit`
+  /// Whether a count is too large.
+  /// \param found  [1], or in `unit`
   constexpr bool is_passed_by(double found) const noexcept { return !(found <= most); }
   constexpr std::size_t count() const noexcept { return static_cast<std::size_t>(most); }
 };
 
 /// "1000 poses", "4 MiB". Allocates; any thread.
 std::string quantity(const Limit& limit);
-/// The end of an error line: "more than 1000 poses; give fewer a second". Allocates; any thread.
+/// End of an error line: "more than 1000 poses; give fewer a second". Allocates; any thread.
 std::string more_than(const Limit& limit);
 
-/// The table as Markdown, of docs/limits.md.
+/// The table as Markdown, for docs/limits.md.
 std::string limits_reference_markdown();
 
 namespace limit {
@@ -39,7 +39,7 @@ namespace limit {
 
 }  // namespace limit
 
-/// All of them, in the order of the table. Any thread.
+/// All limits, in the order of the table. Any thread.
 std::span<const Limit> all_limits() noexcept;
 
 }  // namespace palpa

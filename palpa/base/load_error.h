@@ -1,4 +1,4 @@
-// The exception that loading throws.
+// Exception of all loading functions.
 #pragma once
 
 #include <stdexcept>
@@ -6,8 +6,8 @@
 
 namespace palpa {
 
-/// Something that was loaded cannot be used. `what()` is one line: `PLACE: what is wrong; what would be
-/// right` with PLACE = file:line:column, a file, or what the error is about.
+/// Input that cannot be used. `what()` is one line: `PLACE: what is wrong; what would be right` with PLACE = file:line:column,
+/// a file, or the subject of the error.
 class LoadError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -17,7 +17,7 @@
 namespace palpa::detail {
 namespace {
 
-/// What the handler knows of a mapped file; `begin` is 0 where the place is free.
+/// Mapped file as registered with the signal handler; `begin` is 0 in a free entry.
 struct Place {
   std::atomic<std::uintptr_t> begin = 0, end = 0;
   std::atomic<bool> whole = true;
@@ -31,7 +31,7 @@ std::mutex taking;
 struct sigaction before {};
 std::atomic<std::uintptr_t> page_bytes = 4096;
 
-/// Puts zeros in place of what is gone, so that the read goes on.
+/// Maps zeros in place of the lost page, so that the read continues.
 void on_lost_page(int number, siginfo_t* info, void*) {
   const int error = errno;
   const auto at = reinterpret_cast<std::uintptr_t>(info->si_addr);
@@ -50,7 +50,7 @@ void on_lost_page(int number, siginfo_t* info, void*) {
     return;
   }
   ::sigaction(SIGBUS, &before, nullptr);
-  if (info->si_code <= 0) ::raise(number);  // somebody sent it; else the access comes again
+  if (info->si_code <= 0) ::raise(number);  // sent by a process; else the access repeats it
   errno = error;
 }
 
@@ -91,7 +91,7 @@ MappedFile::~MappedFile() {
 
 bool MappedFile::is_whole() const noexcept {
   if (data_ == nullptr) return true;
-  // Within the page in which the file now ends no signal comes: the system itself has zeros there.
+  // Within the page of the file's new end no signal is raised: the system has zeros there.
   struct stat status {};
   const bool is_shorter = ::fstat(descriptor_, &status) == 0 && static_cast<std::uint64_t>(status.st_size) < bytes_;
   return places[place_].whole && !is_shorter;

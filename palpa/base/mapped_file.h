@@ -1,4 +1,4 @@
-// Files that are too large to be copied.
+// Memory-mapped files, for files too large to copy.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,12 @@
 
 namespace palpa::detail {
 
-/// All of a file in memory, read-only, for as long as this object lives. Where somebody cuts the file short meanwhile, or its
-/// disk fails, what is gone reads as zeros: the signal that would end the process (SIGBUS) is caught for these bytes, one line
-/// on standard error says so, and so does `is_whole`. All other such signals go where they went before the first file was
-/// mapped.
+/// Read-only mapping of a file for the lifetime of this object. If the file is truncated meanwhile, or its disk fails, lost
+/// bytes read as zeros: SIGBUS for these bytes is caught; one line on standard error and `is_whole` report it. Other SIGBUS go
+/// to the handler before the first mapping.
 class MappedFile {
  public:
-  /// Throws LoadError with a sentence where there is no room for it.
+  /// Throws LoadError with a sentence if memory is short.
   explicit MappedFile(const InputFile& file);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
@@ -22,14 +21,14 @@ class MappedFile {
 
   const std::byte* data() const noexcept { return data_; }
   std::uint64_t bytes() const noexcept { return bytes_; }
-  /// False where the file is shorter than it was, or bytes have been read that could not be had. Any thread.
+  /// False if the file was truncated, or bytes read could not be loaded. Any thread.
   bool is_whole() const noexcept;
 
  private:
   const std::byte* data_ = nullptr;
   std::uint64_t bytes_ = 0;
   int descriptor_ = -1;
-  std::size_t place_ = 0;  ///< among those that the signal's handler knows
+  std::size_t place_ = 0;  ///< index in the signal handler's table
 };
 
 }  // namespace palpa::detail

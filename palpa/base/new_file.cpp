@@ -25,10 +25,10 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void refuse_as_taken() { throw LoadError("exists already; name a new file, or have it replaced (--force)"); }
 
-/// Only a file of its own is replaced: what is behind a link is somebody else's, a device or a pipe is no file.
+/// Only a regular file is replaced: a link's target belongs to others; a device or a pipe is no file.
 void check_name(const fs::path& name, Existing existing) {
   struct stat status {};
-  if (::lstat(name.c_str(), &status) != 0) return;  // what else is wrong with it the open says
+  if (::lstat(name.c_str(), &status) != 0) return;  // open reports other faults
   if (S_ISDIR(status.st_mode)) fail(EISDIR);
   if (existing == Existing::refused) refuse_as_taken();
   if (!S_ISREG(status.st_mode))
@@ -41,7 +41,7 @@ NewFile::NewFile(fs::path name, Existing existing) : name_(std::move(name)), exi
   check_name(name_, existing_);
   if (!name_.has_filename()) fail(EISDIR);
   const fs::path folder = name_.has_parent_path() ? name_.parent_path() : fs::path(".");
-  // A file without a name is gone when the process is, whatever ended it; it gets its name by way of /proc.
+  // A file without a name vanishes with the process, however it ends; /proc gives it its name.
   if (::access("/proc/self/fd", X_OK) == 0) descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
   if (descriptor_ >= 0) return;
   fs::path hidden = hidden_name();
@@ -76,7 +76,7 @@ void NewFile::finish() {
     return ::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW);
   };
   if (existing_ == Existing::refused) {
-    // A link fails where the name is taken, which a rename would not; some disks know no links.
+    // A link fails if the name is taken, unlike a rename; some file systems have no links.
     int failed = hidden_.empty() ? link_as(name_) : ::link(hidden_.c_str(), name_.c_str());
     if (failed != 0 && errno != EEXIST && !hidden_.empty())
       failed = ::renameat2(AT_FDCWD, hidden_.c_str(), AT_FDCWD, name_.c_str(), RENAME_NOREPLACE);

@@ -5,7 +5,7 @@
 namespace palpa::detail {
 namespace {
 
-/// The code point of a sequence of so many bytes that is UTF-8.
+/// Code point of a valid UTF-8 sequence.
 char32_t code_point(std::string_view sequence) noexcept {
   const auto first = static_cast<unsigned char>(sequence[0]);
   if (sequence.size() == 1) return first;

@@ -9,12 +9,11 @@ namespace palpa::detail {
 
 namespace {
 
-/// Takes a text apart into TOML's tokens, with their ends where toml++ has them as long as it finds no error; where it does, it
-/// stops and reads no more.
+/// Splits a text into TOML's tokens, with ends equal to toml++'s up to the first error; stops there.
 class Tokenizer {
  public:
   enum class Token : std::uint8_t {
-    word,       ///< a string, or a character of a key, a number or white space
+    word,       ///< string, or a character of a key, a number or white space
     separator,  ///< ','
     dot,
     equals,
@@ -45,7 +44,7 @@ class Tokenizer {
     }
   }
 
-  /// Of the token, whether it is white space.
+  /// Whether the token is white space.
   bool is_space() const noexcept { return text_[begin_] == ' ' || text_[begin_] == '\t' || text_[begin_] == '\r'; }
   TomlProblem problem(const Limit& limit, std::string_view begin) const {
     const std::string_view before = text_.substr(0, begin_);
@@ -58,8 +57,8 @@ class Tokenizer {
   std::size_t quotes_at(std::size_t at, char quote) const noexcept {
     return std::min(text_.find_first_not_of(quote, at), text_.size()) - at;
   }
-  /// A string of one line ends with one quote. One of several lines ends with three, behind which up to two more belong to its
-  /// text: four quotes end it, too.
+  /// A single-line string ends with one quote. A multi-line string ends with three, after which its text may end with two more:
+  /// four quotes end it, too.
   void skip_string(char quote) noexcept {
     const bool has_lines = quotes_at(end_, quote) >= 3;
     const std::size_t width = has_lines ? 3 : 1, most = has_lines ? 5 : 1;

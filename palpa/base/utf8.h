@@ -1,4 +1,4 @@
-// Texts of files and of file names may hold any bytes; what is written must be UTF-8.
+// UTF-8 validation: texts of files and file names may hold any bytes; output must be UTF-8.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,8 @@
 
 namespace palpa::detail {
 
-/// Bytes of the UTF-8 sequence that a text begins with; 0 if it begins with none (RFC 3629: no surrogates, no overlong
-/// sequences, nothing above U+10FFFF) or is empty. Allocates nothing; safe from any thread.
+/// Bytes of the leading UTF-8 sequence; 0 if invalid (RFC 3629: no surrogates, no overlong sequences, nothing above U+10FFFF)
+/// or empty. Allocates nothing; any thread.
 constexpr std::size_t utf8_length(std::string_view text) noexcept {
   if (text.empty()) return 0;
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
@@ -26,7 +26,7 @@ constexpr std::size_t utf8_length(std::string_view text) noexcept {
   return length;
 }
 
-/// Whether all of a text is UTF-8. Allocates nothing; safe from any thread.
+/// Whether a text is valid UTF-8. Allocates nothing; any thread.
 constexpr bool is_utf8(std::string_view text) noexcept {
   while (!text.empty()) {
     const std::size_t length = utf8_length(text);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t longest_quote = 80;  // [bytes] of a user's text in a message. More: long lines; less: cut keys and paths
 
-/// Levenshtein's distance: insertions, deletions and replacements of one character.
+/// Levenshtein distance: insertions, deletions and replacements of a character.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -48,7 +48,7 @@ std::string toml_number(double value) {
   const auto result = short_whole ? std::to_chars(buffer.data(), end, value, std::chars_format::fixed)
                                   : std::to_chars(buffer.data(), end, value);
   std::string text(buffer.data(), result.ptr);
-  // A long run of digits would be read as an integer, which has 64 bits and no negative zero.
+  // TOML would parse a long run of digits as an integer, which has 64 bits and no negative zero.
   const bool whole = text.find_first_of(".en") == std::string::npos;
   if (whole && (text.size() > 15 || text == "-0")) text += ".0";
   return text;
@@ -113,10 +113,10 @@ std::string name_is_taken(std::string_view kind, std::string_view name) {
 std::string suggestion(std::string_view name, std::span<const std::string> there) {
   if (there.empty()) return "there are none";
   const std::string* nearest = nullptr;
-  std::size_t fewest = 2 + name.size() / 4;  // this many edits would be another word
+  std::size_t fewest = 2 + name.size() / 4;  // more edits make another word
   for (const std::string& word : there) {
     if (name.size() > word.size() + fewest) continue;
-    // The beginning of a word counts too: units are easily left out.
+    // A prefix counts, too: units are easily omitted.
     const std::string_view beginning = std::string_view(word).substr(0, name.size());
     const std::size_t distance = name.size() < 4 ? edits(name, word) : std::min(edits(name, word), 1 + edits(name, beginning));
     if (distance < fewest && distance < word.size()) {

@@ -1,4 +1,4 @@
-// How scenes name things in errors and in TOML: one form of a number, a text and a suggestion everywhere.
+// Formatting of numbers, texts and suggestions in errors and in TOML.
 #pragma once
 
 #include <span>
@@ -8,30 +8,29 @@
 
 namespace palpa::detail {
 
-/// The shortest decimal that reads back the same, as TOML accepts it ("-0.0", never "-0").
+/// Shortest decimal that parses to an equal value, in TOML's syntax ("-0.0", never "-0").
 std::string toml_number(double value);
-/// A list of them: "[1, 0.5]".
+/// List of numbers: "[1, 0.5]".
 std::string toml_numbers(const std::vector<double>& values);
-/// A TOML basic string with its quotes. Allocates; safe from any thread.
-/// \param for_no_utf8  stands for each byte that is no UTF-8, which TOML cannot hold: U+FFFD, and '?' in traces, as 0.1 wrote
-/// them
+/// TOML basic string with its quotes. Allocates; any thread.
+/// \param for_no_utf8  replaces each byte of invalid UTF-8, which TOML cannot hold: U+FFFD; '?' in traces, as in version 0.1
 std::string toml_string(std::string_view text, std::string_view for_no_utf8 = "\uFFFD");
 
-/// 'text' for a message: shortened when long.
+/// 'text' for a message, shortened if long.
 std::string in_quotes(std::string_view text);
-/// The message without control characters: an error is one line whatever the input was.
+/// The message without control characters: an error is one line for any input.
 std::string one_line(std::string_view message);
 /// "a, b, c".
 std::string joined(std::span<const std::string> words);
 
 /// A letter, then letters, digits, '_' or '-'.
 bool is_plain_word(std::string_view word) noexcept;
-/// What is wrong with the name of a `kind` of things, which is to be a plain word; empty: nothing.
+/// Fault of the name of a `kind`: a plain word is required; empty: valid.
 std::string problem_with_name(std::string_view kind, std::string_view name);
-/// That another of the kind has the name already.
+/// Error text for a name that another of the `kind` has.
 std::string name_is_taken(std::string_view kind, std::string_view name);
 
-/// "did you mean 'b'?" where one of `there` is near to `name`, else "there are: a, b"; "there are none".
+/// "did you mean 'b'?" if `there` has a similar name, else "there are: a, b"; "there are none".
 std::string suggestion(std::string_view name, std::span<const std::string> there);
 
 }  // namespace palpa::detail

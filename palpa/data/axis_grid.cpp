@@ -12,19 +12,18 @@
 namespace palpa {
 namespace {
 
-/// What is interpolated: the dyad's xx, yy, zz, xy, xz, yz, and the length.
+/// Interpolated quantities: the dyad's xx, yy, zz, xy, xz, yz, and the length.
 constexpr int channels = 7;
 using Sums = double[channels];
 
 Mat3 dyads_in(const Sums& s) noexcept { return {{{s[0], s[3], s[4]}, {s[3], s[1], s[5]}, {s[4], s[5], s[2]}}}; }
 double trace(const Mat3& m) noexcept { return m.row[0].x + m.row[1].y + m.row[2].z; }
-/// trace(a b) of symmetric matrices.
 double trace_of_product(const Mat3& a, const Mat3& b) noexcept {
   return dot(a.row[0], b.row[0]) + dot(a.row[1], b.row[1]) + dot(a.row[2], b.row[2]);
 }
 
-/// The largest eigenvalue of a symmetric matrix and its unit eigenvector, by Jacobi's rotations: unlike a root of the
-/// characteristic polynomial, as exact where two eigenvalues meet as elsewhere.
+/// Largest eigenvalue of a symmetric matrix and its unit eigenvector, by Jacobi's rotations: unlike a root of the
+/// characteristic polynomial, exact near double eigenvalues, too.
 struct Principal {
   double value = 0.0;
   Vec3 direction;
@@ -32,7 +31,7 @@ struct Principal {
   explicit Principal(const Mat3& symmetric) noexcept {
     double a[3][3], v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (int r = 0; r < 3; ++r) a[r][0] = symmetric.row[r].x, a[r][1] = symmetric.row[r].y, a[r][2] = symmetric.row[r].z;
-    constexpr int most_sweeps = 10;  // [1] five are enough, as it converges quadratically; fewer: off-diagonals are left
+    constexpr int most_sweeps = 10;  // [1] five are enough, by quadratic convergence; fewer: off-diagonals remain
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
       bool turned = false;
       for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
@@ -64,7 +63,7 @@ struct Principal {
   }
 };
 
-/// ±e L g, and its derivative along something along which the sums change by `slope`.
+/// ±e L g, and its derivative in a direction in which the sums change by `slope`.
 class Axis {
  public:
   explicit Axis(const Sums& sums) noexcept : dyads_(dyads_in(sums)), length_(sums[6]) {
@@ -109,12 +108,12 @@ class Axis {
   Vec3 direction_;
 };
 
-/// The weights along one axis of the voxels about a position, and their derivatives.
+/// Weights along an axis of the voxels about a position, and their derivatives.
 template <Filter>
 struct Weights;
 template <>
 struct Weights<Filter::trilinear> {
-  static constexpr int count = 2, before = 0;  ///< voxels; those before the cell's first
+  static constexpr int count = 2, before = 0;  ///< number of voxels; voxels before the cell's first
   double w[2], d[2];
   explicit Weights(double f) noexcept : w{1.0 - f, f}, d{-1.0, 1.0} {}
 };
@@ -148,7 +147,7 @@ class AxisGrid final : public detail::GridBase {
     const Cell(&cells)[3] = place.cells;
     Sums value, slopes[3];
     interpolate(cells, value, slopes);
-    if (!std::isfinite(value[0] + value[1] + value[2])) return {};  // a voxel that is not finite, whatever its weight
+    if (!std::isfinite(value[0] + value[1] + value[2])) return {};  // a non-finite voxel, at any weight
     const Axis axis(value);
     Vec3 derivatives[3];
     for (int a = 0; a < 3; ++a) derivatives[a] = cells[a].per_step * axis.derivative(slopes[a]);
@@ -159,7 +158,7 @@ class AxisGrid final : public detail::GridBase {
   }
 
  protected:
-  /// An axis has no polynomial and no levels; what is asked is whether the cell has data.
+  /// An axis has no polynomial and no levels; only presence of data is returned.
   void polynomial(int component, const Passage& cell, const ValueRange&, PolynomialPiece& piece) const noexcept override {
     constexpr int count = Weights<filter>::count, before = Weights<filter>::before;
     double poison = 0.0;
@@ -213,7 +212,7 @@ class AxisGrid final : public detail::GridBase {
     }
   }
 
-  /// A component in units near the largest: its square neither overflows nor vanishes.
+  /// Component in units near the largest: its square neither overflows nor underflows.
   double part(T raw) const noexcept { return (static_cast<double>(raw) * view_.scale + view_.offset) / unit_; }
 
   const T* data_;

@@ -11,7 +11,7 @@ namespace {
 struct Word {
   std::string_view word;
   const char* part;
-  bool whole;  // the word itself; else also as a part of one, as "arter" in "arteries"
+  bool whole;  // the word itself; else also as a part, as "arter" in "arteries"
 };
 constexpr Word words[] = {
     {"vessel", "blood vessel", false},
@@ -53,7 +53,7 @@ bool has(const std::string& name, const Word& word) {
   return false;
 }
 
-/// Lower case, and without the marks between the words "shear stress".
+/// Lower case, without separators of words: "shear stress".
 std::string plain(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   for (const std::string_view parted : {"shear_stress", "shear-stress", "shear stress"}) {

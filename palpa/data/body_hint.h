@@ -1,4 +1,4 @@
-// What the names of a file and of its fields say of its size.
+// Hints of the data's size from the names of a file and of its fields.
 #pragma once
 
 #include <filesystem>
@@ -10,18 +10,18 @@
 
 namespace palpa {
 
-/// A word in the name of a file or of a field that belongs to a part of a body.
+/// Word for a part of a body in the name of a file or of a field.
 struct BodyHint {
   std::string part;  ///< "blood vessel"
-  std::string name;  ///< the file or field that is called so
+  std::string name;
 };
 
-/// [m] No part of a body is longer. More: data in wrong units pass; less: a person who lies at full length is asked about.
+/// [m] Upper bound of a part of a body. More: data in wrong units pass; less: a question about a person at full length.
 inline constexpr double longest_body_m = 2.5;
 
-/// The part of a body that data of more than `longest_body_m` cannot be, though a name says it, where the unit of length is
-/// assumed: the unit is then probably another one. None for data that are shorter, whose unit is known, or without such a name.
-/// Allocates; any thread. \param files  as they were asked for
+/// Part of a body, by name, that cannot be longer than `longest_body_m` as these data are, if the unit of length is assumed: it
+/// is then probably wrong. None for shorter data, a known unit, or other names. Allocates; any thread.
+/// \param files  as requested
 std::optional<BodyHint> too_long_for(const Volume& volume, const std::vector<std::filesystem::path>& files);
 
 }  // namespace palpa

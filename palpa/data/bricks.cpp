@@ -14,7 +14,7 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-// Outwards: the float that holds the bound.
+// Rounded outwards to the float that bounds the value.
 template <class T>
 float at_most(T value) noexcept {
   const auto f = static_cast<float>(value);
@@ -26,7 +26,7 @@ float at_least(T value) noexcept {
   return static_cast<double>(f) >= static_cast<double>(value) ? f : std::nextafter(f, infinity);
 }
 
-// The voxels that cells of a brick reach along one axis: [first, last].
+// Voxels that cells of a brick use along an axis: [first, last].
 struct Window {
   std::int64_t first, last;
   Window(std::int64_t brick, std::int64_t voxels) noexcept
@@ -34,7 +34,7 @@ struct Window {
         last(std::min((brick + 1) * Bricks::cells + 1, voxels - 1)) {}
 };
 
-// What differences of voxels are taken in: of whole numbers the one without a sign, so that none is lost.
+// Type of voxel differences: unsigned for integers, so that none overflows.
 template <class T, bool = std::is_integral_v<T>>
 struct StepOf {
   using Type = std::make_unsigned_t<T>;
@@ -51,11 +51,11 @@ Step<T> apart(T a, T b) noexcept {
   return static_cast<Step<T>>(static_cast<Step<T>>(a > b ? a : b) - static_cast<Step<T>>(a > b ? b : a));
 }
 
-// Value by value over rows: plain loops along memory, which the compiler makes wide.
+// Values by column over rows: plain loops along memory, which the compiler vectorises.
 template <class T>
 struct Columns {
   std::vector<T> least, greatest;
-  std::vector<T> poison;       // of floats: NaN where a value was not finite
+  std::vector<T> poison;       // of floats: NaN after a value that was not finite
   std::vector<Step<T>> steps;  // to the neighbours
 
   explicit Columns(std::int64_t n)
@@ -71,13 +71,13 @@ struct Columns {
     std::fill(steps.begin(), steps.end(), Step<T>{});
   }
 
-  // Values first…last of a row, and their neighbours along each axis; itself where there is none.
+  // Adds values first…last of a row, with their neighbours along each axis; the row itself at a border.
   void add(const T* __restrict row, const T* __restrict next_i, const T* __restrict next_j, const T* __restrict next_k,
            std::size_t first, std::size_t last) noexcept {
     T* __restrict low = least.data();
     T* __restrict high = greatest.data();
     Step<T>* __restrict most = steps.data();
-    const auto larger = [](Step<T> a, Step<T> b) { return a > b ? a : b; };  // b where a is no number
+    const auto larger = [](Step<T> a, Step<T> b) { return a > b ? a : b; };  // b if a is NaN
     for (std::size_t i = first; i < last; ++i) {
       const T v = row[i];
       low[i] = v < low[i] ? v : low[i];
@@ -91,7 +91,7 @@ struct Columns {
   }
 };
 
-// The range of a brick's voxels so far.
+// Range of a brick's voxels so far.
 struct Found {
   float min = infinity, max = -infinity, step = 0.0F;
   bool hole = false;
@@ -117,13 +117,13 @@ struct Found {
 
 }  // namespace
 
-// Slice by slice, so that each is read from memory once: its rows go into the bricks that it lies in or next to.
+// By slices, so that each is read from memory once: its rows enter the bricks that contain or touch it.
 template <class T>
 void Bricks::fill(const T* data, const GridGeometry& geometry, std::int64_t first, std::int64_t last) {
   const auto& [nx, ny, nz] = geometry.dims;
   const std::int64_t row = nx * components_, in_layer = count_[0] * count_[1] * components_;
   std::vector<Found> found(static_cast<std::size_t>((last - first) * in_layer));
-  const auto inner = static_cast<std::size_t>(row - components_);  // values that have a neighbour along i
+  const auto inner = static_cast<std::size_t>(row - components_);  // values with a neighbour along i
   Columns<T> columns(row);
   for (std::int64_t k = Window(first, nz).first; k <= Window(last - 1, nz).last; ++k) {
     const std::int64_t from = std::max(first, (k - 2) / cells), to = std::min(last - 1, (k + 1) / cells);
@@ -159,7 +159,7 @@ void Bricks::fill(const T* data, const GridGeometry& geometry, std::int64_t firs
 Bricks::Bricks(const GridGeometry& geometry, const Voxels& voxels) : components_(voxels.components) {
   for (int a = 0; a < 3; ++a) count_[a] = (std::max<std::int64_t>(geometry.dims[a] - 1, 1) + cells - 1) / cells;
   ranges_.resize(static_cast<std::size_t>(components_ * count_[0] * count_[1] * count_[2]));
-  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
   const std::int64_t layers = worth_a_thread / (cells * geometry.dims[0] * geometry.dims[1]) + 1;
   with_values_of(voxels, [&](const auto* data) {
     in_parts(count_[2], layers, [&](std::int64_t first, std::int64_t last) { fill(data, geometry, first, last); });

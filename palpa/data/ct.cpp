@@ -5,7 +5,7 @@
 namespace palpa {
 namespace {
 
-// [HU] Level and width as radiologists use them. Wider: less contrast; narrower: more values are plain black or white.
+// [HU] Radiologists' level and width. Wider: less contrast; narrower: more values are plain black or white.
 constexpr CtWindow brain{"brain", 40, 80}, soft_tissue{"soft tissue", 40, 400}, bone{"bone", 400, 1800},
     lung{"lung", -600, 1500};
 
@@ -29,13 +29,13 @@ std::optional<double> ct_water(const Statistics& values, const std::string& unit
 }
 
 CtWindow ct_window(const Statistics& values, double water, std::string_view body_part, double widest_m) {
-  // Shares of what is denser than air, in HU.
+  // Shares of the values denser than air, in HU.
   const auto count = [&](double from, double to) { return values.histogram.share_between(from + water, to + water); };
   const double dense = count(-850, 1e9);
   const auto share = [&](double from, double to) { return dense > 0.0 ? count(from, to) / dense : 0.0; };
   const auto seen = [&](const CtWindow& w) { return share(w.level - 0.5 * w.width, w.level + 0.5 * w.width); };
-  // [1] Share in a window from which the part of the body that the file names decides. Less: a wrong name gives a black
-  // picture; more: right names are ignored.
+  // [1] Share in a window above which the file's part of the body decides. Less: a wrong name gives a black picture; more:
+  // right names are ignored.
   constexpr double enough = 0.15;
   if (says_any(body_part, {"brain", "head"}) && seen(brain) > enough) return brain;
   if (says_any(body_part, {"chest", "lung", "thorax"}) && seen(lung) > enough) return lung;
@@ -46,7 +46,7 @@ CtWindow ct_window(const Statistics& values, double water, std::string_view body
     return bone;
 
   const double soft = share(-200, 250), fat = share(-130, -60);
-  // Brain is darker than muscle, and there is little fat about it.
+  // Brain is darker than muscle, with little fat about it.
   if (body_part.empty() && widest_m < 0.32 && share(15, 50) > share(50, 100) && fat < 0.15 * soft && seen(brain) > enough)
     return brain;
   if (body_part.empty() && share(-850, -500) > 0.3) return lung;

@@ -14,10 +14,9 @@
 #include "palpa/data/quantile.h"
 #include "palpa/data/smooth_grid.h"
 
-// Slices stream through: each thread reads a slice, smooths it along i and j into a ring that holds
-// what the Gaussian reaches along k, keeps three slices that are smoothed altogether, and takes the
-// derivatives of the middle one. Rows are contiguous floats, one plane for each component, so that every
-// loop over i is one of vector instructions.
+// Streams over slices: each thread reads a slice, smooths it along i and j into a ring as long as the Gaussian's support along
+// k, keeps three completely smoothed slices, and differentiates the middle one. Rows are contiguous floats, a plane per
+// component, so that every loop over i vectorises.
 
 namespace palpa::detail {
 namespace {
@@ -28,7 +27,7 @@ bool only_smooths(Derivation derivation) noexcept {
   return derivation == Derivation::smooth || derivation == Derivation::smooth_vector;
 }
 
-/// The values of the source at the nodes, row by row: voxels as they are, or samples of any field.
+/// Values of the source at the nodes, row by row: its voxels, or samples of any field.
 class Nodes {
  public:
   Nodes(const Field& of, const GridGeometry& geometry)
@@ -40,7 +39,7 @@ class Nodes {
   const GridGeometry& geometry() const noexcept { return geometry_; }
   bool has_gaps() const noexcept { return !grid_ || grid_->valid_share < 1.0; }
 
-  /// The row at (j, k), components together; NaN in all of them where one has no finite value.
+  /// Row at (j, k), components interleaved; a node with a non-finite value is NaN in all.
   void row(std::int64_t j, std::int64_t k, double* out) const noexcept {
     const std::int64_t n = geometry_.dims[0];
     if (grid_) {
@@ -81,9 +80,9 @@ class Nodes {
   int components_;
 };
 
-/// Where zero and one lie for the floats: a value is centre + unit · float, so that neither a great offset nor an
-/// exotic unit costs digits. The centre is a median and the unit a geometric mean (as a power of two) over some
-/// 4000 nodes: a mark like −1e30 for "no data" moves neither.
+/// Normalisation of floats: value = centre + unit · float, so that neither a large offset nor an unusual unit costs digits.
+/// Centre: median; unit: geometric mean (as a power of two), over some 4000 nodes: a marker like −1e30 for "no data" moves
+/// neither.
 struct Normal {
   double centre[3] = {0.0, 0.0, 0.0};
   double unit = 1.0;
@@ -124,15 +123,15 @@ Normal normal_of(const Nodes& nodes) {
   return normal;
 }
 
-/// A Gaussian along one axis: weight of the nodes t = 0…radius steps away, and for every node the factor
-/// that makes up for the weights that fall beyond the border.
+/// Gaussian along an axis: weight of the nodes t = 0…radius steps away, and for every node the factor that compensates the
+/// weights beyond the border.
 struct Blur {
   std::int64_t radius = 0;
   std::vector<float> weight;
   std::vector<float> border;
 
   Blur(double sigma_voxels, std::int64_t n) {
-    constexpr double reach = 4.0;  // [σ] 6e-5 of the weight lie beyond. More: slower; less: the cut is seen as a step
+    constexpr double reach = 4.0;  // [σ] 6e-5 of the weight lie beyond. More: slower; less: a visible step at the cut
     if (sigma_voxels > 0.0) {
       radius = static_cast<std::int64_t>(std::min(std::ceil(reach * sigma_voxels), static_cast<double>(n - 1)));
     }
@@ -167,7 +166,7 @@ struct Plan {
   float* out;
 };
 
-/// Σ w[t] (row −t + row +t) of the rows that `row_at` gives, nullptr beyond the border.
+/// Σ w[t] (row −t + row +t) of the rows of `row_at`, nullptr beyond the border.
 template <class RowAt>
 void add_rows(const Blur& blur, std::int64_t at, std::int64_t count, std::int64_t n, float* __restrict out, RowAt row_at) {
   const float* here = row_at(at);
@@ -186,9 +185,8 @@ void add_rows(const Blur& blur, std::int64_t at, std::int64_t count, std::int64_
   for (std::int64_t i = 0; i < n; ++i) out[i] *= border;
 }
 
-/// The central difference, which is the derivative at the node of Keys' cubic through the nodes. `factor` is 1/2,
-/// 1 at a border, where `low` or `high` is `here`. Beside a gap the one-sided difference stands in; NaN
-/// in a gap and between two.
+/// Central difference: the derivative at the node of Keys' cubic through the nodes. `factor` is 1/2; 1 at a border, where `low`
+/// or `high` is `here`. One-sided beside a gap; NaN in a gap and between two.
 void difference(const float* low, const float* here, const float* high, float factor, bool gaps, std::int64_t n,
                 float* __restrict out) noexcept {
   for (std::int64_t i = 0; i < n; ++i) out[i] = factor * (high[i] - low[i]);
@@ -202,8 +200,7 @@ void difference(const float* low, const float* here, const float* high, float fa
   }
 }
 
-/// Middle eigenvalue of the symmetric part of J², which is S² + W². Without branches or angles, so that rows of
-/// it are vector instructions.
+/// Middle eigenvalue of the symmetric part of J², which is S² + W². Without branches or angles, so that rows of it vectorise.
 inline double middle_eigenvalue(const float (&j)[9]) noexcept {
   const double a = j[0], b = j[1], c = j[2], d = j[3], e = j[4], f = j[5], g = j[6], h = j[7], k = j[8];
   const double xy = 0.5 * (a * b + b * e + c * h + d * a + e * d + f * g);
@@ -217,15 +214,15 @@ inline double middle_eigenvalue(const float (&j)[9]) noexcept {
   const double p = std::sqrt(p2 + 1e-200);  // floats have no smaller squares but 0
   const double det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
   const double r = det / (2.0 * p * p * p);
-  // The middle x lies in [−1, 1], against the sign of r, and 1 − |x| = u with u²(3 − u) = 2(1 − |r|) = w². u/w goes
-  // from 1/√3 to 1/√2, nearly straight: within 3 %, and within 3e-8 after two of Newton's steps.
-  const double w = std::sqrt(std::abs(2.0 - 2.0 * std::abs(r)) + 1e-18);  // rounding has |r| beyond 1, too
+  // The middle x is in [−1, 1], of sign opposite to r, and 1 − |x| = u with u²(3 − u) = 2(1 − |r|) = w². u/w goes from 1/√3 to
+  // 1/√2, nearly straight: within 3 %, and within 3e-8 after two Newton steps.
+  const double w = std::sqrt(std::abs(2.0 - 2.0 * std::abs(r)) + 1e-18);  // by rounding |r| may exceed 1
   double u = w * (0.5773502691896258 + 0.0917517095361369 * w);
   for (int step = 0; step < 2; ++step) u -= (u * u * (u - 3.0) + w * w) / (3.0 * u * (u - 2.0));
   return mean + p * std::copysign(1.0 - u, -r);
 }
 
-/// From index derivatives of a row, d[(component · 3 + axis) · n + i], to what is derived.
+/// Derived values from index derivatives of a row, d[(component · 3 + axis) · n + i].
 void combine_vector(Derivation derivation, const float* __restrict d, const float* m, std::int64_t n,
                     float* __restrict out) noexcept {
   const float a00 = m[0], a01 = m[1], a02 = m[2], a10 = m[3], a11 = m[4], a12 = m[5], a20 = m[6], a21 = m[7], a22 = m[8];
@@ -276,7 +273,7 @@ void combine_scalar(const float* __restrict d, const float* m, std::int64_t n, f
   }
 }
 
-/// One thread's share of the slices, and its memory.
+/// Slices of a thread, and its memory.
 class Pass {
  public:
   explicit Pass(const Plan& plan)
@@ -300,7 +297,7 @@ class Pass {
   void run(std::int64_t first, std::int64_t last) noexcept {
     const std::int64_t reach = plan_.blur[2].radius;
     const bool neighbours = !only_smooths(plan_.derivation);
-    std::int64_t next = std::max<std::int64_t>(first - neighbours, 0);  // to be smoothed
+    std::int64_t next = std::max<std::int64_t>(first - neighbours, 0);  // next to smooth
     std::int64_t unread = std::max<std::int64_t>(next - reach, 0);
     for (std::int64_t k = first; k < last; ++k) {
       for (; next <= std::min(k + neighbours, nz_ - 1); ++next) {
@@ -323,7 +320,7 @@ class Pass {
     return smooth_.data() + ((k % 3) * components_ + component) * plane_;
   }
 
-  /// Slice k into the ring, smoothed along i and j.
+  /// Reads slice k into the ring, smoothed along i and j.
   void read(std::int64_t k) noexcept {
     for (std::int64_t j = 0; j < ny_; ++j) {
       plan_.nodes.row(j, k, row_.data());
@@ -343,7 +340,7 @@ class Pass {
     }
   }
 
-  /// A node without value is NaN; before smoothing it is 0 with weight 0, and the NaN waits in a plane of its own.
+  /// A node without value is NaN; before smoothing it is 0 with weight 0, and the NaN is kept in a plane of its own.
   void mark_gaps(std::int64_t k, std::int64_t j) noexcept {
     for (std::int64_t i = j * nx_; i < (j + 1) * nx_; ++i) {
       bool gap = false;
@@ -357,7 +354,7 @@ class Pass {
 
   void blur_row(const float* row, float* __restrict out) noexcept {
     const Blur& blur = plan_.blur[0];
-    std::copy_n(row, nx_, padded_.data() + blur.radius);  // zeros on both sides of it
+    std::copy_n(row, nx_, padded_.data() + blur.radius);  // zeros on both sides
     const float* __restrict here = padded_.data() + blur.radius;
     for (std::int64_t i = 0; i < nx_; ++i) out[i] = blur.weight[0] * here[i];
     for (std::int64_t t = 1; t <= blur.radius; ++t) {
@@ -367,7 +364,7 @@ class Pass {
     for (std::int64_t i = 0; i < nx_; ++i) out[i] *= blur.border[i];
   }
 
-  /// Slice k, smoothed along k as well.
+  /// Smooths slice k along k.
   void smooth(std::int64_t k) noexcept {
     for (std::int64_t j = 0; j < ny_; ++j) {
       const auto add = [&](int channel, float* out) {
@@ -384,7 +381,7 @@ class Pass {
     }
   }
 
-  /// Slice k as it is, components together. They share one offset, the first's, so the others' centres are in the floats.
+  /// Stores slice k, components interleaved. They share the first's offset, so the floats contain the others' centres.
   void keep_smoothed(std::int64_t k) noexcept {
     for (int c = 0; c < components_; ++c) {
       const auto offset = static_cast<float>((plan_.normal.centre[c] - plan_.normal.centre[0]) / plan_.normal.unit);
@@ -420,7 +417,7 @@ class Pass {
   const Plan& plan_;
   std::int64_t nx_, ny_, nz_, plane_;
   int components_;
-  int blurred_;   ///< planes of a slice that are smoothed: components, and the weight where there are gaps
+  int blurred_;   ///< smoothed planes of a slice: components, and the weight if there are gaps
   int channels_;  ///< planes of a slice
   std::int64_t slots_;
   std::vector<float> ring_, smooth_, scratch_, padded_, weight_, derivatives_;
@@ -450,7 +447,7 @@ FieldPtr derive_on_grid(Derivation derivation, const Field& of, const GridGeomet
     plan.index_to_world[3 * a + 1] = static_cast<float>(row.y);
     plan.index_to_world[3 * a + 2] = static_cast<float>(row.z);
   }
-  // What the Gaussian reaches beyond a part is smoothed for that part as well.
+  // A part also smooths the Gaussian's support beyond it.
   in_parts(geometry.dims[2], 4 * plan.blur[2].radius + 1,
            [&](std::int64_t first, std::int64_t last) { Pass(plan).run(first, last); });
   const double per_spacing = plan.normal.unit / spacing_m;

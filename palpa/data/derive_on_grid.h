@@ -1,4 +1,4 @@
-// Fields computed once, at the nodes of a grid, from another field: the work behind `derived`.
+// Derived fields computed once at the nodes of a grid, for `derived`.
 #pragma once
 
 #include "palpa/data/derived.h"
@@ -6,9 +6,9 @@
 
 namespace palpa::detail {
 
-/// Curl, divergence, gradient magnitude, Q, lambda2 of the field or the field smoothed, times `factor` [1], at the
-/// nodes of `geometry`, as a field sampled by the smoothing cubic. Where `of` is an affine grid, `geometry` must
-/// be its own, and its voxels are read as they are. `smoothing_m` [m] as for `derived`, which says how.
+/// Curl, divergence, gradient magnitude, Q, lambda2 of the field or the smoothed field, times `factor` [1], at the nodes of
+/// `geometry`, as a field sampled by the smoothing cubic. If `of` is an affine grid, `geometry` must be its own; its voxels are
+/// read directly. `smoothing_m` [m] as for `derived`, with its method.
 FieldPtr derive_on_grid(Derivation derivation, const Field& of, const GridGeometry& geometry, double smoothing_m,
                         double factor);
 

@@ -43,7 +43,7 @@ constexpr std::array<Naming, 13> namings{{
 }};
 const Naming& naming_of(Derivation derivation) noexcept { return namings[static_cast<std::size_t>(derivation)]; }
 
-/// What magnitude and components share: all but the sample is the source's.
+/// Base of magnitude and components: forwards all but the sample to the source.
 class OfSample : public Field {
  public:
   explicit OfSample(FieldPtr of) : of_(std::move(of)) {}
@@ -59,7 +59,6 @@ class OfSample : public Field {
   FieldPtr of_;
 };
 
-/// From 0 to the farthest corner of the ranges of a vector's components.
 ValueRange magnitudes_within(const std::vector<ValueRange>& e) noexcept {
   const auto reach = [](const ValueRange& x) { return std::max(std::abs(x.min), std::abs(x.max)); };
   return {0.0, std::min(norm({reach(e[0]), reach(e[1]), reach(e[2])}), std::numeric_limits<double>::max())};
@@ -72,7 +71,7 @@ class Magnitude final : public OfSample {
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     return detail::taken_of(of_->vector(world_m), detail::Pointwise::magnitude);
   }
-  /// Where cells differ, a quarter of the one that the way is in: no more, and not beyond its face, where finer ones may be.
+  /// With cells of different sizes, a quarter of the current cell: no more, and not beyond its face, where finer ones may be.
   PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
                               const ValueRange& quiet) const noexcept override {
     if (!grid_ || !grid_->is_rectilinear()) return OfSample::piece_along(from_m, to_m, begin, quiet);
@@ -80,7 +79,7 @@ class Magnitude final : public OfSample {
     const double quarter_m = 0.25 * grid_->local_spacing_m(from_m + 0.5 * (begin + end) * (to_m - from_m));
     return cubic_piece(from_m, to_m, begin, std::min(quarter_m, (end - begin) * distance(from_m, to_m)));
   }
-  /// A length changes by no more than the vector does.
+  /// A length changes by no more than the vector.
   LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override { return of_->lipschitz_bound(world_m); }
   std::vector<ValueRange> value_ranges() const override { return {extents_}; }
 
@@ -94,7 +93,7 @@ class Magnitude final : public OfSample {
   static ValueRange voxel_extent(const GridView& grid) {
     ValueRange extent{std::numeric_limits<double>::max(), 0.0};
     std::mutex joining;
-    constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+    constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
     detail::with_values_of(grid.voxels, [&](const auto* voxels) {
       detail::in_parts(grid.geometry.voxels(), worth_a_thread, [&](std::int64_t first, std::int64_t last) {
         ValueRange part{std::numeric_limits<double>::max(), 0.0};
@@ -111,7 +110,7 @@ class Magnitude final : public OfSample {
     return extent.min <= extent.max ? extent : ValueRange{};
   }
 
-  const detail::GridBase* grid_;  // what it is the length of; or nullptr
+  const detail::GridBase* grid_;  // source grid of the length; or nullptr
   ValueRange extents_;
 };
 
@@ -133,7 +132,7 @@ class Component final : public OfSample {
 
  private:
   int axis_;
-  const detail::GridBase* grid_;  // what it is a component of; or nullptr
+  const detail::GridBase* grid_;  // source grid of the component; or nullptr
 };
 
 /// |u|², to be smoothed.
@@ -176,7 +175,7 @@ class Coherence final : public OfSample {
   FieldPtr mean_square_;
 };
 
-/// Magnitude or component of a field that changes with time: of its sample at that moment, so exact there too.
+/// Magnitude or component of a field that changes with time: of its sample at that moment, so exact, too.
 class TimedPointwise final : public TimedField {
  public:
   TimedPointwise(FieldPtr of, int axis) : of_(std::move(of)), timed_(*timed(*of_)), axis_(axis) {}
@@ -208,8 +207,7 @@ class TimedPointwise final : public TimedField {
   int axis_;
 };
 
-/// Where the values of a field lie: the nodes of the grid behind it, or a grid over a formula's box. A rectilinear grid is
-/// taken at the mean distances of its planes.
+/// Nodes of the grid behind a field, or a grid over a formula's box. A rectilinear grid at the mean distances of its planes.
 GridGeometry nodes_of(const Field& field) {
   if (const GridView* grid = grid_behind(field)) {
     GridGeometry geometry = grid->geometry;
@@ -230,7 +228,7 @@ GridGeometry nodes_of(const Field& field) {
   return detail::geometry_over(box, static_cast<int>(std::clamp(samples, 2.0, double(most))));
 }
 
-/// How the values change when the field is made larger by a scale: they are divided by its power.
+/// Power of length of a derivation: the values of a field enlarged by a scale are divided by the scale to it.
 int powers_of_length(Derivation derivation) noexcept {
   switch (derivation) {
     case Derivation::gradient_magnitude:
@@ -244,7 +242,7 @@ int powers_of_length(Derivation derivation) noexcept {
 
 FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor);
 
-/// The same of a field that changes with time: below its poses, then frame by frame.
+/// Derives a field that changes with time: below its poses, then frame by frame.
 FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor) {
   switch (derivation) {
     case Derivation::component_x: return std::make_shared<const TimedPointwise>(of, 0);
@@ -265,7 +263,7 @@ FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothin
     return time_series(std::move(frames), series->period_s, series->between_frames);
   }
   const TimedField& formula = *timed(*of);
-  // A way of many poses has as many moments, each a grid over all that the volume comes to.
+  // A track of many poses has as many moments, each a grid over the volume's whole range of motion.
   const double moments = std::max(1.0, std::round(formula.cycle_s() / formula.time_spacing_s()));
   detail::expect_few_samples(nodes_of(*of), moments, limit::derived_samples);
   const double period_s = moments > 1.0 ? formula.cycle_s() / moments : 1.0;
@@ -274,7 +272,7 @@ FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothin
   return time_series(std::move(frames), period_s);
 }
 
-/// `factor` [1] on the values: what poses further out divide by.
+/// \param factor  [1] on the values: the division by outer poses' scales
 FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor) {
   if (timed(*of)) return derive_timed(derivation, of, smoothing_m, factor);
   switch (derivation) {

@@ -1,4 +1,4 @@
-// Fields that are derived from others, kept.
+// Cache of derived fields.
 #pragma once
 
 #include <mutex>
@@ -8,10 +8,10 @@
 
 namespace palpa::detail {
 
-/// Derived fields by what they derive from. A few: looked through in order.
+/// Derived fields by source; a short list, searched linearly.
 class DerivedFields {
  public:
-  /// `derived` of these, computed the first time that it is asked for. Any thread; throws what `derived` throws.
+  /// Returns `derived` of these arguments, computed at the first request. Any thread; throws like `derived`.
   /// \param smoothing_m  [m] as there
   FieldPtr get(Derivation derivation, const FieldPtr& of, double smoothing_m);
 

@@ -8,7 +8,7 @@ namespace palpa::detail {
 
 namespace {
 
-// [1] More: names of nonsense are parsed for longer; fewer: deep but sensible names are refused.
+// [1] More: nonsensical names are parsed for longer; fewer: deep but sensible names are refused.
 constexpr std::size_t most_derivations = 8;
 
 std::vector<std::string> functions() {

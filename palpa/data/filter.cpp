@@ -31,7 +31,7 @@ FieldPtr made_of(const GridView& grid, Filter filter, bool without_sign) {
   }
 }
 
-/// The field with every grid below its poses and frames made into another.
+/// The field with each grid below its poses and frames replaced by `make`.
 template <class Make>
 FieldPtr remade(const FieldPtr& field, const Make& make) {
   if (const PosedView* view = posed_of(*field)) return posed(remade(view->field, make), view->pose);
@@ -105,7 +105,7 @@ FilterChoice default_filter(const GridView& grid) noexcept {
     return {Filter::trilinear, "planes lie at uneven distances, between which a spline would bend what is straight"};
   if (std::max({dims[0], dims[1], dims[2]}) < 2 * roughness_reach + 1)
     return {Filter::trilinear, "there are too few voxels to tell what lies between them"};
-  // [1] Roughness from which data are smoothed. Less: smooth data are smoothed as well; more: `cubic` keeps noise.
+  // [1] Roughness above which data are smoothed. Less: smooth data are smoothed as well; more: `cubic` keeps noise.
   constexpr double rough = 1.0;
   // Voxels up to which `cubic` may keep a second copy. More: more memory; fewer: large smooth data are only smoothed.
   constexpr std::int64_t most_voxels = std::int64_t{1} << 27;

@@ -1,4 +1,4 @@
-// What the voxels of a grid say that a smoothing filter takes away.
+// Detail of a grid's voxels that a smoothing filter removes.
 #pragma once
 
 #include <vector>
@@ -7,23 +7,23 @@
 
 namespace palpa::detail {
 
-/// What the voxels of a scalar field say, linearly between them, minus what its filter makes of them, as a share of three
-/// times the root mean square of that difference, and clamped: −1…1 [1]. Of noise whose values are normal it is within
-/// ±1/3 at two places of three. That root mean square is taken once, here, at 4096 places of the grid; three of it are at least
-/// a thousandth of the field's range, so that the rounding of calm data is not blown up.
+/// Trilinear interpolant of a scalar field's voxels minus the field's filtered value, over three times the root mean square of
+/// that difference, and clamped: −1…1 [1]. Normal noise is within ±1/3 at two places of three. That root mean square is
+/// computed once, at 4096 places of the grid; three of it are at least a thousandth of the field's range, so that the rounding
+/// of smooth data is not amplified.
 ///
 /// 0 wherever the field has data, if it has no detail (`has_detail`). Box, depth and spacing are the field's own. Its
-/// derivative jumps from cell to cell, as a trilinear one does, and is 0 where it is clamped. Sampling is as for every field.
+/// derivative jumps between cells, as for a trilinear field, and is 0 where clamped. Sampling is as for every field.
 class FineDetail final : public Field {
  public:
   /// \param of  a scalar field that does not change with time
   /// Allocates, and reads the voxels about those places.
   explicit FineDetail(FieldPtr of);
 
-  /// The grid that it is the detail of; nullptr where there is none.
+  /// Source grid of the detail; nullptr if none.
   const GridBase* grid() const noexcept { return smooth_; }
   const FieldPtr& of() const noexcept { return of_; }
-  /// At a place of that grid's geometry; only where there is a grid.
+  /// Sample at a place of that grid's geometry; only with a grid.
   ScalarSample scalar_in(GridBase::Place& place) const noexcept;
 
   int components() const noexcept override { return 1; }
@@ -36,12 +36,12 @@ class FineDetail final : public Field {
   std::vector<ValueRange> value_ranges() const override;
 
  private:
-  double find_scale() const;  ///< in the field's own unit; 0: nothing differs
+  double find_scale() const;  ///< in the field's own unit; 0: no detail
 
   FieldPtr of_;
-  const GridBase* smooth_;  ///< the same one
+  const GridBase* smooth_;  ///< `of_` as a grid
   FieldPtr kept_;
-  const GridBase* linear_;  ///< the same voxels, straight between them
+  const GridBase* linear_;  ///< its voxels, trilinear
   double scale_ = 0.0;      ///< the field's own unit
 };
 

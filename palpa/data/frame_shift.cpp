@@ -11,13 +11,13 @@
 namespace palpa {
 namespace {
 
-// The sample from which shifts are estimated: pairs of frames, places tried per pair, places used per pair (near the level, or
-// the steepest tenth). More: slower; fewer: a less certain median and 90th percentile.
+// Sample for the estimate: pairs of frames, places tried per pair, places used per pair (near the level, or the steepest
+// tenth). More: slower; fewer: a less certain median and 90th percentile.
 constexpr int most_pairs = 20;
 constexpr int candidates = 20000;
 constexpr std::size_t most_places = 500;
-// The search along the gradient, in sample spacings. A longer reach is slower, a shorter one counts far shifts as lost; a
-// longer step skips thin edges, a shorter one is slower.
+// Search along the gradient, in sample spacings. Longer reach: slower; shorter: far shifts count as lost. Longer step: thin
+// edges are skipped; shorter: slower.
 constexpr double reach_spacings = 32.0;
 constexpr double step_spacings = 0.25;
 
@@ -26,7 +26,7 @@ struct Place {
   ScalarSample sample;
 };
 
-/// Places within a spacing of the level, put onto it; or the steepest tenth.
+/// Places within a spacing of the level, projected onto it; or the steepest tenth.
 std::vector<Place> places_of(const Field& frame, std::optional<double> level) {
   const Box box = frame.bounds_m();
   std::vector<Place> places;
@@ -54,7 +54,7 @@ std::vector<Place> places_of(const Field& frame, std::optional<double> level) {
   return places;
 }
 
-/// The width of the edge at a place [m]: its whole rise over its steepest slope.
+/// Width of the edge at a place [m]: its whole rise over its steepest slope.
 double edge_width_m(const Field& frame, const Place& place, const Vec3& uphill) noexcept {
   const double h = frame.spacing_m(), steepness = norm(place.sample.gradient);
   double rise = 0.0, steepest = steepness;
@@ -72,7 +72,7 @@ double edge_width_m(const Field& frame, const Place& place, const Vec3& uphill) 
   return rise / steepest;
 }
 
-/// How far along the gradient the next frame has the same value, rising the same way; infinity where it has not.
+/// Distance along the gradient to an equal value of the next frame, rising in this direction; infinity if none.
 double shift_m(const Field& next, const Place& place, const Vec3& uphill) noexcept {
   const double h = next.spacing_m();
   double nearest_m = std::numeric_limits<double>::infinity();

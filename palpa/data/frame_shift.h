@@ -1,4 +1,4 @@
-// How far the levels of a time series move from frame to frame, by the width of their edges.
+// Displacement of a time series' levels from frame to frame, by the width of their edges.
 #pragma once
 
 #include <optional>
@@ -7,19 +7,19 @@
 
 namespace palpa {
 
-/// Shift per frame over width of the edge [1]: a linear blend of two frames moves a level that shifts by much less than the
-/// edge is wide; of one that shifts by more it makes a jump.
+/// Shift per frame over width of the edge [1]: a linear blend of two frames moves a level if its shift is much less than the
+/// edge's width; beyond, it makes a jump.
 struct FrameShift {
-  int places = 0;           ///< that were looked at, over all pairs of frames
+  int places = 0;           ///< examined, over all pairs of frames
   double median = 0.0;      ///< [edge widths per frame]
-  double p90 = 0.0;         ///< [edge widths per frame]; infinity where so many edges have no place in the next frame
-  double lost_share = 0.0;  ///< [1] of the places: the next frame has no such edge within 32 spacings along the gradient
+  double p90 = 0.0;         ///< [edge widths per frame]; infinity if so many edges have no match in the next frame
+  double lost_share = 0.0;  ///< [1] of the places: no such edge in the next frame within 32 spacings along the gradient
 };
 
-/// Looks at places on a level, or, without one, at the steepest tenth, in up to 20 pairs of frames. The width of an edge
-/// is its whole rise along the gradient, as far as that goes on rising at a tenth of its slope at least, over that slope;
-/// its shift the way along the gradient to the nearest place of the same value, rising the same way, in the next frame.
-/// Of a scalar series; nothing is found in others. Takes up to seconds.
+/// Examines places on a level, or, without a level, the steepest tenth, in up to 20 pairs of frames. The width of an edge is
+/// its whole rise along the gradient, while it rises at a tenth of its slope at least, over that slope; its shift the distance
+/// along the gradient to the nearest equal value, also rising, in the next frame. For a scalar series; empty for others. Takes
+/// up to seconds.
 /// \param level  in the field's own unit
 FrameShift frame_shift(const SeriesView& series, std::optional<double> level = {});
 

@@ -16,11 +16,11 @@
 namespace palpa {
 namespace {
 
-/// [1] Planes of a rectilinear axis are refused where they are closer than this share of its length. Less: rounding of
-/// positions swaps planes; more: fine layers are refused.
+/// [1] Least distance of planes of a rectilinear axis, as a share of its length. Less: rounding of positions swaps planes;
+/// more: fine layers are refused.
 constexpr double least_gap = 1e-12;
 
-/// The mark of `grid_of`: one class for all types of voxel.
+/// Common base for `grid_of`: one class for all types of voxel.
 class Grid : public detail::GridBase {
  public:
   Grid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in)
@@ -31,8 +31,8 @@ class Grid : public detail::GridBase {
   virtual void sample(const double* places_m, std::int64_t count, double* values, double* gradients) const noexcept = 0;
 
  protected:
-  /// Value and index derivatives of the trilinear interpolant. A corner that is not finite makes the
-  /// value NaN or infinite, whatever its weight (0·∞ is NaN), so that one look at the result is enough.
+  /// Value and index derivatives of the trilinear interpolant. A non-finite corner makes the value NaN or infinite at any
+  /// weight (0·∞ is NaN), so that one check of the result is enough.
   template <class T>
   double interpolate(const T* voxels, const Cell (&cells)[3], Vec3& derivative) const noexcept {
     const T* first = voxels + cells[0].first * stride_[0] + cells[1].first * stride_[1] + cells[2].first * stride_[2];
@@ -60,7 +60,7 @@ class Grid : public detail::GridBase {
     return c0 + f[2] * (c1 - c0);
   }
 
-  /// Has the voxels about a cell brought from memory, for a sample that follows soon.
+  /// Prefetches the voxels about a cell for a following sample.
   template <class T>
   void fetch(const T* voxels, const Cell (&cells)[3]) const noexcept {
     const T* first = voxels + cells[0].first * stride_[0] + cells[1].first * stride_[1] + cells[2].first * stride_[2];
@@ -69,7 +69,7 @@ class Grid : public detail::GridBase {
   }
 
   /// The trilinear value along a straight piece is a cubic: its Bernstein coefficients are the means of the values at the
-  /// corners of the box about the piece that are as many steps away from its begin.
+  /// corners of the box about the piece that are as many steps away from its start.
   template <class T>
   void cubic(const T* voxels, const Passage& cell, double (&control)[10]) const noexcept {
     const T* first = voxels + cell.first[0] * stride_[0] + cell.first[1] * stride_[1] + cell.first[2] * stride_[2];
@@ -99,7 +99,7 @@ class Grid : public detail::GridBase {
   }
 
  private:
-  std::int64_t neighbour_[3];  ///< values to the other side of a cell; 0 along an axis of one voxel
+  std::int64_t neighbour_[3];  ///< offset of the value on the other side of a cell; 0 along an axis of one voxel
 };
 
 template <class T>
@@ -133,7 +133,7 @@ class TypedGrid final : public Grid {
   }
 
   void sample(const double* places_m, std::int64_t count, double* values, double* gradients) const noexcept override {
-    // [1] Places whose voxels are on their way at once. More: the first are gone from the cache; fewer: the processor waits.
+    // [1] Places prefetched at once. More: the first are evicted from the cache; fewer: the processor stalls.
     constexpr std::int64_t group = 32;
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     Place places[group];

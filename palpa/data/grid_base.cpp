@@ -14,8 +14,8 @@ namespace palpa::detail {
 namespace {
 
 struct Found {
-  std::array<ValueRange, 3> ranges;  ///< raw; min > max where nothing is finite
-  std::int64_t valid = 0;            ///< voxels that are finite altogether
+  std::array<ValueRange, 3> ranges;  ///< raw; min > max if none is finite
+  std::int64_t valid = 0;            ///< voxels with all components finite
 
   void join(const Found& other) noexcept {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -25,7 +25,7 @@ struct Found {
   }
 };
 
-/// How many voxels of one row in `step`, from one to before another, are finite.
+/// Number of finite voxels of a row in `step`, from one to before another.
 template <int Components, class T>
 std::int64_t finite_voxels(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to,
                            std::int64_t step) noexcept {
@@ -41,18 +41,18 @@ std::int64_t finite_voxels(const T* voxels, std::int64_t width, std::int64_t fro
   return count;
 }
 
-/// Of one row in `step`, from one to before another. Value by value in as many lanes, which the compiler makes wide.
+/// Range over rows in `step`, from one to before another. By value in lanes, which the compiler vectorises.
 template <int Components, class T>
 Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to, std::int64_t step) noexcept {
   constexpr std::int64_t lanes = 48;                 // [values] of whole registers and whole voxels
-  T least[lanes], greatest[lanes], poison[lanes]{};  // the last: NaN where a value was not finite
+  T least[lanes], greatest[lanes], poison[lanes]{};  // the last: NaN after a value that was not finite
   std::fill(least, least + lanes, std::numeric_limits<T>::max());
   std::fill(greatest, greatest + lanes, std::numeric_limits<T>::lowest());
   const auto take = [&](T value, std::int64_t lane) {
     if constexpr (std::is_floating_point_v<T>) {
       const T bad = value - value;
       poison[lane] += bad;
-      value += bad;  // neither less nor greater where it is not finite
+      value += bad;  // NaN, neither less nor greater, if not finite
     }
     least[lane] = value < least[lane] ? value : least[lane];
     greatest[lane] = value > greatest[lane] ? value : greatest[lane];
@@ -81,10 +81,10 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
   return found;
 }
 
-/// Of all components, by all cores.
+/// Ranges of all components, on all cores.
 template <class T>
 Found find_ranges(const T* voxels, int components, std::int64_t width, std::int64_t rows, std::int64_t step) {
-  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Found all;
   all.ranges.fill({infinity, -infinity});
@@ -152,7 +152,7 @@ GridGeometry geometry_over(const Box& box, int samples) {
   const double wanted_m = largest_component(size_m) / (samples - 1);
   if (!std::isfinite(wanted_m) || !(wanted_m > 0.0)) throw std::invalid_argument("the field's box has no size to sample");
 
-  // Both ends of every side are samples, so steps differ a little from axis to axis.
+  // Both ends of every side are samples, so steps differ a little between axes.
   GridGeometry geometry;
   double step_m[3];
   for (int a = 0; a < 3; ++a) {
@@ -238,24 +238,23 @@ void GridBase::find_extents(const VoxelFacts& facts) {
 
 namespace {
 
-/// An empty range: a search for polynomials asks with it, because no value is quiet.
+/// Empty range, to request polynomials: no value is quiet.
 constexpr ValueRange polynomials{1.0, -1.0};
 
-/// The straight way along one axis of the grid.
 struct Axis {
-  double from = 0.0;               ///< [steps] where the whole way begins
-  double way = 0.0;                ///< [steps] from there to its end
-  double low = 0.0;                ///< [steps] where the data begin
-  double high = 0.0;               ///< [steps] where they end
-  double last = 0.0;               ///< [steps] the last voxel
+  double from = 0.0;               ///< [steps] start of the segment
+  double way = 0.0;                ///< [steps] from start to end
+  double low = 0.0;                ///< [steps] start of the data
+  double high = 0.0;               ///< [steps] end of the data
+  double last = 0.0;               ///< [steps] last voxel
   const double* planes = nullptr;  ///< [steps] of a rectilinear axis
-  /// [voxels] The way is between voxels zone and zone + 1; −1 and `last`: before the first and behind the last, where the
-  /// values at the edge go on as far as the data do.
+  /// [voxels] The segment is between voxels zone and zone + 1; −1 and `last`: before the first and behind the last, where the
+  /// values at the edge continue to the end of the data.
   std::int64_t zone = 0;
 
   double at(double share) const noexcept { return from + share * way; }
   double plane(std::int64_t index) const noexcept { return planes ? planes[index] : static_cast<double>(index); }
-  /// The share where the way reaches a place [steps]; infinite along an axis that it does not move along.
+  /// Share of the segment at a position [steps]; infinite along an axis without motion.
   double share_at(double place) const noexcept {
     return way != 0.0 ? (place - from) / way : std::numeric_limits<double>::infinity();
   }
@@ -264,13 +263,13 @@ struct Axis {
     if (way > 0.0) return is_behind() ? high : plane(zone + 1);
     return zone < 0 ? low : plane(zone);
   }
-  /// The zone of a place: the one before it where it lies on a plane and `before` asks for that.
+  /// Zone of a position; with `before`, a position on a plane belongs to the zone before.
   std::int64_t zone_of(double place, bool before) const noexcept {
     if (!planes) return static_cast<std::int64_t>(std::clamp(before ? std::ceil(place) - 1.0 : std::floor(place), -1.0, last));
     const double* end = planes + static_cast<std::int64_t>(last) + 1;
     return (before ? std::lower_bound(planes, end, place) : std::upper_bound(planes, end, place)) - planes - 1;
   }
-  /// Finds the zone where the way goes on at `share`: one whose far face lies ahead.
+  /// Sets the zone ahead of `share`: its far face lies ahead.
   void enter(double share) noexcept {
     zone = zone_of(at(share), way < 0.0);
     while (way > 0.0 && !is_behind() && share_at(far_face()) <= share) ++zone;
@@ -279,7 +278,6 @@ struct Axis {
   std::int64_t first_voxel() const noexcept {
     return std::clamp<std::int64_t>(zone, 0, std::max<std::int64_t>(static_cast<std::int64_t>(last) - 1, 0));
   }
-  /// Across the cell, at `share`.
   double fraction(double share) const noexcept {
     if (zone < 0) return 0.0;
     if (is_behind()) return last - static_cast<double>(first_voxel());
@@ -298,7 +296,7 @@ struct Axis {
 
 }  // namespace
 
-/// A way through the grid, and the part of it that has data.
+/// Segment through the grid, and its part with data.
 struct GridBase::Way {
   Axis axis[3];
   double enters = 0.0;  ///< [1]
@@ -323,7 +321,7 @@ struct GridBase::Way {
     for (Axis& a : axis) a.enter(begin);
   }
 
-  /// The cell that was entered at `begin`, and where the way leaves it.
+  /// Cell entered at `begin`, and the share of its exit.
   Passage pass(double begin, double& end) const noexcept {
     double exits[3];
     end = leaves;
@@ -336,7 +334,7 @@ struct GridBase::Way {
     for (int a = 0; a < 3; ++a) {
       cell.first[a] = axis[a].first_voxel();
       cell.begin[a] = axis[a].fraction(begin);
-      // On the face itself where the way leaves by it: the next cell begins there.
+      // Exactly on the exit face: the next cell begins there.
       const bool between = axis[a].zone >= 0 && !axis[a].is_behind();
       cell.end[a] = between && exits[a] == end ? (axis[a].way > 0.0 ? 1.0 : 0.0) : axis[a].fraction(end);
     }
@@ -356,7 +354,7 @@ bool GridBase::cross_bricks(int component, const Way& way, const ValueRange& qui
   const Kind kind = kind_of(brick);
   if (kind == Kind::mixed) return false;
 
-  // [1] Bricks skipped in one piece. More: longer worst tick; fewer: quiet ways are cut into more pieces.
+  // [1] Bricks skipped in one piece. More: longer worst tick; fewer: quiet segments are cut into more pieces.
   constexpr int most_bricks = 64;
   double exits[3];
   for (int a = 0; a < 3; ++a) exits[a] = way.axis[a].share_at(way.axis[a].far_face_of(brick[a]));
@@ -443,7 +441,7 @@ double GridBase::local_spacing_m(const Vec3& world_m) const noexcept {
   const double at[3] = {steps.x, steps.y, steps.z};
   double least_m = std::numeric_limits<double>::max();
   for (int a = 0; a < 3; ++a) {
-    // A place that is not finite is on the first plane, as good as any.
+    // A non-finite position counts as on the first plane.
     const std::int64_t cell = planes_[a] ? cell_at(a, at[a]) : 0;
     least_m = std::min(least_m, (planes_[a] ? planes_[a][cell + 1] - planes_[a][cell] : 1.0) * plane_distance_m_[a]);
   }
@@ -477,11 +475,11 @@ double GridBase::steepest(const std::int64_t (&low)[3], const std::int64_t (&hig
   return std::sqrt(squared);
 }
 
-// An index derivative of either interpolant is a mean of differences of neighbouring voxels, so none is more than the largest
-// in the bricks that the ball reaches; and a value moves by no more than that times the indices passed, added up over the axes.
+// An index derivative of either interpolant is a mean of differences of neighbouring voxels, so bounded by the largest in the
+// bricks that the ball reaches; a value changes by at most that times the indices passed, summed over the axes.
 LipschitzBound GridBase::certificate_in(const Place& place, int component, int count) const noexcept {
   const double depth = depth_at(place.steps), hair_m = 2.0 * face_tolerance_voxels * spacing_m_;
-  if (!bricks_ || view_.signless) return {};  // an axis, of which dyads are interpolated, may turn at once
+  if (!bricks_ || view_.signless) return {};  // an axis, interpolated by dyads, may turn at once
   if (!place.inside) return {std::max(0.0, -depth - hair_m)};
   LipschitzBound c{std::min(is_rectilinear_ ? cell_spacing_m(place.cells) : spacing_m_, depth - hair_m)};
   if (!(c.radius_m > 0.0)) return {};
@@ -515,7 +513,7 @@ LipschitzBound GridBase::certificate_in(const Place& place, int component, int c
     largest = std::max(largest, std::max(std::abs(static_cast<double>(all.min)), std::abs(static_cast<double>(all.max))));
   }
   c.slope_per_m = std::abs(view_.scale) * std::sqrt(squared) * (is_rectilinear_ ? steepest(low, high) : steepest_per_m_);
-  const double shift_m = 32.0 * eps * (furthest_m + steps_m);  // by which positions are rounded
+  const double shift_m = 32.0 * eps * (furthest_m + steps_m);  // rounding of positions
   c.rounding = 128.0 * eps * (std::abs(view_.scale) * largest + std::abs(view_.offset)) + c.slope_per_m * shift_m;
   return std::isfinite(c.slope_per_m + c.rounding) ? c : LipschitzBound{};
 }

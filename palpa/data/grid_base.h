@@ -1,4 +1,4 @@
-// What grids have in common, whatever lies between their voxels: place, extent, range.
+// Common base of grids for any interpolation: position, extent, range.
 #pragma once
 
 #include <algorithm>
@@ -22,19 +22,19 @@ namespace palpa::detail {
 /// puts corners of the grid outside; more: data reach visibly beyond their voxels.
 inline constexpr double face_tolerance_voxels = 1e-6;
 
-/// Throws std::invalid_argument, with a sentence, where a grid cannot be made of these (see grid_field). Scale and offset
-/// in the field's own unit.
+/// Throws std::invalid_argument, with a sentence, on invalid arguments of a grid (see grid_field). Scale and offset in the
+/// field's own unit.
 void check_grid(const GridGeometry& geometry, const Voxels& voxels, double scale, double offset);
 
-/// Inverse [voxels/m] of the steps [m] of a usable grid, by way of a matrix near 1, so that steps of any length neither
-/// overflow nor lose bits: scaling by a power of two scales the inverse by its reciprocal, exactly.
+/// Inverse [voxels/m] of the steps [m] of a valid grid, through a matrix near 1, so that steps of any length neither overflow
+/// nor lose bits: scaling by a power of two scales the inverse by its reciprocal, exactly.
 Mat3 scaled_inverse(const Mat3& steps_m) noexcept;
 
-/// `samples` planes along the longest side of the box, both ends of every side among them; fewer along the others.
-/// Throws std::invalid_argument on a box without size.
+/// Grid of `samples` planes along the longest side of the box, both ends of every side included; fewer along the others. Throws
+/// std::invalid_argument on an empty box.
 GridGeometry geometry_over(const Box& box, int samples);
 
-/// The position [m] itself, or the nearest one of the box: rounding must not put the last sample outside.
+/// Position [m] clamped to the box: rounding must not put the last sample outside.
 inline Vec3 within(const Box& box, const Vec3& x) noexcept {
   return {std::clamp(x.x, box.low_m.x, box.high_m.x), std::clamp(x.y, box.low_m.y, box.high_m.y),
           std::clamp(x.z, box.low_m.z, box.high_m.z)};
@@ -55,39 +55,38 @@ auto with_values_of(const Voxels& voxels, Act&& act) {
   throw std::invalid_argument("the grid's type of voxel is unknown");
 }
 
-/// What reading all voxels of a grid tells.
+/// Results of reading all voxels of a grid.
 struct VoxelFacts {
   std::array<std::int64_t, 3> dims;  ///< of that grid
-  std::array<ValueRange, 3> ranges;  ///< raw, of each component; min > max where nothing is finite
-  double valid_share = 0.0;          ///< [1] of the voxels, that are finite altogether
+  std::array<ValueRange, 3> ranges;  ///< raw, of each component; min > max if none is finite
+  double valid_share = 0.0;          ///< [1] of the voxels with all components finite
   Bricks bricks;
 };
 
-/// All of a grid but the sampling. Reads the voxels for their range and that of its bricks, unless they are known.
+/// Grid without its sampling. Reads the voxels for their range and that of its bricks, unless known.
 class GridBase : public Field {
  public:
-  /// \param coefficients  of a spline that meets the voxels, as many and of their type; empty: the voxels are what is
-  ///                      interpolated
-  /// \param one_row_in    0: the field is felt, all rows are read, and bricks made; else as of preview_grid_field
+  /// \param coefficients  of a spline through the voxels, as many and of their type; empty: the voxels are interpolated
+  /// \param one_row_in    0: for feeling, all rows are read, and bricks made; else as of preview_grid_field
   GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless = false,
            std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 0);
 
   const GridView& view() const noexcept { return view_; }
 
-  /// The cell of a position along one axis: its first voxel, the fraction [1] across it.
+  /// Cell of a position along an axis: its first voxel, the fraction [1] across it.
   struct Cell {
     std::int64_t first = 0;  ///< [voxels]
     double f = 0.0;          ///< [1] 0…1
-    double per_step = 1.0;   ///< [voxels/step of the affine] indices passed; 1 but between the planes of a rectilinear axis
+    double per_step = 1.0;  ///< [voxels/step of the affine] indices per step; 1 except between the planes of a rectilinear axis
   };
 
-  /// A place of a grid: the same for all grids of one geometry.
+  /// Place of a grid, valid for all grids of an equal geometry.
   struct Place {
     Vec3 world_m;
-    Vec3 steps;           ///< [steps] of the affine: of an axis without planes of its own, voxels
-    bool inside = false;  ///< also false for positions that are not finite
+    Vec3 steps;           ///< [steps] of the affine; voxels along an axis without planes
+    bool inside = false;  ///< also false for non-finite positions
     Cell cells[3];
-    std::optional<SplineStencil> stencil{};  ///< once a spline has been asked
+    std::optional<SplineStencil> stencil{};  ///< after the first sample of a spline
 
     const SplineStencil& stencil_of(const std::array<std::int64_t, 3>& dims) noexcept {
       if (!stencil) {
@@ -110,12 +109,12 @@ class GridBase : public Field {
     locate(world_m, place);
     return place;
   }
-  /// Samples at a place of this geometry; the second derivative with the value, where `has_curvature`.
+  /// Sample at a place of this geometry; with the second derivative if `has_curvature`.
   virtual ScalarSample scalar_in(Place&) const noexcept { return {}; }
   virtual VectorSample vector_in(Place&) const noexcept { return {}; }
   virtual ScalarSample scalar_in(Place& place, Mat3& hessian) const noexcept { return hessian = {}, scalar_in(place); }
   virtual bool has_curvature() const noexcept { return false; }
-  /// Of the box and of what is finite in it.
+  /// Depth in the box and in its finite part.
   double depth_in(const Place& place) const noexcept {
     const double of_box_m = depth_at(place.steps);
     if (holes_.empty() || !place.inside) return of_box_m;
@@ -123,9 +122,9 @@ class GridBase : public Field {
     const double f[3] = {place.cells[0].f, place.cells[1].f, place.cells[2].f};
     return std::min(of_box_m, holes_.depth_m(first, f));
   }
-  /// Some values are not finite: the depth is that of this grid alone, not of its geometry.
+  /// Some values are not finite: the depth is that of this grid, not of its geometry alone.
   bool has_holes() const noexcept { return !holes_.empty(); }
-  /// Of so many components from one on, for the length of their change together.
+  /// Bound on the length of the change of `count` components from `component` on.
   LipschitzBound certificate_in(const Place& place, int component, int count) const noexcept;
 
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
@@ -147,32 +146,31 @@ class GridBase : public Field {
   double spacing_m() const noexcept override { return spacing_m_; }
   double local_spacing_m(const Vec3& world_m) const noexcept override;
   bool is_rectilinear() const noexcept { return is_rectilinear_; }
-  /// The share [1] of the straight way between two positions [m] where it leaves the cell that it is in at the share `begin`;
-  /// 1 where it is in none.
+  /// Share [1] of the segment between two positions [m] where it leaves its cell at the share `begin`; 1 outside of cells.
   double end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept;
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override;
   std::vector<ValueRange> value_ranges() const override { return extents_; }
 
-  /// Of a vector field: where there are data, without values (degree −1).
+  /// Of a vector field: presence of data, without values (degree −1).
   PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
                               const ValueRange& quiet) const noexcept override;
-  /// The same of one component.
+  /// `piece_along` of a component.
   PolynomialPiece stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin,
                              const ValueRange& quiet) const noexcept;
 
  protected:
-  /// A straight piece across one cell: its first voxel, and where in the cell the piece begins and ends.
+  /// Straight piece across a cell: its first voxel, and the piece's start and end in the cell.
   struct Passage {
     std::int64_t first[3];  ///< [voxels]
     double begin[3];        ///< [1] 0…1 across the cell
     double end[3];          ///< [1] 0…1 across the cell
   };
-  /// Degree and control of the piece, raw; degree −1 where the raw hull of the cell is quiet. Not finite where a voxel is not.
+  /// Sets degree and control of the piece, raw; degree −1 if the raw hull of the cell is quiet. Not finite if a voxel is not.
   virtual void polynomial(int component, const Passage& cell, const ValueRange& quiet,
                           PolynomialPiece& piece) const noexcept = 0;
 
-  /// Values between these raw ones stay in the interval: on the side of its levels where they are.
+  /// Whether values between these raw ones stay in the interval.
   bool is_quiet(double raw_min, double raw_max, const ValueRange& quiet) const noexcept {
     const double one = raw_min * view_.scale + view_.offset, other = raw_max * view_.scale + view_.offset;
     return std::min(one, other) >= quiet.min && std::max(one, other) < quiet.max;
@@ -186,9 +184,9 @@ class GridBase : public Field {
   }
 
   GridView view_;
-  std::shared_ptr<const void> coefficients_;  ///< what is interpolated: the voxels, or coefficients of a spline
+  std::shared_ptr<const void> coefficients_;  ///< interpolated values: the voxels, or coefficients of a spline
   Mat3 world_to_steps_;                       ///< [steps/m]
-  std::int64_t stride_[3];                    ///< values from voxel to voxel
+  std::int64_t stride_[3];                    ///< offset of values from voxel to voxel
 
  private:
   template <int Axis>
@@ -206,7 +204,7 @@ class GridBase : public Field {
     return true;
   }
 
-  /// The cell along an axis that a place [steps] within the data is in.
+  /// Cell along an axis at a position [steps] within the data.
   std::int64_t cell_at(int axis, double at) const noexcept {
     const double clamped = std::min(std::max(at, 0.0), last_[axis]);
     const auto before = planes_[axis] ? plane_before(planes_[axis], cells_[axis], clamped) : static_cast<std::int64_t>(clamped);
@@ -221,34 +219,33 @@ class GridBase : public Field {
   void find_steepest();
   void find_extents(const VoxelFacts& facts);
   void find_holes();
-  /// The most that indices change over a length [voxels/m], added up over the axes, in the bricks from `low` to `high`.
+  /// Bound on the change of indices per length [voxels/m], summed over the axes, in the bricks from `low` to `high`.
   double steepest(const std::int64_t (&low)[3], const std::int64_t (&high)[3]) const noexcept;
 
-  /// The last of the planes 0…last that lies at or before a place [steps], which is at 0 or behind it.
+  /// Last of the planes 0…last at or before a position [steps] >= 0.
   static std::int64_t plane_before(const double* planes, std::int64_t last, double at) noexcept {
     return std::upper_bound(planes + 1, planes + last + 1, at) - planes - 1;
   }
 
-  const double* planes_[3];  ///< [steps] places of the planes of a rectilinear axis; nullptr of another
+  const double* planes_[3];  ///< [steps] positions of the planes of a rectilinear axis; else nullptr
   double spacing_m_ = 0.0;
-  double last_[3];         ///< [steps] of the last voxel, its index too
+  double last_[3];         ///< [steps] of the last voxel, also its index
   double half_[3];         ///< [steps] data beyond the first and last centre
-  double beyond_[3];       ///< [steps] the same, with the tolerance
+  double beyond_[3];       ///< [steps] `half_` with the tolerance
   std::int64_t cells_[3];  ///< cells along each axis, at least one
   bool is_rectilinear_ = false;
   double planes_per_m_[3];      ///< [1/m] of the affine
-  double plane_distance_m_[3];  ///< between neighbouring planes of voxels, their mean on a rectilinear axis
+  double plane_distance_m_[3];  ///< between neighbouring planes of voxels, the mean on a rectilinear axis
   Box bounds_m_;
   struct Way;
-  /// Crosses whole bricks from where the way was entered that are quiet, or without data; false where it was entered in
-  /// another.
+  /// Crosses whole bricks, quiet or without data, from the entry of one on; false if the segment enters any other brick.
   bool cross_bricks(int component, const Way& way, const ValueRange& quiet, PolynomialPiece& piece) const noexcept;
 
   bool is_finite_on(int component, const Passage& cell) const noexcept;
 
   std::vector<ValueRange> extents_;
   Holes holes_;
-  std::shared_ptr<const Bricks> bricks_;  ///< of a field whose voxels have all been read
+  std::shared_ptr<const Bricks> bricks_;  ///< of a field with all voxels read
   std::vector<double> finest_in_[3];      ///< [1] the most indices per step in each brick along a rectilinear axis
   double steepest_per_m_ = 0.0;           ///< `steepest` of a grid without such axes
 };

@@ -1,4 +1,4 @@
-// The head phantom: a CT made of signed distances.
+// Head phantom: a CT from signed distances.
 #include "palpa/data/phantom_parts.h"
 
 namespace palpa {
@@ -9,7 +9,8 @@ namespace {
 
 constexpr double air_hu = -1000.0, tissue_hu = 40.0, bone_hu = 1000.0, brain_hu = 35.0;
 
-// Millimetres; x to the left, y to the back, z to the top. Of pairs (ear, eye, sinus, …) one is given; the head is symmetric.
+// Millimetres; x to the left, y to the back, z to the top. Of pairs (ear, eye, sinus, …) only one side is given; the head is
+// symmetric.
 constexpr Ellipsoid cranium({0, 8, 45}, {76, 92, 73});
 constexpr Ellipsoid cranium_bone({0, 8, 45}, {70, 86, 67});
 constexpr Ellipsoid brain({0, 8, 45}, {63, 79, 60});
@@ -29,7 +30,7 @@ constexpr Capsule throat({0, -28, -30}, {0, 12, -70}, 7);
 constexpr Capsule windpipe({0, 12, -70}, {0, 12, -200}, 7);
 constexpr double face_bone_back_m = -5e-3;  // behind it the jaw is open
 
-/// Painted in layers, each over those before: tissue, bone, cavities, the brain last; outside of the skin is air.
+/// Painted in layers, later over earlier: tissue, bone, cavities, brain; air outside of the skin.
 ScalarSample head(const Vec3& world) noexcept {
   const Vec3 x{std::abs(world.x), world.y, world.z};
   const Distance brain_at = brain(x);

@@ -1,4 +1,4 @@
-// The beating chamber, with the ring vortex in it.
+// Beating chamber with a ring vortex.
 #include "palpa/data/phantom_parts.h"
 
 namespace palpa {
@@ -51,9 +51,9 @@ struct Ring {
   }
 };
 
-/// Strength and place of the ring at a moment of the beat, as an angle [rad].
+/// Strength and position of the ring at a moment of the beat, as an angle [rad].
 Ring ring_at(double angle) noexcept {
-  constexpr double strongest_m_per_s = 0.53;  // of f: makes the fastest blood 0.6 m/s at that moment
+  constexpr double strongest_m_per_s = 0.53;  // of f: for a fastest blood of 0.6 m/s at that moment
   return {(0.6 + 0.4 * std::sin(angle)) * strongest_m_per_s, -6e-3 * std::cos(angle)};
 }
 
@@ -80,7 +80,7 @@ struct BeatingWall {
   Vec3 from_rest(const Vec3& x) const noexcept { return {x.x * stretch.x, x.y * stretch.y, x.z * stretch.z}; }
 };
 
-/// What the fields of the beating chamber share.
+/// Base of the beating chamber's fields.
 class BeatingField : public TimedField {
  public:
   double spacing_m() const noexcept override { return 1e-3; }
@@ -128,7 +128,7 @@ class BeatingVelocity final : public BeatingField {
   }
   Carried carried(const Vec3& world_m, DataTime, DataTime) const noexcept override { return {world_m}; }
   std::vector<ValueRange> value_ranges() const override {
-    // The ring's fastest, stretched by exp(2 · 0.06) at most, and the wall's own speed.
+    // Peak speed of the ring, stretched by exp(2 · 0.06) at most, and of the wall.
     constexpr double fastest = 1.13 * ring_peak_m_per_s + 0.04;
     return {{-fastest, fastest}, {-fastest, fastest}, {-fastest, fastest}};
   }

@@ -13,12 +13,12 @@ namespace {
 
 using Depth = std::uint16_t;
 constexpr Depth furthest = std::numeric_limits<Depth>::max();
-constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
+constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
 
-// [1] lines along the first axis that are worked on at once. More: out of the first cache; fewer: less of a register is used.
+// [1] lines along the first axis processed together. More: beyond the first cache; fewer: part of a register.
 constexpr std::int64_t lines_at_once = 64;
 
-/// Neighbouring lines of voxels along one axis, worked on value by value, which the compiler makes wide.
+/// Neighbouring lines of voxels along an axis, processed value by value, which the compiler vectorises.
 class Lines {
  public:
   /// \param costs   [unit] from each plane to the next
@@ -35,7 +35,7 @@ class Lines {
         given_(static_cast<std::size_t>(count_ * most)),
         near_(given_.size()) {}
 
-  /// The least, over all voxels of a line, of the depth there and the way from where it has no say any more.
+  /// Minimum over all voxels of a line of their depth plus the path from the limit of their influence.
   /// \param width  [1] lines from the first on, at most `most`
   void spread(Depth* first, std::int64_t width) noexcept {
     for (std::int64_t n = 0; n < count_; ++n) {
@@ -69,8 +69,7 @@ class Lines {
   std::vector<Depth> given_, near_;
 };
 
-/// The length [m] that one step of the affine along each axis counts for: with slopes of up to 1 along each of them at once the
-/// whole is no steeper than 1.
+/// Weight [m] of a step of the affine along each axis: with slopes of up to 1 along all axes the total is no steeper than 1.
 std::array<double, 3> steps_count_m(const GridGeometry& geometry, const Mat3& world_to_steps) noexcept {
   Vec3 slopes[3];
   std::array<double, 3> lengths_m{};
@@ -87,7 +86,7 @@ std::array<double, 3> steps_count_m(const GridGeometry& geometry, const Mat3& wo
   return lengths_m;
 }
 
-/// Depth zero where a component is not finite, the furthest elsewhere.
+/// Sets depth zero where a component is not finite, the maximum elsewhere.
 template <int components, class T>
 void mark(const T* values, std::int64_t count, Depth* depths) noexcept {
   for (std::int64_t at = 0; at < count; ++at) {
@@ -104,8 +103,8 @@ Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& wor
   stride_[0] = 1, stride_[1] = nx, stride_[2] = nx * ny;
   const std::array<double, 3> step_m = steps_count_m(geometry, world_to_steps);
 
-  // Depths are counted in a sixteenth of the shortest step, in larger units on large or very uneven grids. More parts: the
-  // longest way no longer fits 16 bits, and the unit grows again; fewer: steps of different lengths lose precision.
+  // Depths are multiples of a sixteenth of the shortest step, of larger units on large or very uneven grids. More parts: the
+  // longest path overflows 16 bits, and the unit grows again; fewer: steps of different lengths lose precision.
   constexpr double parts = 16.0, most = furthest;
   double least_m = std::numeric_limits<double>::max(), longest_m = 0.0;
   const auto way_m = [&](std::size_t a, std::int64_t n) {
@@ -120,7 +119,7 @@ Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& wor
       longest_m += way_m(a, n);
     }
   }
-  constexpr double rounding = 1e-9;  // [1] makes the unit a little smaller, or rounding could count a whole step as 15 units
+  constexpr double rounding = 1e-9;  // [1] reduces the unit a little: rounding could count a whole step as 15 units
   if (longest_m > 0.0) unit_m_ = std::max(least_m / parts, longest_m / (most - 1.0)) * (1.0 - rounding);
   std::vector<Depth> costs[3];
   for (std::size_t a = 0; a < 3; ++a) {

@@ -13,17 +13,17 @@
 namespace palpa {
 namespace {
 
-// [1] Share of neighbours along i with the same value: about a tenth where numbers are measured, nearly all in a label map.
-// Less: smooth images of few values pass for label maps; more: maps of thin parts do not.
+// [1] Share of neighbours along i with equal values: about a tenth in measured data, nearly all in a label map. Less: smooth
+// images of few values pass for label maps; more: maps of thin parts do not.
 constexpr double same_share = 0.7;
 
-/// How many voxels of a value there are, how many of them lie at the border, and how many equal the next one along i.
+/// Voxels of a value: total, at the border, and equal to the next one along i.
 struct Count {
   std::int64_t voxels = 0, border = 0, pairs = 0, same = 0;
 };
 
-/// The count of each value that is stored: a table where there are few that could be, since a search for each voxel takes
-/// longer than all else that is looked at in a file.
+/// Count of each stored value: a table for few possible values, since a search for each voxel would dominate the analysis of a
+/// file.
 template <class T>
 class Counts {
  public:
@@ -57,7 +57,7 @@ class Counts {
   decltype(none()) counts_ = none();
 };
 
-/// By value; empty where there are more than `LabelMap::most_values` values, or where one is no whole number.
+/// By value; empty for more than `LabelMap::most_values` values, or with fractions.
 template <class T>
 std::map<double, Count> counts_of(const GridView& grid, const T* voxels) {
   const auto& n = grid.geometry.dims;

@@ -53,13 +53,13 @@ constexpr Named prefixes[] = {{"", 1.0},       {"deca", 10.0},  {"deka", 10.0}, 
                               {"micro", 1e-6}, {"mikro", 1e-6}, {"nano", 1e-9}, {"pico", 1e-12},  {"femto", 1e-15}};
 constexpr Named stems[] = {{"meter", 1.0}, {"metre", 1.0}, {"parsec", 3.0856775814913673e16}};
 
-/// Letters beyond ASCII, in UTF-8 and, where an old file has them so, in Latin-1.
+/// Letters beyond ASCII, in UTF-8 and, for old files, in Latin-1.
 constexpr std::pair<std::string_view, std::string_view> folded[] = {
     {"\u00b5", "u"}, {"\u03bc", "u"}, {"\u212b", "a"}, {"\u00c5", "a"}, {"\u00e5", "a"},
     {"\u030a", ""},  {"\u00f6", "o"}, {"\u00d6", "o"}, {"\u00d7", "*"}, {"\u2212", "-"},
     {"\u00a0", " "}, {"\xb5", "u"},   {"\xc5", "a"},   {"\xe5", "a"},   {"\xf6", "o"}};
 
-/// In ASCII and, where nothing else would become of it, without what surrounds a unit: blanks, quotes, brackets, a full stop.
+/// ASCII form, without a unit's surroundings (blanks, quotes, brackets, a full stop) unless nothing would remain.
 std::string plain(std::string_view text) {
   std::string out;
   while (!text.empty()) {
@@ -83,10 +83,10 @@ std::string lower(std::string_view text) {
   return small;
 }
 
-/// Takes a factor off the beginning of a text: "1e-3 ", "10^-6 ", "2.5*". Nothing where it is none.
+/// Removes a factor at the start of a text: "1e-3 ", "10^-6 ", "2.5*". None if invalid.
 std::optional<double> factor_before(std::string& text) {
   double factor = 1.0;
-  if (text.find_first_of("+-.0123456789") != 0) return factor;  // "nanometre" begins with what is read as NaN
+  if (text.find_first_of("+-.0123456789") != 0) return factor;  // "nanometre" begins with a parsable NaN
   const auto number = std::from_chars(text.data(), text.data() + text.size(), factor);
   std::string_view rest(number.ptr, static_cast<std::size_t>(text.data() + text.size() - number.ptr));
   if (rest.starts_with("^") || rest.starts_with("**")) {
@@ -103,7 +103,7 @@ std::optional<double> factor_before(std::string& text) {
   return factor;
 }
 
-/// [m] A word of one unit, in lower case without blanks; 0: it names no length.
+/// [m] Word of a unit, in lower case without blanks; 0: no length.
 double metres_of_singular(std::string_view word) {
   for (const auto& [name, metres] : symbols) {
     if (word == name) return metres;
@@ -118,7 +118,7 @@ double metres_of_singular(std::string_view word) {
   return 0.0;
 }
 
-/// [m] A word as above, or its plural. Symbols have none: "ms" is a time.
+/// [m] Word as above, or its plural. Symbols have none: "ms" is a time.
 double metres_of_word(std::string_view word) {
   constexpr std::size_t shortest_plural = 5;
   const double metres = metres_of_singular(word);
@@ -132,7 +132,7 @@ std::optional<LengthUnit> length_unit(std::string_view text) {
   std::string said = plain(text);
   const std::optional<double> factor = factor_before(said);
   if (!factor) return std::nullopt;
-  // Symbols that are another unit by their capitals: megametre, petametre, nautical mile.
+  // Symbols whose capitals make another unit: megametre, petametre, nautical mile.
   for (const std::string_view two : {"Mm", "Pm", "NM"}) {
     if (said == two) return std::nullopt;
   }

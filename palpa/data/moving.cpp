@@ -12,8 +12,8 @@ namespace {
 
 constexpr double half_turn = std::numbers::pi;  // [rad]
 
-/// Sampled at pose⁻¹(x); what comes back is turned and scaled. Every scale is a plain factor or
-/// quotient, so that a power of two changes no bit of a mantissa.
+/// Samples at pose⁻¹(x), rotated and scaled. Every scale is a plain factor or quotient, so that a power of two changes no bit
+/// of a mantissa.
 class Posed final : public Field {
  public:
   Posed(FieldPtr field, const Similarity& pose) : view_{std::move(field), pose} {
@@ -97,7 +97,7 @@ class Posed final : public Field {
   Box bounds_m_;
 };
 
-/// The rotation about `axis`, a unit vector, by an angle [rad] (O. Rodrigues, 1840).
+/// Rotation about `axis`, a unit vector, by an angle [rad] (O. Rodrigues, 1840).
 Mat3 rotation_by(const Vec3& axis, double angle) noexcept {
   const double c = std::cos(angle), s = std::sin(angle), v = 1.0 - c;
   return {{{c + v * axis.x * axis.x, v * axis.x * axis.y - s * axis.z, v * axis.x * axis.z + s * axis.y},
@@ -105,9 +105,9 @@ Mat3 rotation_by(const Vec3& axis, double angle) noexcept {
            {v * axis.z * axis.x - s * axis.y, v * axis.z * axis.y + s * axis.x, c + v * axis.z * axis.z}}};
 }
 
-/// The way from one rotation to another: R₁ = turn · R₀, about an axis of the world.
+/// Rotation between two others: R₁ = turn · R₀, about an axis of the world.
 struct Turn {
-  Vec3 axis;           ///< unit, or zero where there is no turn
+  Vec3 axis;           ///< unit, or zero without rotation
   double angle = 0.0;  ///< [rad] 0…π
 };
 Turn turn_between(const Mat3& from, const Mat3& to) noexcept {
@@ -240,18 +240,18 @@ class Moving final : public TimedField {
     return value;
   }
 
-  /// A loop whose end is not its beginning has a jump there.
+  /// A loop with different start and end has a jump there.
   bool jumps_between(DataTime from, DataTime to) const noexcept {
     if (!from.loop || view_.track.size() < 2 || view_.track.front().pose == view_.track.back().pose) return false;
     const double length_s = view_.track.back().time_s;
     return std::floor(from.time_s / length_s) != std::floor(to.time_s / length_s);
   }
 
-  /// Of the corners, at moments so close that the way between two of them is nearly straight; what it bends is added:
-  /// a corner at distance r of the origin turned at ω and scaled at λ (per share of the way) has the
-  /// acceleration r s (ω² + λ²), and its way bends by an eighth of that times the square of the share.
+  /// From the corners, at moments so close that the path between two of them is nearly straight, plus its deviation: a corner
+  /// at distance r of the origin rotating at ω and scaling at λ (per share of the path) has the acceleration r s (ω² + λ²), so
+  /// the deviation is an eighth of that times the square of the share.
   void find_bounds() {
-    constexpr int parts = 64;  // [1] per piece of the track. More: slower; fewer: wider bounds, as the bend is added
+    constexpr int parts = 64;  // [1] per piece of the track. More: slower; fewer: wider bounds, by the deviation
     const Box box = view_.field->bounds_m();
     double reach_m = 0.0;
     bool any = false;

@@ -1,4 +1,4 @@
-// Work shared among the cores of the computer, where data are loaded.
+// Parallel loops for loading.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +9,9 @@
 
 namespace palpa::detail {
 
-/// Calls `act(first, last)` for as many parts of 0…count as there are cores, at once, and waits for them; for all of it
-/// where `count` is small. What one of them throws is thrown here.
-/// \param least  [1] of a part: fewer are not worth a thread
+/// Calls `act(first, last)` concurrently for parts of 0…count, one per core, and returns after the last; for all of it if
+/// `count` is small. Rethrows an exception of a part.
+/// \param least  [1] size of a part: smaller ones are not worth a thread
 template <class Act>
 void in_parts(std::int64_t count, std::int64_t least, const Act& act) {
   const std::int64_t cores = std::max<std::int64_t>(std::thread::hardware_concurrency(), 1);

@@ -1,4 +1,4 @@
-// Formulas as fields, and the shapes of which phantoms are made. Internal.
+// Analytic fields, and the shapes of phantoms. Internal.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace palpa::phantom {
 
-/// A formula over its box; nothing outside it. `Law` answers a ScalarSample or a VectorSample.
+/// Formula over its box; no data outside. `Law` returns a ScalarSample or a VectorSample.
 template <class Law>
 class Formula final : public Field {
  public:
@@ -87,7 +87,6 @@ inline Box cube(double half_m) { return {{-half_m, -half_m, -half_m}, {half_m, h
 inline Mat3 plus(const Mat3& a, const Mat3& b) noexcept {
   return {{a.row[0] + b.row[0], a.row[1] + b.row[1], a.row[2] + b.row[2]}};
 }
-/// a bᵀ
 inline Mat3 outer(const Vec3& a, const Vec3& b) noexcept { return {{a.x * b, a.y * b, a.z * b}}; }
 
 inline void check_length(const char* what, double length_m) {
@@ -95,8 +94,8 @@ inline void check_length(const char* what, double length_m) {
   throw std::invalid_argument(std::string(what) + " is " + detail::text("%g", length_m) + "; it must be a length above 0 m");
 }
 
-/// Signed distance to a shape [m], negative inside, and its gradient [1]: true to first order near the
-/// surface; far from it only the sign is right, and that it is far, which is enough for an edge of 2 mm.
+/// Signed distance to a shape [m], negative inside, and its gradient [1]: true to first order near the surface; far from it
+/// only the sign and a large magnitude, enough for an edge of 2 mm.
 struct Distance {
   double d;
   Vec3 g;
@@ -146,10 +145,10 @@ struct Capsule {
   }
 };
 
-/// A box with round edges.
+/// Box with rounded edges.
 struct RoundBox {
   Vec3 centre;
-  Vec3 half;  ///< of the box that is rounded
+  Vec3 half;  ///< of the box before rounding
   double radius;
 
   constexpr RoundBox(Vec3 centre_mm, Vec3 half_mm, double radius_mm)
@@ -165,23 +164,22 @@ struct RoundBox {
   }
 };
 
-/// The union of two shapes, with the crease between them filled over a width.
+/// Union of two shapes, with the crease between them filled over a width.
 inline Distance joined(const Distance& a, const Distance& b, double width_m) noexcept {
   const double h = std::clamp(0.5 + 0.5 * (b.d - a.d) / width_m, 0.0, 1.0);
   return {b.d + h * (a.d - b.d) - width_m * h * (1.0 - h), h * a.g + (1.0 - h) * b.g};
 }
 inline Distance negated(const Distance& a) noexcept { return {-a.d, -a.g}; }
-/// The part that both shapes share, its crease rounded over a width.
+/// Intersection of two shapes, its crease rounded over a width.
 inline Distance shared(const Distance& a, const Distance& b, double width_m) noexcept {
   return negated(joined(negated(a), negated(b), width_m));
 }
-/// The shape grown by a length.
 inline Distance grown(const Distance& a, double by_m) noexcept { return {a.d - by_m, a.g}; }
 
 // Width of all edges, two sample spacings. Less: gradients are missed between samples; more: thin bone fades.
 inline constexpr double edge_m = 2e-3;
 
-/// 1 inside, 0 outside, a quintic between: value, slope and curvature join.
+/// 1 inside, 0 outside, a quintic between with continuous value, slope and curvature.
 struct Weight {
   double w;
   Vec3 g;
@@ -194,7 +192,7 @@ inline Weight weight_of(const Distance& a) noexcept {
   return {t * t * t * (10.0 + t * (6.0 * t - 15.0)), (-30.0 * t * t * rest * rest / edge_m) * a.g};
 }
 
-/// Paints a shape over what is there.
+/// Paints a shape over the sample.
 inline void paint(ScalarSample& onto, double value_hu, const Distance& shape) noexcept {
   const Weight a = weight_of(shape);
   onto.gradient = (1.0 - a.w) * onto.gradient + (value_hu - onto.value) * a.g;

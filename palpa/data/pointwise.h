@@ -1,4 +1,4 @@
-// Magnitudes and components: scalar fields that are another field's vector sample, looked at otherwise.
+// Magnitudes and components: scalar fields of another field's vector sample.
 #pragma once
 
 #include <optional>
@@ -7,17 +7,17 @@
 
 namespace palpa::detail {
 
-/// What is taken of a vector.
+/// Source of a magnitude or component.
 struct Pointwise {
   static constexpr int magnitude = -1;
-  FieldPtr of;           ///< the vector field
+  FieldPtr of;           ///< vector field
   int axis = magnitude;  ///< of the component, 0 to 2
 };
 
-/// What a magnitude or a component is taken of; none for other fields, and for those that change with time.
+/// Source of a magnitude or component; none for other fields, and for those that change with time.
 std::optional<Pointwise> pointwise_of(const Field& field) noexcept;
 
-/// |u|, with gradient Jᵀu/|u|, which is 0 where u is, the kink of |u|; or a component.
+/// |u|, with gradient Jᵀu/|u|, 0 at the kink u = 0; or a component.
 ScalarSample taken_of(const VectorSample& u, int axis) noexcept;
 
 }  // namespace palpa::detail

@@ -1,5 +1,4 @@
-// The value below which a share of numbers lies: one of the numbers, never one between two. A histogram, which has no numbers
-// any more, answers for itself (survey/statistics.h), within a class in proportion.
+// Quantiles as elements of the sample, without interpolation. Histograms interpolate within a class (statistics.h).
 #pragma once
 
 #include <algorithm>
@@ -8,13 +7,13 @@
 
 namespace palpa::detail {
 
-/// Which of `count` > 0 numbers in rising order it is: the lower neighbour where the share falls between two.
+/// Rank of a quantile among `count` > 0 numbers in rising order: the lower neighbour between two.
 /// \param share  [1] 0…1
 inline std::size_t rank_of(double share, std::size_t count) noexcept {
   return static_cast<std::size_t>(share * static_cast<double>(count - 1));
 }
 
-/// 0 of no numbers. Changes their order.
+/// Quantile; 0 of no numbers. Reorders them.
 /// \param share  [1] 0…1
 inline double quantile(std::span<double> numbers, double share) {
   if (numbers.empty()) return 0.0;
@@ -23,8 +22,7 @@ inline double quantile(std::span<double> numbers, double share) {
   return *at;
 }
 
-/// The number in the middle, of an even count the upper of the two, where quantile(0.5) is the lower. 0 of no numbers. Changes
-/// their order.
+/// Median; of an even count the upper of the two middle numbers, unlike quantile(0.5). 0 of no numbers. Reorders them.
 inline double median(std::span<double> numbers) {
   if (numbers.empty()) return 0.0;
   const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);

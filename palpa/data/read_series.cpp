@@ -16,7 +16,7 @@ namespace palpa {
 
 namespace {
 
-/// Whether a name matches. Each star takes as little as possible; where the rest does not fit, the last star takes one more.
+/// Wildcard match. Each star matches as little as possible; on a mismatch the last star takes a character more.
 bool matches(std::string_view pattern, std::string_view name) noexcept {
   std::size_t p = 0, n = 0, star = std::string_view::npos, from = 0;
   while (n < name.size()) {
@@ -35,7 +35,7 @@ bool matches(std::string_view pattern, std::string_view name) noexcept {
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
-/// The order of names: numbers in them by value, with or without zeros in front; all else by character.
+/// Order of names: numbers in them by value, with or without leading zeros; other text by character.
 bool is_before(std::string_view a, std::string_view b) noexcept {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   const auto number = [&](std::string_view& text) {
@@ -61,7 +61,6 @@ bool is_before(std::string_view a, std::string_view b) noexcept {
   return a.empty() != b.empty() ? a.empty() : whole_a < whole_b;
 }
 
-/// Bytes of the voxels behind a field.
 double bytes_of(const Field& field) noexcept {
   const GridView* grid = grid_of(field);
   if (!grid) grid = smooth_grid_of(field);
@@ -75,7 +74,7 @@ struct Frame {
   Volume volume;
 };
 
-/// One file for each frame.
+/// Reads a file for each frame.
 std::vector<Frame> read_files(const VolumeRequest& given, const VolumeReader& read_volume) {
   std::vector<Frame> frames;
   VolumeRequest request = given;
@@ -86,7 +85,7 @@ std::vector<Frame> read_files(const VolumeRequest& given, const VolumeReader& re
   return frames;
 }
 
-/// The frames of one file, each asked for by itself.
+/// Reads the frames of a file, each by its own request.
 std::vector<Frame> read_frames(VolumeRequest request, int count, const VolumeReader& read_volume) {
   std::vector<Frame> frames;
   const std::string file = request.files.front().string();
@@ -132,8 +131,7 @@ Volume joined(const std::vector<Frame>& frames) {
   return series;
 }
 
-/// The frames of one file, a second apart. Whoever reads files gives all at once; a reader that does not know of that is asked
-/// for one after the other.
+/// Frames of a file, a second apart: by a single request, or one by one if the reader does not support that.
 Volume series_in_file(VolumeRequest request, const VolumeReader& read_volume) {
   request.frame = VolumeRequest::all_frames;
   const Volume volume = read_volume(request);
@@ -172,8 +170,7 @@ Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenF
     for (const FieldPtr& frame : frames) bytes += bytes_of(*frame);
     field.field = time_series(std::move(frames), frame_period_s, between_frames);
   }
-  // Memory of a series that is not worth a warning. More: computers with little memory swap without a hint; less: usual series
-  // warn.
+  // Memory of a series without a warning. More: computers with little memory swap without a hint; less: usual series warn.
   constexpr double most_quiet_bytes = 2e9;
   if (bytes > most_quiet_bytes) {
     series.warnings.push_back("its " + std::to_string(series.frames) + " frames take " +

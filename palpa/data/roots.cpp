@@ -10,7 +10,7 @@ namespace {
 
 using Controls = std::array<double, largest_degree + 1>;
 
-// De Casteljau: `low` and `high` become the polynomial before and after `share`. `low` may be where `whole` is.
+// De Casteljau: `low` and `high` become the polynomial before and after `share`. `low` may alias `whole`.
 void split(const double* whole, int degree, double share, double* low, double* high) noexcept {
   Controls c;
   std::copy(whole, whole + degree + 1, c.begin());
@@ -24,19 +24,19 @@ void split(const double* whole, int degree, double share, double* low, double* h
   }
 }
 
-// An interval of the share, with the coefficients over it less the level, turned so that positive is beyond.
+// Interval of the share, with the coefficients over it minus the level, negated if need be so that positive is beyond.
 struct Interval {
   double begin, end;
   Controls q;
 };
 
-// At the level itself is beyond on the way up only.
+// A value at the level is beyond on the way up only.
 struct Beyond {
   bool up;
   bool operator()(double q) const noexcept { return up ? q >= 0.0 : q > 0.0; }
 };
 
-// The root of a polynomial that goes beyond once: false position, with bisection where that is slow.
+// Root of a polynomial that goes beyond once: false position, with bisection on slow convergence.
 double single_root(const Interval& in, int degree, Beyond beyond) noexcept {
   double low = 0.0, high = 1.0;
   double at_low = in.q[0], at_high = in.q[static_cast<std::size_t>(degree)];
@@ -46,7 +46,7 @@ double single_root(const Interval& in, int degree, Beyond beyond) noexcept {
     double middle = 0.5 * (low + high);
     if (!halve) {
       const double secant = low + before * (at_low / (at_low - at_high));
-      // Slightly beyond the secant, as seen from the nearer end, so that both ends close in.
+      // Slightly beyond the secant from the nearer end, so that both ends close in.
       const double hair = std::max(1e-16, 0.01 * std::min(secant - low, high - secant));
       const double nearer = secant - low < high - secant ? secant + hair : secant - hair;
       if (nearer > low && nearer < high) middle = nearer;
@@ -94,7 +94,7 @@ double first_passage(const double* control, int degree, double level, bool up, d
   }
   if (beyond(whole.q[0])) return from;
 
-  // Depth first, left before right: of every interval that was halved the right half waits. Limits on the halvings of one
+  // Depth first, left before right: the right half of every bisected interval is stacked. Limits on the bisections of an
   // interval and of all. More: longer worst case; fewer: passages close together are missed (four touches take half of them).
   constexpr int deepest = 48;
   constexpr int most_halvings = 512;

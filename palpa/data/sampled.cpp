@@ -19,13 +19,13 @@
 namespace palpa {
 namespace {
 
-/// NaN for what a float cannot hold: its cells are outside rather than wrong.
+/// NaN on overflow of a float: its cells are outside rather than wrong.
 float as_sample(double value, bool inside) noexcept {
   const bool fits = inside && std::abs(value) <= std::numeric_limits<float>::max();
   return fits ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// Refuses what would take more time or memory than there is, before any of it is taken.
+/// Refuses requests beyond the available time or memory, before allocation.
 void check_work(const Field& field, const GridGeometry& geometry, int frames) {
   detail::expect_few_samples(geometry, frames, limit::samples);
   detail::expect_memory(geometry, frames, 2 * field.components(),  // a filter may keep a second copy

@@ -1,4 +1,4 @@
-// Many samples of a field at once.
+// Batch sampling of a field.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,9 @@
 
 namespace palpa::detail {
 
-/// Samples a scalar field at places [m] of which three numbers each are given; NaN where it has no data. On grids places are
-/// taken in groups, whose voxels are fetched from memory together: what is far apart costs its time there. Bit by bit the
-/// values of `Field::scalar`. Allocates nothing; any thread.
-/// \param values     [the field's own unit] one for each place
+/// Samples a scalar field at places [m] of three numbers each; NaN without data. On grids, prefetches the voxels of groups of
+/// places, for scattered places are bound by memory. Equal to `Field::scalar` to the bit. Allocates nothing; any thread.
+/// \param values     [the field's own unit] a value for each place
 /// \param gradients  [unit/m] three for each place
 void sample_scalars(const Field& field, const double* places_m, std::int64_t count, double* values, double* gradients) noexcept;
 

@@ -1,6 +1,6 @@
-// Written here because no library that is linked offers SHA-256: VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1. OpenSSL,
-// libgcrypt or Nettle would be one more package of the group core, for every program that uses the library; this file has 150
-// lines and uses the processor's own instructions where it has them.
+// Implemented here because no linked library offers SHA-256 (VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1), and OpenSSL,
+// libgcrypt or Nettle would be another package of the group core, for every program that uses the library; this file has 150
+// lines and uses the processor's own instructions if present.
 #include "palpa/data/sha256.h"
 
 #include "palpa/base/printed.h"
@@ -60,7 +60,7 @@ void add_blocks(State& state, const unsigned char* blocks, std::size_t count) {
 }
 
 #if defined(__x86_64__)
-/// The same by the processor's own instructions, eight times as fast: without them checksums take longer than all other
+/// `add_blocks` by the processor's own instructions, eight times as fast: without them checksums take longer than all other
 /// reading.
 __attribute__((target("sha,sse4.1"))) void add_blocks_by_processor(State& state, const unsigned char* blocks,
                                                                    std::size_t count) {
@@ -125,7 +125,7 @@ std::string sha256_of_file(const std::string& path) {
   }
   bytes += got;
 
-  // The rest, a one bit, zeros, and the length in bits fill whole blocks.
+  // The remainder, a one bit, zeros, and the length in bits fill whole blocks.
   std::array<unsigned char, 128> last{};
   const std::size_t whole = got / 64 * 64;
   add(state, buffer.data(), whole / 64);

@@ -5,7 +5,7 @@
 
 namespace palpa::detail {
 
-/// The checksum in hexadecimal. Throws LoadError with a sentence when the file cannot be read.
+/// Checksum in hexadecimal. Throws LoadError with a sentence if the file cannot be read.
 std::string sha256_of_file(const std::string& path);
 
 }  // namespace palpa::detail

@@ -14,7 +14,7 @@ namespace palpa {
 namespace {
 
 /// The four weights along a straight piece from t = begin to end: cubics of the share of the piece, as Bernstein coefficients.
-/// They are the values of the cubics' polar forms at the ends of the piece; none is negative, and together they are 1.
+/// They are the cubics' polar forms at the ends of the piece; nonnegative, with sum 1.
 struct WeightsAlong {
   double w[4][4];  // [weight][coefficient]
 
@@ -32,21 +32,21 @@ struct WeightsAlong {
   }
 };
 
-/// Coefficients times their binomials: products of polynomials are then sums like those of powers.
+/// Coefficients times their binomials: products of polynomials become sums as for monomials.
 constexpr double binomials_3[4] = {1, 3, 3, 1};
 constexpr double binomials_9[10] = {1, 9, 36, 84, 126, 126, 84, 36, 9, 1};
 
-/// Value, index derivatives and second index derivatives of one component, raw.
+/// Value, index derivatives and second index derivatives of a component, raw.
 struct Raw {
   double value = 0.0;
   Vec3 first;
   double ii = 0.0, jj = 0.0, kk = 0.0, ij = 0.0, ik = 0.0, jk = 0.0;
 };
 
-/// Two doubles that are added and multiplied at once, each as it would be alone.
+/// Two doubles in a vector register, with the arithmetic of single ones.
 using Pair = double __attribute__((vector_size(16)));
 
-/// One class for all types of voxel.
+/// Common base for all types of voxel.
 class SmoothGrid : public detail::GridBase {
  public:
   using GridBase::GridBase;
@@ -55,7 +55,7 @@ class SmoothGrid : public detail::GridBase {
 template <class T>
 class TypedSmoothGrid final : public SmoothGrid {
  public:
-  /// `coefficients` are as many as the voxels: the voxels themselves, or what makes the spline meet them.
+  /// `coefficients`, as many as the voxels: the voxels themselves, or those of the interpolating spline.
   TypedSmoothGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter,
                   std::shared_ptr<const T> coefficients)
       : SmoothGrid(geometry, std::move(voxels), scale, offset, filter, false, std::move(coefficients)),
@@ -137,12 +137,12 @@ class TypedSmoothGrid final : public SmoothGrid {
   }
 
  private:
-  /// The coefficients that a cell is made of, raw.
+  /// Coefficients of a cell, raw.
   struct CellCoefficients {
     const TypedSmoothGrid& grid;
     double c[4][4][4];  ///< [k][j][i]
     double least = std::numeric_limits<double>::infinity(), greatest = -least;
-    double poison = 0.0;  ///< NaN where one of them is not finite
+    double poison = 0.0;  ///< NaN if any is not finite
 
     CellCoefficients(const TypedSmoothGrid& of, int component, const Passage& cell) noexcept : grid(of) {
       std::int64_t at[3][4];
@@ -164,8 +164,8 @@ class TypedSmoothGrid final : public SmoothGrid {
       }
     }
 
-    /// Whether the value does on the piece: within the hull, or, of a short piece, near where it begins. No index derivative
-    /// is more than the hull is wide.
+    /// Whether the value stays quiet on the piece: within the hull, or, for a short piece, near its start. An index derivative
+    /// is bounded by the width of the hull.
     bool stays_quiet(const Passage& cell, const ValueRange& quiet) const noexcept {
       if (poison != 0.0 || !(quiet.min <= quiet.max)) return false;
       if (grid.is_quiet(least, greatest, quiet)) return true;
@@ -195,7 +195,7 @@ class TypedSmoothGrid final : public SmoothGrid {
     return std::isfinite(sample.value) && is_finite(sample.gradient) ? sample : ScalarSample{};
   }
 
-  /// A coefficient that is not finite makes the value so, whatever its weight (0·∞ is NaN).
+  /// A non-finite coefficient makes the value so at any weight (0·∞ is NaN).
   template <bool Second>
   Raw evaluate(const detail::SplineStencil& at, int component) const noexcept {
     const std::int64_t components = view_.voxels.components;
@@ -206,7 +206,7 @@ class TypedSmoothGrid final : public SmoothGrid {
     Pair k_ik{};             // along k, and i k
     double ii = 0.0, jj = 0.0, kk = 0.0, jk = 0.0;
     for (int k = 0; k < 4; ++k) {
-      Pair plane{}, slope_j{};  // the same of one plane
+      Pair plane{}, slope_j{};  // sums over a plane
       double bend_i = 0.0, bend_j = 0.0;
       for (int j = 0; j < 4; ++j) {
         const T* row = first + components * (at.at[2][k] + at.at[1][j]);

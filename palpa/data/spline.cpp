@@ -14,14 +14,14 @@
 namespace palpa::detail {
 namespace {
 
-/// Solves c[i−1]/6 + 4c[i]/6 + c[i+1]/6 = v[i] along lines (elimination without pivots: the diagonal dominates). Where a
-/// neighbour is missing, at a border or beside a gap, it is c[i] that repeats.
+/// Solves c[i−1]/6 + 4c[i]/6 + c[i+1]/6 = v[i] along lines (elimination without pivots: the diagonal dominates). A missing
+/// neighbour, at a border or beside a gap, is replaced by c[i].
 template <class T>
 class Lines {
  public:
   /// \param count   values along a line
-  /// \param stride  values from one to the next
-  /// \param most    lines that are solved together
+  /// \param stride  offset of successive values
+  /// \param most    lines solved together
   Lines(std::int64_t count, std::int64_t stride, std::int64_t most)
       : count_(count),
         stride_(stride),
@@ -39,7 +39,7 @@ class Lines {
     }
   }
 
-  /// Neighbouring lines of memory, in place.
+  /// Solves neighbouring lines of memory, in place.
   void solve(T* first, std::int64_t lanes) noexcept {
     for (std::int64_t n = 0; n < count_; ++n) forward(n, first + n * stride_, lanes, 1);
     if (any_gap(lanes)) return solve_gaps(first, lanes, 1);
@@ -51,7 +51,7 @@ class Lines {
     }
   }
 
-  /// Lines that lie `lane_stride` values apart, from one place to another.
+  /// Solves lines `lane_stride` values apart, out of place.
   void solve(const T* from, T* to, std::int64_t lanes, std::int64_t lane_stride) noexcept {
     for (std::int64_t n = 0; n < count_; ++n) forward(n, from + n * stride_, lanes, lane_stride);
     const bool gaps = any_gap(lanes);
@@ -69,7 +69,7 @@ class Lines {
  private:
   static constexpr double sixth = 1.0 / 6.0;
 
-  /// What is not finite makes all that follows so.
+  /// A non-finite value makes all later ones so.
   bool any_gap(std::int64_t lanes) const noexcept {
     const double* last = value_.data() + (count_ - 1) * most_;
     return !std::all_of(last, last + lanes, [](double value) { return std::isfinite(value); });
@@ -96,7 +96,7 @@ class Lines {
     }
   }
 
-  /// Where some values are not finite.
+  /// Solves lines with non-finite values.
   void solve_gaps(T* first, std::int64_t lanes, std::int64_t lane_stride) noexcept {
     for (std::int64_t lane = 0; lane < lanes; ++lane) {
       T* line = first + lane * lane_stride;
@@ -109,7 +109,7 @@ class Lines {
     }
   }
 
-  /// The same of one line, whose end is none of this one.
+  /// Solves a run within a line, with ends of its own.
   void solve_run(T* first, std::int64_t count) noexcept {
     double last = 0.0;
     for (std::int64_t n = 0; n < count; ++n) {
@@ -126,12 +126,13 @@ class Lines {
   }
 
   std::int64_t count_, stride_, most_;
-  std::vector<double> inverse_, ratio_;  ///< of a line without gaps, from its begin on
+  std::vector<double> inverse_, ratio_;  ///< of a line without gaps, from its start on
   std::vector<double> value_;
   std::vector<double> none_;  ///< before the first values
 };
 
-/// For values that are all to be written: in large pages, since the first touch of many small ones takes as long as solving.
+/// Memory for values to be written completely: in large pages, since the first touch of many small ones takes as long as
+/// solving.
 template <class T>
 std::shared_ptr<T> room_for(std::size_t count) {
   constexpr std::size_t page = std::size_t{2} << 20;  // a large page of x86-64 and most ARM
@@ -142,7 +143,7 @@ std::shared_ptr<T> room_for(std::size_t count) {
   return {static_cast<T*>(memory), std::free};
 }
 
-/// Calls `act(first, lanes)` for neighbours among `count` lines.
+/// Calls `act(first, lanes)` for groups of neighbours among `count` lines.
 template <class Act>
 void in_lanes(std::int64_t count, std::int64_t most, Act act) {
   for (std::int64_t first = 0; first < count; first += most) act(first, std::min(most, count - first));
@@ -156,9 +157,9 @@ std::shared_ptr<const T> interpolating_coefficients(const GridGeometry& geometry
   const std::int64_t row = nx * components, plane = row * ny;
   const std::shared_ptr<T> result = room_for<T>(static_cast<std::size_t>(plane * nz));
   T* const c = result.get();
-  constexpr std::int64_t worth_a_thread = 1 << 16;  // [values] fewer: threads cost more than they save; more: idle cores
-  // Lines solved together. Fewer: along j and k a single line uses one value in sixteen of the memory fetched, and one in a
-  // thousand of a page; more: they no longer fit into the cache.
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [values] fewer: thread overhead; more: idle cores
+  // Lines solved together. Fewer: along j and k a single line uses a sixteenth of the fetched memory, and a thousandth of a
+  // page; more: beyond the cache.
   constexpr std::int64_t rows_at_once = 16, columns_at_once = 64;
   in_parts(nz, worth_a_thread / plane + 1, [&](std::int64_t first, std::int64_t last) {
     Lines<T> along_i(nx, components, rows_at_once), along_j(ny, row, columns_at_once);

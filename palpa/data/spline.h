@@ -1,4 +1,4 @@
-// The uniform cubic B-spline: its weights, and the coefficients that make it meet given values.
+// Uniform cubic B-spline: its weights, and interpolating coefficients.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace palpa::detail {
 
-/// β(t+1), β(t), β(1−t), β(2−t) of the cubic B-spline, t in 0…1, and their first and second derivative.
+/// β(t+1), β(t), β(1−t), β(2−t) of the cubic B-spline, t in 0…1, and their first and second derivatives.
 struct SplineWeights {
   double w[4];  ///< [1]
   double d[4];  ///< [1/voxel]
@@ -33,10 +33,10 @@ struct SplineWeights {
   }
 };
 
-/// The 4 × 4 × 4 coefficients about a place in a cell: their weights along each axis, and where they lie.
+/// The 4 × 4 × 4 coefficients about a place in a cell: weights along each axis, and offsets.
 struct SplineStencil {
   SplineWeights i, j, k;
-  std::int64_t at[3][4];  ///< [voxels] of memory from the first
+  std::int64_t at[3][4];  ///< [voxels] offset in memory from the first
 
   /// \param first  [voxels] the cell
   /// \param f      [1] 0…1 across it
@@ -50,9 +50,9 @@ struct SplineStencil {
   }
 };
 
-/// Coefficients of the spline that gives `values` at the voxels of `geometry`, where edge coefficients repeat beyond the
-/// border as in a smooth grid. Solved along each axis in turn. A value that is not finite stays so, and each run of finite
-/// ones beside it is solved by itself, its ends as at a border. As many threads as there are cores.
+/// Coefficients of the spline through `values` at the voxels of `geometry`, with edge coefficients repeated beyond the border
+/// as in a smooth grid. Solved along each axis in turn. A non-finite value stays so, and each adjacent run of finite ones is
+/// solved separately, its ends as at a border. Uses all cores.
 template <class T>
 std::shared_ptr<const T> interpolating_coefficients(const GridGeometry& geometry, int components, const T* values);
 

@@ -19,21 +19,21 @@ namespace {
 constexpr std::size_t classes = 4096;
 // [1] Places at which a field without voxels is sampled. More: slower; fewer: less certain, and thin features are missed.
 constexpr int places_without_voxels = 1 << 18;
-// [1] Parts of the values that are summed on their own, the same number on every computer, so that sums are as well. More:
-// memory, a histogram for each; fewer: cores stay idle.
+// [1] Parts of the values with sums of their own, equal on every computer, for reproducible sums. More: memory, a histogram for
+// each; fewer: idle cores.
 constexpr std::int64_t parts = 16;
 
-/// Values of rows of a grid, or of a list of places, one after the other.
+/// Values of rows of a grid, or of a list of places, in order.
 struct Part {
   std::int64_t first = 0, last = 0, step = 1;  ///< numbers of rows
 };
 
-/// Sums over the values of one part. A first pass finds smallest and largest value; a second one counts values in classes
-/// between these two and sums their distances from the middle between them.
+/// Sums over the values of a part. The first pass finds the smallest and largest value; the second counts values in classes
+/// between these and sums their distances from the middle.
 struct Sums {
   std::int64_t counted = 0, zeros = 0, max_at = 0;
   double min = std::numeric_limits<double>::infinity(), max = -std::numeric_limits<double>::infinity();
-  double mean = 0.0, squares = 0.0;  ///< sum of the distances from that middle, and of their squares
+  double mean = 0.0, squares = 0.0;  ///< sums of the distances from that middle, and of their squares
   bool whole_numbers = true;
   std::vector<std::int64_t> counts;
 
@@ -53,7 +53,7 @@ struct Sums {
   }
 };
 
-/// Calls `each(value, number of the voxel, 1)` with every finite value of some rows of a grid.
+/// Calls `each(value, index of the voxel, 1)` with every finite value of some rows of a grid.
 template <class T, class Each>
 void for_each_value(const GridView& grid, const T* voxels, const Part& part, Each&& each) {
   const std::int64_t width = grid.geometry.dims[0];
@@ -73,11 +73,11 @@ void for_each_value(const GridView& grid, const T* voxels, const Part& part, Eac
   }
 }
 
-/// How often each number is stored in rows of a grid, by the number less the least of its type: of short ones there are so few
-/// that all else is known from that, in a fraction of the time that looking at each value takes.
+/// Frequency of each stored number in rows of a grid, by the number minus the least of its type: short types have few, from
+/// which the statistics follow in a fraction of the time of visiting each value.
 template <class T>
 std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, const Part& all) {
-  constexpr std::int64_t least_rows = 256;  // [1] for a thread of its own. More: cores stay idle; fewer: tables cost more
+  constexpr std::int64_t least_rows = 256;  // [1] for a thread of its own. More: idle cores; fewer: tables cost more
   constexpr auto numbers = std::size_t{1} << (8 * sizeof(T));
   const std::int64_t width = grid.geometry.dims[0], steps = (all.last - all.first + all.step - 1) / all.step;
   std::vector<std::int64_t> times(numbers, 0);
@@ -94,7 +94,7 @@ std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, co
   return times;
 }
 
-/// The number of the first voxel, in rows of a grid, that stores a number; one of them does.
+/// Index of the first voxel, in rows of a grid, that stores a number; it exists.
 template <class T>
 std::int64_t first_with(const GridView& grid, const T* voxels, const Part& all, T stored) {
   const std::int64_t width = grid.geometry.dims[0];
@@ -105,7 +105,7 @@ std::int64_t first_with(const GridView& grid, const T* voxels, const Part& all, 
   return 0;
 }
 
-/// Calls `act(part, sums)` once for each of the `parts` parts of the rows, on as many threads as there are cores.
+/// Calls `act(part, sums)` once for each of the `parts` parts of the rows, on all cores.
 template <class Act>
 void in_all_parts(const Part& all, std::vector<Sums>& sums, const Act& act) {
   const std::int64_t steps = (all.last - all.first + all.step - 1) / all.step;
@@ -117,7 +117,7 @@ void in_all_parts(const Part& all, std::vector<Sums>& sums, const Act& act) {
   });
 }
 
-/// Both passes over the values; `for_values(part, each)` calls `each` with those of one part.
+/// Both passes over the values; `for_values(part, each)` calls `each` with the values of a part.
 template <class ForValues>
 Statistics looked_at(const Part& all, const ForValues& for_values) {
   std::vector<Sums> sums(parts);
@@ -134,7 +134,7 @@ Statistics looked_at(const Part& all, const ForValues& for_values) {
   }
   result.counted = whole.counted, result.zeros = whole.zeros;
   result.min = whole.min, result.max = whole.max, result.whole_numbers = whole.whole_numbers;
-  result.max_at.i = static_cast<double>(whole.max_at);  // the number of a voxel, which the caller turns into indices
+  result.max_at.i = static_cast<double>(whole.max_at);  // index of a voxel, which the caller turns into indices
   Histogram& histogram = result.histogram;
   histogram.low = whole.min, histogram.high = whole.max;
   histogram.counts.assign(whole.max > whole.min ? classes : 1, 0);
@@ -166,7 +166,7 @@ Statistics looked_at(const Part& all, const ForValues& for_values) {
   return result;
 }
 
-/// `looked_at` by way of the numbers that are stored.
+/// `looked_at` from the frequencies of stored numbers.
 template <class T>
 Statistics of_stored(const GridView& grid, const T* voxels, const Part& all) {
   const std::vector<std::int64_t> times = times_stored(grid, voxels, all);
@@ -238,7 +238,7 @@ double Statistics::percentile(double share) const noexcept {
   const double width = (histogram.high - histogram.low) / static_cast<double>(histogram.counts.size());
   if (!(width > 0.0)) return value;
   const auto last = static_cast<double>(histogram.counts.size() - 1);
-  // A value on the edge of two classes is the upper end of the one that it was found in.
+  // A value on the edge of two classes is the upper end of the lower one.
   const auto c = static_cast<std::size_t>(std::clamp(std::ceil((value - histogram.low) / width) - 1.0, 0.0, last));
   if (whole_numbers && width <= 1.0) return std::ceil(histogram.edge(c) - 1e-6 * width) + 0.0;  // zero without a sign
   const bool around_zero = histogram.edge(c) <= 0.0 && histogram.edge(c + 1) >= 0.0;
@@ -291,7 +291,7 @@ std::optional<double> dividing_value(const Histogram& histogram, double from, do
     filled += counts(c) > 0.0;
   }
   if (filled < 2) return std::nullopt;
-  // Where no value lies between two classes, all cuts there are equally good, to rounding: the middle one is taken.
+  // If no value lies between two classes, all cuts there are equal, to rounding: the middle one is used.
   double below = 0.0, sum_below = 0.0, best = -1.0;
   std::size_t first_best = 0, last_best = 0;
   for (std::size_t c = 0; c + 1 < histogram.counts.size(); ++c) {

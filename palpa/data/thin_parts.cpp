@@ -10,8 +10,8 @@
 #include "palpa/data/grid_base.h"
 #include "palpa/data/parallel.h"
 
-// Slices are read one after another. The last three are kept: which voxels are solid, and values smoothed along i and j. Values
-// are measured from the level towards the solid side: solid means >= 0.
+// Reads slices in order and keeps the last three: solid voxels, and values smoothed along i and j. Values are relative to the
+// level, positive towards the solid side: solid means >= 0.
 
 namespace palpa {
 namespace {
@@ -82,7 +82,7 @@ class Counter {
     }
   }
 
-  /// Marks the blocks of 2 × 2 × 2 solid voxels whose first voxel lies in slice k.
+  /// Marks the blocks of 2 × 2 × 2 solid voxels that begin in slice k.
   void find_blocks(std::int64_t k) noexcept {
     const std::uint8_t *low = solid(k), *high = solid(std::min(k + 1, nz_ - 1));
     std::uint8_t* out = blocks(k);
@@ -136,8 +136,7 @@ ThinParts thin_parts(const Field& field, double level, SolidSide solid) {
   return detail::with_values_of(grid->voxels, [&]<class T>(const T* voxels) {
     ThinParts all;
     std::mutex joining;
-    // [slices] Least for a thread. Fewer: neighbouring threads spend their time on slices that both read; more: cores stay
-    // idle on small grids.
+    // [slices] Least for a thread. Fewer: neighbouring threads read the same slices; more: idle cores on small grids.
     constexpr std::int64_t worth_a_thread = 8;
     detail::in_parts(grid->geometry.dims[2], worth_a_thread, [&](std::int64_t first, std::int64_t last) {
       const ThinParts part = Counter<T>(*grid, voxels, level, solid).count(first, last);

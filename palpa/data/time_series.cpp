@@ -12,7 +12,7 @@
 namespace palpa {
 namespace {
 
-/// (1 − u) a + u b, each derivative with its value.
+/// (1 − u) a + u b, of values and derivatives.
 ScalarSample blend(const ScalarSample& a, const ScalarSample& b, double u) noexcept {
   if (!a.inside || !b.inside) return {};
   return {(1.0 - u) * a.value + u * b.value, (1.0 - u) * a.gradient + u * b.gradient, true};
@@ -27,7 +27,7 @@ VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexc
   return {(1.0 - u) * a.value + u * b.value, blend(a.jacobian, b.jacobian, u), true};
 }
 
-/// The first part of a polynomial, as Bernstein coefficients over that part alone (P. de Casteljau).
+/// First part of a polynomial, as Bernstein coefficients over that part (P. de Casteljau).
 void keep_first(PolynomialPiece& piece, double share) noexcept {
   for (int level = 1; level <= piece.degree; ++level) {
     for (int i = piece.degree; i >= level; --i) {
@@ -35,7 +35,7 @@ void keep_first(PolynomialPiece& piece, double share) noexcept {
     }
   }
 }
-/// The same polynomial with the coefficients of a higher degree.
+/// Degree elevation.
 void raise(PolynomialPiece& piece, int degree) noexcept {
   for (; piece.degree < degree; ++piece.degree) {
     const int n = piece.degree + 1;
@@ -47,9 +47,8 @@ void raise(PolynomialPiece& piece, int degree) noexcept {
   }
 }
 
-/// The noise of the gradient [unit/m], below which its direction is not used: three standard deviations of the noise of its
-/// components, as told by their median second difference from neighbour to neighbour, which smooth data and edges, being rare,
-/// hardly move.
+/// Noise of the gradient [unit/m], below which its direction is not used: three standard deviations of its components' noise,
+/// from their median second difference between neighbours, which smooth data and (rare) edges hardly change.
 double noise_of_gradient(const Field& field) {
   constexpr int places = 4096;  // [1] more: slower to load; fewer: a less certain median
   const Box box = field.bounds_m();
@@ -107,7 +106,7 @@ class FrameSeries final : public TimedField {
     const Between t = between(at);
     const Mat3 a = view_.frames[t.a]->hessian(world_m);
     if (t.u == 0.0) return a;
-    // A place that only one of the two has is outside, and has no derivative.
+    // A place in only one of the two frames is outside, without a derivative.
     if (!scalar_at(world_m, at).inside) return {};
     return blend(a, view_.frames[t.b]->hessian(world_m), t.u);
   }
@@ -125,7 +124,7 @@ class FrameSeries final : public TimedField {
     if (t.u == 0.0) return a;
     PolynomialPiece b = other.piece_along(from_m, to_m, begin, quiet);
     if (!a.inside || !b.inside) return {.end = !a.inside && !b.inside ? std::min(a.end, b.end) : !a.inside ? a.end : b.end};
-    // What stays in the quiet interval in both frames does so between them; else both are asked for polynomials.
+    // Quiet in both frames implies quiet between them; else polynomials of both are requested.
     if (a.degree < 0 && b.degree < 0) return a.end <= b.end ? a : b;
     constexpr ValueRange never{1.0, -1.0};
     if (a.degree < 0) a = one.piece_along(from_m, to_m, begin, never);
@@ -155,7 +154,7 @@ class FrameSeries final : public TimedField {
     double x = at.within(cycle_s()) / view_.period_s;
     if (!at.loop) x = std::min(x, static_cast<double>(n - 1));
     const double nearest = std::round(x);
-    // i · period / period may be off by a rounding, and a frame is to be that frame.
+    // i · period / period may be off by a rounding, but must give that frame.
     if (view_.between_frames == BetweenFrames::nearest || std::abs(x - nearest) <= 1e-12 * nearest) x = nearest;
     Between t;
     const double whole = std::floor(x);

@@ -7,7 +7,7 @@
 namespace palpa {
 namespace {
 
-/// A timed field at one moment, for as long as that field is there.
+/// Timed field at a moment; a reference to it.
 class Moment : public Field {
  public:
   Moment(const TimedField& field, DataTime at) noexcept : field_(field), at_(at) {}
@@ -26,7 +26,7 @@ class Moment : public Field {
   DataTime at_;
 };
 
-/// The same, which keeps the field.
+/// Moment that owns its field.
 class Frozen final : public Moment {
  public:
   Frozen(FieldPtr field, DataTime at) : Moment(*timed(*field), at), kept_(std::move(field)) {}
@@ -63,12 +63,12 @@ PolynomialPiece TimedField::piece_along_at(const Vec3& from_m, const Vec3& to_m,
 Carried TimedField::carried_with_level(const Vec3& world_m, DataTime from, DataTime to, double noise) const noexcept {
   if (from == to) return {world_m};
   const ScalarSample start = scalar_at(world_m, from);
-  if (!start.inside) return {world_m};  // nothing is there that could have moved
+  if (!start.inside) return {world_m};  // no data there that could have moved
   const Carried lost{world_m, false};
-  // Newton steps. More: longer worst tick; fewer: a level that bends counts as lost and fades.
+  // Newton steps. More: longer worst tick; fewer: a bending level counts as lost and fades.
   constexpr int most_steps = 8;
-  // [1] of a spacing: done at the first; with no step left, good enough at the second. Larger: the proxy is carried off its
-  // level; smaller: steps in vain, or levels that count as lost.
+  // [1] of a spacing: convergence, and acceptance after the last step. Larger: the proxy is carried off its level; smaller:
+  // useless steps, or levels that count as lost.
   constexpr double on_level = 1e-9, near_level = 1e-3;
   const double h = local_spacing_at(world_m, from);
   Vec3 at_m = world_m;

@@ -23,7 +23,7 @@ class UnreadGrid final : public Field {
     });
     return whole_;
   }
-  /// The grid that has been read; where there is no memory for that, the one that promises less.
+  /// Loaded grid, or the placeholder on out-of-memory.
   const Field& as_known() const noexcept {
     if (const Field* const read = read_.load(std::memory_order_acquire)) return *read;
     try {

@@ -1,26 +1,25 @@
-// Grids of voxels that nobody has read yet: arrays of a program, handed over at once.
+// Lazily read grids: arrays of a program, handed over at once.
 #pragma once
 
 #include "palpa/data/grid.h"
 
 namespace palpa {
 
-/// The same field as `grid_field`, made in no time, however many voxels there are: what only reading all of them tells (their
-/// range, bounds, holes) is found out when somebody first asks for it, and a scene does that when the field is added, so that
-/// no tick ever does. Samples need none of it. Throws std::invalid_argument as `grid_field` does. Any number of threads may
-/// ask at once. The voxels must not change from now on.
+/// `grid_field` in constant time for any number of voxels: results of reading all of them (range, bounds, holes) are computed
+/// at the first request, which a scene makes when the field is added, so that no tick does. Samples need none of them. Throws
+/// std::invalid_argument as `grid_field` does. Any number of threads may request at once. The voxels must not change from now
+/// on.
 /// \param scale   the field's own unit, per raw step
 /// \param offset  the field's own unit
 FieldPtr unread_grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
 namespace detail {
 
-/// Of an unread grid, the grid that has been read, now; any other field itself. Throws where there is no memory for what it
-/// tells.
+/// Reads an unread grid now and returns the loaded grid; any other field itself. Throws on insufficient memory.
 FieldPtr read_now(const FieldPtr& field);
-/// The same of its view; nullptr where the field is no unread grid. Stays as long as the field.
+/// View of the loaded grid; nullptr if the field is no unread grid. Valid as long as the field.
 const GridView* view_read_now(const Field& field) noexcept;
-/// What samples a field: of an unread grid, the grid without what reading tells; any other field itself.
+/// Field for samples: of an unread grid, the grid without results of reading; any other field itself.
 const Field& sampler_of(const Field& field) noexcept;
 
 }  // namespace detail

@@ -7,8 +7,8 @@ using namespace phantom;
 
 namespace {
 
-/// φ(s) = (1 − exp(−s))/s and dφ/ds. Near s = 0 both are differences of nearly equal numbers; there the
-/// series Σ (−s)ⁿ/(n+1)! takes over, whose 17 terms are exact to rounding below s = 1/2.
+/// φ(s) = (1 − exp(−s))/s and dφ/ds. Near s = 0 both are differences of nearly equal numbers; there the series Σ (−s)ⁿ/(n+1)!
+/// is used, whose 17 terms are exact to rounding below s = 1/2.
 struct Swirl {
   double phi;
   double slope;
@@ -29,8 +29,8 @@ Swirl swirl(double s) noexcept {
   return {(1.0 - decay) / s, (decay * (1.0 + s) - 1.0) / (s * s)};
 }
 
-/// u = ω (−y, x, 0) + a (−x/2, −y/2, z) with ω = Γ/(2πr_c²) φ(r²/r_c²): one expression for both vortices,
-/// without a division by r.
+/// u = ω (−y, x, 0) + a (−x/2, −y/2, z) with ω = Γ/(2πr_c²) φ(r²/r_c²): one expression for both vortices, without a division by
+/// r.
 struct Vortex {
   double core_radius_m;
   double axis_rate_per_s;  ///< Γ/(2πr_c²), ω on the axis
@@ -60,7 +60,7 @@ Volume vortex(double circulation_m2_per_s, double core_radius_m, double strain_p
   const double rate = circulation_m2_per_s / (2.0 * std::numbers::pi * core_radius_m * core_radius_m);
   if (!std::isfinite(rate)) throw std::invalid_argument("a vortex's circulation must be finite, also over its core's area");
   const double half_m = 6.0 * core_radius_m;
-  constexpr double s = 1.2564312086261697;  // where u_t is largest: 1 + 2s = exp(s)
+  constexpr double s = 1.2564312086261697;  // argument of the largest u_t: 1 + 2s = exp(s)
   const double fastest = std::abs(rate) * core_radius_m * (1.0 - std::exp(-s)) / std::sqrt(s);
   const double across = fastest + 0.5 * strain_per_s * half_m, along = strain_per_s * half_m;
   return volume_of("velocity", "m/s", cube(half_m), core_radius_m / 8.0,

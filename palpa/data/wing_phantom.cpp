@@ -1,4 +1,4 @@
-// The wake of a wing: line vortices.
+// Wake of a wing, from line vortices.
 #include "palpa/data/phantom_parts.h"
 
 namespace palpa {
@@ -9,10 +9,10 @@ namespace {
 
 constexpr double free_stream_m_per_s = 1.0, wing_circulation_m2_per_s = 0.4, wing_core_m = 0.12;
 
-/// A straight vortex from `start` along the unit vector `along`; `length` infinite for one without end.
+/// Straight vortex from `start` along the unit vector `along`; `length` infinite for one without end.
 ///
-/// u = Γ/(4π) K t × r, r = x − start, K = ∫ ds/(|x − s|² + ε²)^{3/2} = (l₁/s₁ − l₂/s₂)/h², with l the
-/// distances along the line from both ends, s² = l² + h² and h² = ε² + (distance from the line)².
+/// u = Γ/(4π) K t × r, r = x − start, K = ∫ ds/(|x − s|² + ε²)^{3/2} = (l₁/s₁ − l₂/s₂)/h², with l the distances along the line
+/// from both ends, s² = l² + h² and h² = ε² + (distance from the line)².
 struct LineVortex {
   Vec3 start;
   Vec3 along;
@@ -86,7 +86,7 @@ ScalarSample wake_pressure(const Vec3& x) noexcept {
 
 Volume wing_wake() {
   constexpr Box box{{-0.5, -1.9, -0.6}, {3.0, 1.9, 0.6}};
-  // A vortex of circulation Γ turns nothing faster than Γ/(4πε); three of them add up at most.
+  // A vortex of circulation Γ causes rotation of at most Γ/(4πε); three of them add up at most.
   constexpr double fastest = wing_circulation_m2_per_s / (4.0 * std::numbers::pi * wing_core_m);
   constexpr double u = free_stream_m_per_s;
   Volume volume =

@@ -1,4 +1,4 @@
-// A kind of real device: what its shared object gives to the program that loads it.
+// Backend: the interface of a device driver's shared object to the program.
 #pragma once
 
 #include <memory>
@@ -10,41 +10,38 @@
 
 namespace palpa {
 
-/// What follows the name in `--device NAME[,KEY=VALUE…]`, in order.
+/// Settings after the name in `--device NAME[,KEY=VALUE…]`, in order.
 using DeviceSettings = std::vector<std::pair<std::string, std::string>>;
 
-/// A device that is there.
 struct FoundDevice {
-  std::string description;  ///< what `--device` takes for it, as `inverse3,id=049D`
-  std::string words;        ///< what it is, for a person
+  std::string description;  ///< its `--device` argument, as `inverse3,id=049D`
+  std::string words;        ///< text for a person
 };
 
-/// What came of looking for devices of one kind.
 struct DeviceSearch {
   std::vector<FoundDevice> found;
-  std::vector<std::string> missing;  ///< sentences: what is not there, and how to get it
+  std::vector<std::string> missing;  ///< sentences: missing parts, and how to get them
 };
 
 struct DeviceSetting {
   const char* key;
-  const char* meaning;  ///< with its unit and what holds without it
+  const char* meaning;  ///< with its unit and default
 };
 
-/// One kind of device. Its shared object, `palpa-device-NAME.so`, exports it as `palpa_device_backend`, a constant of C
-/// linkage. Both functions may take seconds, allocate and throw LoadError, and are for one thread at a time. `open_device`
-/// calls `open` with signals blocked, so that no thread of the driver's takes one.
+/// Kind of device. Its shared object, `palpa-device-NAME.so`, exports it as `palpa_device_backend`, a constant of C linkage.
+/// Both functions may take seconds, allocate and throw LoadError, and are called by one thread at a time. `open_device` calls
+/// `open` with signals blocked, so that no driver thread receives one.
 ///
-/// tests/devices/conformance_test.cpp holds every kind to the laws of Device: a rig for it is one class (rig.h).
+/// tests/devices/conformance_test.cpp tests every kind against the contract of Device: a rig for it is one class (rig.h).
 struct DeviceBackend {
-  const char* palpa_version;  ///< `palpa::version`: of another one, nothing else is looked at
+  const char* palpa_version;  ///< `palpa::version`: on a mismatch no other member is read
   const char* name;           ///< in `--device NAME`: lower case
-  const char* title;          ///< which devices these are
-  const char* axes;           ///< which way its own axes point, in words
+  const char* title;
+  const char* axes;  ///< directions of its own axes, in words
   std::vector<DeviceSetting> (*settings)();
   DeviceSearch (*search)(const DeviceSettings& settings);
-  /// Waits at most a few seconds for its first position. The device never moves by itself. What comes of it stays with the
-  /// device that was opened, and touches no other, also where the settings say "the first". Throws LoadError: which device,
-  /// what is wrong, what would be right.
+  /// Blocks for at most a few seconds for the first position. The device never moves by itself. The result is bound to the
+  /// opened device, and touches no other, even with the setting "the first". Throws LoadError: device, fault, remedy.
   std::unique_ptr<Device> (*open)(const DeviceSettings& settings);
 };
 

@@ -1,16 +1,15 @@
-// Threads that no signal reaches.
+// Blocking of signals for threads.
 #pragma once
 
 #include <signal.h>
 
 namespace palpa::detail {
 
-/// Signals that a fault of a thread raises in that thread. The system ends a program at once, without its handlers, where one
-/// of them is blocked.
+/// Signals that a thread's fault raises in that thread. If blocked, the system ends the program at once, without its handlers.
 inline constexpr int fault_signals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS, SIGABRT};
 
-/// Blocks all signals but those of its own faults for the calling thread, until the destructor. Threads that are made
-/// meanwhile have them blocked for good: a handler, which may wait, then never runs on a thread that others wait for.
+/// Blocks all signals but those of its own faults for the calling thread, until the destructor. Threads created meanwhile have
+/// them blocked for good: a handler, which may block, then never runs on a thread that others depend on.
 class BlockedSignals {
  public:
   BlockedSignals() noexcept {

@@ -1,4 +1,4 @@
-// Descriptions of the form NAME[,KEY=VALUE…], word by word.
+// Parsing of descriptions NAME[,KEY=VALUE…].
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace palpa::detail {
 
-/// The text before the first comma, which is removed from `rest` together with the comma.
+/// Removes and returns the text before the first comma of `rest`; removes the comma.
 inline std::string_view next_word(std::string_view& rest) noexcept {
   const std::size_t end = std::min(rest.find(','), rest.size());
   const std::string_view word = rest.substr(0, end);
@@ -17,13 +17,13 @@ inline std::string_view next_word(std::string_view& rest) noexcept {
   return word;
 }
 
-/// The two sides of the first '='; without one there is no value.
+/// Both sides of the first '='; the value is empty without one.
 inline std::pair<std::string_view, std::string_view> key_and_value(std::string_view word) noexcept {
   const std::size_t equals = std::min(word.find('='), word.size());
   return {word.substr(0, equals), word.substr(std::min(equals + 1, word.size()))};
 }
 
-/// The whole text as a number.
+/// Parses the whole text as a number.
 template <class Number>
 bool read_number(std::string_view text, Number& value) noexcept {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

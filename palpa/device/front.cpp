@@ -12,7 +12,7 @@ namespace palpa {
 
 namespace {
 
-// The ball that `ball_facing` promises in hand.h. Other radii: recorded results of simulated hands without a scene change.
+// Ball of `ball_facing` in hand.h. Other radii: recorded results of simulated hands without a scene change.
 constexpr double ball_radius_m = 0.075;
 // [1] Distance from the axis, as a share of the radius, from which a ball is followed as a cone. More: the hand moves in and
 // out faster than an arm can; less: it leaves the ball sooner.
@@ -20,7 +20,7 @@ constexpr double steepest_share = 0.8;
 
 class BallFacing final : public Front {
  public:
-  // At any depth the hand follows a ball, of radius R − depth.
+  // At any depth the hand follows a ball of radius R − depth.
   Vec3 at(double x_m, double y_m, double depth_m) const noexcept override {
     const double radius_m = std::max(0.0, ball_radius_m - depth_m);
     const double edge_m = steepest_share * radius_m;
@@ -83,7 +83,7 @@ class ReliefAround final : public Front {
   double turns_per_column_, row_, spacing_m_;
 };
 
-/// The four weights of a uniform cubic B-spline at the share `t` [1] of a cell.
+/// Weights of a uniform cubic B-spline at the share `t` [1] of a cell.
 struct Weights {
   double w[4];
 };
@@ -101,7 +101,7 @@ Relief::Relief(std::vector<double> heights, int columns, int rows, bool u_turns)
 }
 
 double Relief::at(double column, double row) const noexcept {
-  // Flat beyond the lattice: from two cells outside on, all weights fall on its last heights.
+  // Flat beyond the lattice: from two cells outside on, all weights apply to its last heights.
   if (!u_turns_) column = std::clamp(column, -2.0, columns_ + 1.0);
   row = std::clamp(row, -2.0, rows_ + 1.0);
   const double i0 = std::floor(column), j0 = std::floor(row);

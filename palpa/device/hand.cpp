@@ -16,11 +16,11 @@ namespace {
 constexpr int least_sub_steps = 20;
 constexpr double longest_sub_step_s = 50e-6;
 
-// Delays a force by a number of advances.
+// Delay of a force by a number of advances.
 class Delay {
  public:
   explicit Delay(int ticks) : ticks_(std::clamp(ticks, 0, DevicePlant::longest_delay_ticks)) {}
-  /// Takes the newest force and returns the one that acts now.
+  /// Stores the newest force and returns the delayed one.
   Vec3 pass(const Vec3& force_n) noexcept {
     if (ticks_ == 0) return force_n;
     next_ = (next_ + 1) % ticks_;
@@ -63,7 +63,7 @@ class Hand : public SimulatedDevice {
   const DevicePlant& plant() const noexcept { return plant_; }
   const Target::Point& wanted() const noexcept { return wanted_; }
   void pass_time(double time_step_s) noexcept {
-    // Kahan: after any number of steps the time is that of a row of a recording, to rounding.
+    // Kahan summation: after any number of steps the time equals that of a recording's row, to rounding.
     const double step_s = time_step_s - excess_s_;
     const double now_s = time_s_ + step_s;
     excess_s_ = (now_s - time_s_) - step_s;
@@ -123,8 +123,8 @@ class ArmHand final : public Hand {
  private:
   Vec3 where_m() const noexcept override { return position_m_; }
 
-  // Backward Euler: (m/h + b + K h) v⁺ = m v/h + force + K (target − x) − friction, with the friction
-  // along v⁺, or whatever up to c holds v⁺ at zero.
+  // Backward Euler: (m/h + b + K h) v⁺ = m v/h + force + K (target − x) − friction, with the friction c along v⁺, or up to c at
+  // v⁺ = 0.
   void step(const Vec3& target_m, const Vec3& force_n, double h) noexcept {
     Vec3 push_n = (mass_kg_ / h) * velocity_m_per_s_ + force_n + stiffness_n_per_m_ * (target_m - position_m_);
     if (const double friction_n = plant().coulomb_friction_n; friction_n > 0.0) {

@@ -1,4 +1,4 @@
-// Hands without a device: simulated ones and recorded ones.
+// Simulated and recorded hands.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace palpa {
 
-/// The mechanics of a hand that holds a device: one mass on a spring and a damper to where the hand
-/// wants to be, pushed by the force that the device renders.
+/// Mechanics of a hand that holds a device: a mass on a spring and a damper to the intended position, pushed by the rendered
+/// force.
 struct Arm {
   double mass_kg = 0.5;
   double damping_ns_per_m = 6.0;
@@ -23,148 +23,142 @@ struct Arm {
 inline constexpr Arm relaxed_arm{};
 inline constexpr Arm firm_arm{.stiffness_n_per_m = 500.0};
 
-/// What a device adds to the arm. The default is an ideal device: nothing.
+/// Device's contribution to the arm. Default: an ideal device, nothing.
 struct DevicePlant {
   static constexpr int longest_delay_ticks = 64;
   std::string name;  ///< empty: ideal
   double mass_kg = 0.0;
   double damping_ns_per_m = 0.0;    ///< of its mechanics
-  double coulomb_friction_n = 0.0;  ///< holds every motion up to this force
+  double coulomb_friction_n = 0.0;  ///< holds any motion up to this force
   int delay_ticks = 0;              ///< between a write and its force; 0 … 64
-  DeviceLimits limits;  ///< no force goes beyond its limit; every position that is read is rounded to its encoder step
+  DeviceLimits limits;              ///< limits the force; read positions are rounded to its encoder step
 };
-/// Devices that can be had: touch, omega, falcon, inverse3 and desktop. Mass, damping and friction are of the right size, not
-/// measurements of one device.
+/// Presets of commercial devices: touch, omega, falcon, inverse3 and desktop. Mass, damping and friction are of the right
+/// magnitude, not measurements of a device.
 std::span<const DevicePlant> device_presets();
-/// A preset by its name, with single values changed: `touch`, or `touch,encoder_step_m=2e-5,delay_ticks=2`. The keys are the
-/// members of DevicePlant and of its limits. In place of a preset the name of a file, `mine.toml`, which says the same keys,
-/// after `like = "touch"` where it begins from a preset, else from an ideal device. Its name is the whole description. Throws
-/// LoadError that says what would be right.
+/// Preset by name, with changed values: `touch`, or `touch,encoder_step_m=2e-5,delay_ticks=2`. The keys are the members of
+/// DevicePlant and of its limits. Instead of a preset the name of a file, `mine.toml`, with these keys, after `like = "touch"`
+/// to begin from a preset, else from an ideal device. Its name is the whole description. Throws LoadError with the remedy.
 DevicePlant device_plant(const std::string& description);
-/// Its values with their units, for a person.
+/// Formats its values with their units, for a person.
 std::string words_of(const DevicePlant& plant);
 
-/// Where a hand wants to be at a time.
+/// Intended position of a hand by time.
 class Target {
  public:
   virtual ~Target() = default;
   struct Point {
     Vec3 position_m;
-    bool valid = true;  ///< false: nobody knows; the position is the last known
+    bool valid = true;  ///< false: unknown; the position is the last known
     std::uint32_t buttons = 0;
   };
   /// For any time, in any order; never allocates.
   virtual Point at(double time_s) const noexcept = 0;
-  /// Infinite for one that goes on for ever.
+  /// Infinite for endless motion.
   virtual double duration_s() const noexcept = 0;
-  /// Whether the positions are meant for the workspace as they are; else the hand was recorded who knows where.
+  /// Whether the positions are in the workspace already; else the recording's origin is unknown.
   virtual bool knows_its_place() const noexcept { return true; }
-  /// What a person should know of it, a sentence each.
+  /// Sentences for the user.
   virtual std::vector<std::string> warnings() const { return {}; }
 };
 
-/// The target with all its positions x at `scale` · x + `offset_m` [m].
+/// Target with all its positions x at `scale` · x + `offset_m` [m].
 /// \param scale  [1] > 0
 std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale = 1.0);
 
-/// The seed of a simulated hand whose description names none.
+/// Seed of a simulated hand if its description has none.
 inline constexpr std::uint64_t default_hand_seed = 1;
 
-/// What a simulated hand is to do: `sim:press|stroke|circle|helix|random[,KEY=VALUE…]`, read.
+/// Parsed motion of a simulated hand: `sim:press|stroke|circle|helix|random[,KEY=VALUE…]`.
 struct SimulatedMotion {
   enum class Kind : std::uint8_t { press, stroke, circle, helix, random };
   Kind kind = Kind::press;
   std::optional<double>
-      speed_m_per_s;  ///< press: the largest; random: mean square root. None: 0.1, but at most one round a second
-  std::optional<double>
-      radius_m;  ///< how far beside the place the hand goes; helix: about the axis. None: what the place has room for
-  std::optional<double> depth_m;  ///< how far behind the front the hand wants to be; none: half of what can be borne there
+      speed_m_per_s;               ///< press: the largest; random: mean square root. None: 0.1, but at most a round a second
+  std::optional<double> radius_m;  ///< lateral extent of the motion; helix: about the axis. None: the available extent
+  std::optional<double> depth_m;   ///< intended depth behind the front; none: half of the bearable depth there
   std::uint64_t seed = default_hand_seed;
 };
-/// Throws LoadError that says what would be right.
+/// Throws LoadError with the remedy.
 SimulatedMotion simulated_motion(const std::string& description);
 
-class Front;  // a surface that a hand follows at a depth of its choice: what the two below make
-/// The round front that hands without a scene are made for: a ball of 0.075 m about the origin, seen from the user; u and v are
-/// x and y [m]. Beyond 0.8 of its radius it goes on as the cone that touches it there.
+class Front;  // surface that a hand follows at any depth, made by the functions below
+/// Front of hands without a scene: a ball of 0.075 m about the origin, facing the user; u and v are x and y [m]. Beyond 0.8 of
+/// its radius it continues as the tangent cone.
 std::shared_ptr<const Front> ball_facing();
-/// A cylinder about an axis along y through `centre_m` [m], of `radius_m` [m] > 0: u are turns from the user's side, to the
-/// right first, v is the height above the centre [m].
+/// Cylinder about an axis along y through `centre_m` [m], of `radius_m` [m] > 0: u are turns from the user's side, to the right
+/// first, v is the height above the centre [m].
 std::shared_ptr<const Front> cylinder_around(const Vec3& centre_m, double radius_m);
-/// What a simulated hand comes upon. `palpa run` makes it of a scene; this one is a ball of 0.075 m
-/// about the middle of the workspace.
+/// Object of a simulated hand. `palpa run` makes it from a scene; the default is a ball of 0.075 m about the centre of the
+/// workspace.
 struct Encounter {
-  std::shared_ptr<const Front> facing = ball_facing();  ///< u and v: x and y [m] beside the place where the hand meets it
+  std::shared_ptr<const Front> facing = ball_facing();               ///< u and v: x and y [m] relative to the point of contact
   std::shared_ptr<const Front> around = cylinder_around({}, 0.075);  ///< u and v: turns and height [m]; for the helix
-  Vec3 axis_m{};                                                     ///< what the helix goes round, along y
-  double before_m = 0.015;                                           ///< how far before the front the hand begins
-  double retreat_m = 0.015;                                          ///< how far before the front a press goes back to
-  bool lifts = false;           ///< every other second, out to `retreat_m` before the front: what gives way is felt again
-  double depth_m = 0.02;        ///< how deep the hand goes where its description does not say it
-  double radius_m = 0.03;       ///< how far beside the place it goes where its description does not say it
-  double half_height_m = 0.05;  ///< how far up and down the helix goes
+  Vec3 axis_m{};                                                     ///< point on the axis of the helix, along y
+  double before_m = 0.015;                                           ///< distance of the start before the front
+  double retreat_m = 0.015;                                          ///< distance before the front to which a press returns
+  bool lifts = false;           ///< every other second, to `retreat_m` before the front: broken levels are felt again
+  double depth_m = 0.02;        ///< default depth of the motion
+  double radius_m = 0.03;       ///< default lateral extent of the motion
+  double half_height_m = 0.05;  ///< of the helix
 };
 
-/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at up to 0.1 m/s, slowly over the last 3
-/// mm, and from the front on does what it is named for, at a depth behind the front that is the motion's or the encounter's:
+/// Path of a simulated hand. Begins at rest `before_m` before the front, approaches at up to 0.1 m/s, slowly over the last 3
+/// mm, and from the front on performs its motion, at the depth behind the front of the motion or the encounter:
 ///   press   in to the depth and back to `retreat_m` before the front
 ///   stroke  sideways and up and down over the front, `radius_m` to either side
-///   circle  round a circle of `radius_m` on the front
+///   circle  on a circle of `radius_m` on the front
 ///   helix   round the axis, slowly up and down; a motion's own `radius_m` is that of a cylinder in place of the front
 ///   random  sums of sines below 8 Hz, seeded, `radius_m` to any side about half of the depth, now and then out of the front
-/// The same motion gives the same bits on every machine with IEEE arithmetic.
+/// Equal motions give equal bits on every machine with IEEE arithmetic.
 std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const Encounter& encounter = {});
-/// The same of a description, before the ball.
+/// `simulated_target` of a description, before the ball.
 std::unique_ptr<Target> simulated_target(const std::string& description);
 
-/// What the file of a recorded hand leaves open.
+/// Properties that a recorded hand's file leaves open.
 struct RecordingOptions {
   double hand_rate_hz = 0.0;   ///< of a file without time, > 0; 0: not given
-  std::optional<bool> center;  ///< the middle of its box to the middle of the workspace; none: unless it is our own ticks.csv
+  std::optional<bool> center;  ///< centre of its box to the centre of the workspace; none: unless it is a trace's ticks.csv
 };
 
-/// A recorded hand, in one of four forms that its header decides:
-///   our own ticks.csv               probe columns, probe_valid and buttons; every row counts
+/// Recorded hand, in a form determined by its header:
+///   ticks.csv of a trace            probe columns, probe_valid and buttons; every row counts
 ///   t_s,x_m,y_m,z_m[,buttons]       hand frame; also with time, time_s, timestamp or t for t_s, and x,y,z
 ///   Time,Cursor Position X,Y,Z …    Haply logs: z is flipped, all-zero rows are dropped
 ///   x,y,z …                         no time: `hand_rate_hz` is needed
-/// Unknown columns are skipped. Time starts at the first row and must not fall; of rows at one time
-/// the last counts. But in our own, rows that repeat the last position are dropped where their pattern is that of
-/// a logger that is faster than its device (`detail::repeat_by_logger`; in Haply logs always), but never so many that a resting
-/// hand would look like a gap. Rows whose position is not finite are dropped, and so is a last line without its end; `warnings`
-/// names both assumptions. Between rows the position follows a monotone cubic
-/// (Fritsch and Carlson), which never leaves the interval of its two neighbours; where rows are more
-/// than 100 ms apart, and after the last, it is not valid; a warning says so. Names that say no unit are taken as seconds and
-/// metres, and refused where a hand would then be too slow or too large. Throws LoadError.
+/// Unknown columns are skipped. Time starts at the first row and must not fall; of rows at equal times the last counts. Except
+/// in a trace, rows that repeat the last position are dropped if their pattern is that of a logger faster than its device
+/// (`detail::repeat_by_logger`; in Haply logs always), but never so many that a resting hand becomes a gap. Rows with a
+/// non-finite position are dropped, as is a last line without its end; `warnings` names both assumptions. Between rows the
+/// position follows a monotone cubic (Fritsch and Carlson), which stays between its neighbours; in gaps of more than 100 ms,
+/// and after the last row, it is not valid; a warning reports it. Names without a unit mean seconds and metres, and are refused
+/// if a hand would then be too slow or too large. Throws LoadError.
 std::unique_ptr<Target> recorded_target(const std::filesystem::path& file, const RecordingOptions& options = {});
 
-/// A hand at given positions, one for each tick of `time_step_s`, in the hand frame; never moved. At a row's time it is exactly
-/// there, between rows on the monotone cubic of a recorded hand; rows that are not finite are not valid.
+/// Hand at given positions, one for each tick of `time_step_s`, in the hand frame; never displaced. Exact at a row's time,
+/// between rows on the monotone cubic of a recorded hand; non-finite rows are not valid.
 /// \param positions_m  [m]; at least one is finite, none is further away than 1000 m
 /// \param time_step_s  [s] above 0 and at most 1
 /// Throws LoadError.
 std::unique_ptr<Target> sampled_target(std::span<const Vec3> positions_m, double time_step_s);
 
-/// How a hand is held: rigidly, where no force moves it, or by an arm, which a force can hold.
+/// Hold of a hand: rigid, unmoved by forces, or by an arm, which yields.
 enum class Hold { rigid, relaxed, firm };
 
-/// A hand that follows `target`, with a device of kind `plant` in it.
+/// Hand that follows `target`, holding a device of kind `plant`.
 ///
-/// Held by an arm, mass m (arm + device), damping b, stiffness K and Coulomb friction c follow
+/// With an arm, mass m (arm + device), damping b, stiffness K and Coulomb friction c follow
 ///     m dv/dt = K (target − x) − b v + force − c v/|v|
-/// in at least 20 sub-steps per `advance`, of at most 50 µs, under the force held since the last write
-/// (or the one `delay_ticks` advances earlier), each by backward Euler: the sub-step's end is the
-/// minimiser of a convex function, found in closed form, friction's sticking included. Backward Euler
-/// because it cannot gain energy for any parameters: with the target still, kinetic + spring energy
-/// grow by at most force·Δx. Its own damping is that of K h/2 ≈ 0.01 N·s/m. Within one `advance` the
+/// in at least 20 sub-steps per `advance`, of at most 50 µs, under the force held since the last write (or the one
+/// `delay_ticks` advances earlier), each by backward Euler: the sub-step's end is the minimiser of a convex function, in closed
+/// form, with sticking friction. Backward Euler because it cannot gain energy for any parameters: with the target still,
+/// kinetic + spring energy grow by at most force·Δx. Its numerical damping is K h/2 ≈ 0.01 N·s/m. Within an `advance` the
 /// target moves in a straight line.
 ///
-/// While the target is not valid nobody holds the device: it is not valid either, and starts again at
-/// rest on the target.
+/// While the target is not valid the device is released: it is not valid either, and restarts at rest on the target.
 std::unique_ptr<SimulatedDevice> hand_device(std::shared_ptr<const Target> target, Hold hold, const DevicePlant& plant = {});
 
-/// The hand that `--hand` names, as a device: `sim:…` or a file. Without `hold` a recording is rigid
-/// and a simulated hand relaxed.
+/// The hand of `--hand`, as a device: `sim:…` or a file. Without `hold` a recording is rigid and a simulated hand relaxed.
 std::unique_ptr<SimulatedDevice> open_hand(const std::string& description, std::optional<Hold> hold,
                                            const RecordingOptions& options = {}, const DevicePlant& plant = {});
 

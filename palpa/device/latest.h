@@ -1,4 +1,4 @@
-// A value handed from one thread to another: the latest wins, nobody waits.
+// Lock-free single-producer single-consumer triple buffer.
 #pragma once
 
 #include <array>
@@ -7,9 +7,9 @@
 
 namespace palpa {
 
-/// Three places for a value: one that the giver writes, one that the taker reads, and one between them, which either exchanges
-/// for its own. So the giver never waits for the taker, nor the taker for the giver, and neither ever sees half a value. One
-/// thread gives, one takes. Allocates nothing.
+/// Triple buffer: a place for the producer, a place for the consumer, and a place between them, which either exchanges for its
+/// own. Neither blocks nor reads a partial value; the latest value wins. One producer thread, one consumer thread. Allocates
+/// nothing.
 template <class Value>
 class Latest {
  public:
@@ -17,12 +17,12 @@ class Latest {
     places_[writing_] = value;
     writing_ = between_.exchange(writing_ | fresh, std::memory_order_acq_rel) & ~fresh;
   }
-  /// The value last given; the first is Value{}. Stays as it is until the next call.
+  /// Latest value; at first Value{}. Stays valid until the next call.
   const Value& take() noexcept {
     if (is_fresh()) reading_ = between_.exchange(reading_, std::memory_order_acq_rel) & ~fresh;
     return places_[reading_];
   }
-  /// Whether one was given that has not been taken. For the taker.
+  /// Whether a newer value is available. For the consumer.
   bool is_fresh() const noexcept { return (between_.load(std::memory_order_relaxed) & fresh) != 0; }
 
  private:

@@ -7,8 +7,7 @@
 namespace palpa {
 
 namespace {
-// The largest ratio of control to display [1]. More: resistance is plainer to see, but the hand feels stuck; less: it is not
-// seen.
+// Largest control-display ratio [1]. More: resistance is easier to see, but the hand feels stuck; less: it is not visible.
 constexpr double largest_ratio = 3.0;
 }  // namespace
 

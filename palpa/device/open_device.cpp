@@ -55,7 +55,7 @@ const DeviceBackend* load(const fs::path& file) {
   return backend;
 }
 
-// The keys of devices.toml. Limits may only be lowered; what was measured is what it is.
+// Keys of devices.toml. Limits may only be lowered; measurements replace the device's values.
 struct Note {
   const char* key;
   std::optional<double> DeviceNotes::*of;
@@ -90,7 +90,7 @@ std::optional<toml::table> read(const fs::path& file) {
   }
 }
 
-// The device with what the user says of it: no force beyond the limits that are left.
+// Device with the user's notes: forces within the lowered limits.
 class NotedDevice final : public Device {
  public:
   NotedDevice(std::unique_ptr<Device> device, const DeviceLimits& limits) : device_(std::move(device)), limits_(limits) {}

@@ -1,4 +1,4 @@
-// Real devices by name, and what a user's devices.toml says of them.
+// Real devices by name, and the notes of a user's devices.toml.
 #pragma once
 
 #include <filesystem>
@@ -11,23 +11,23 @@
 
 namespace palpa {
 
-/// A description `NAME[,KEY=VALUE…]`, read.
+/// Parsed description `NAME[,KEY=VALUE…]`.
 struct DeviceDescription {
   std::string name;
   DeviceSettings settings;
 };
-/// Throws LoadError that says what would be right.
+/// Throws LoadError with the remedy.
 DeviceDescription device_description(const std::string& text);
 
-/// The kinds of devices that this installation can drive, each loaded from its shared object; they stay loaded. In the order of
-/// their names. Throws LoadError on one that is not of this version.
+/// Kinds of devices of this installation, each loaded from its shared object; they stay loaded. In the order of their names.
+/// Throws LoadError on another version.
 std::vector<const DeviceBackend*> device_backends();
-/// One of them. Throws LoadError that says which there are.
+/// Kind by name. Throws LoadError with the list of kinds.
 const DeviceBackend& device_backend(const std::string& name);
 
-/// What a user says of a kind of device, and what `palpa devices --setup` measured: one table of devices.toml.
+/// User's notes on a kind of device, and the measurements of `palpa devices --setup`: a table of devices.toml.
 struct DeviceNotes {
-  std::optional<double> max_force_n;  ///< these four may only be lower than the device's own
+  std::optional<double> max_force_n;  ///< these four may only lower the device's own
   std::optional<double> continuous_force_n;
   std::optional<double> max_stiffness_n_per_m;
   std::optional<double> max_damping_ns_per_m;
@@ -37,15 +37,15 @@ struct DeviceNotes {
 };
 /// The user's file: $PALPA_DEVICES, else palpa/devices.toml in $XDG_CONFIG_HOME or ~/.config.
 std::filesystem::path device_notes_file();
-/// What the file says of a kind of device; nothing where there is no such file. Throws LoadError with file and line.
+/// Notes on a kind of device in the file; none without the file. Throws LoadError with file and line.
 DeviceNotes device_notes(const std::filesystem::path& file, const std::string& name);
-/// Writes what was measured of a kind of device into the file, which is made where it is not there; all else in it stays, but
-/// comments. Throws LoadError.
+/// Writes the measurements of a kind of device into the file, created if missing; keeps all else but comments. Throws
+/// LoadError.
 void keep_device_notes(const std::filesystem::path& file, const std::string& name, const DeviceNotes& notes);
-/// A device's limits with the notes. Throws LoadError where these would raise a limit; `place` names them.
+/// Device limits with the notes. Throws LoadError if these would raise a limit; `place` names them.
 DeviceLimits with_notes(const DeviceLimits& limits, const DeviceNotes& notes, const std::string& place);
 
-/// Opens a device and holds it to what the user's file says. Throws LoadError.
+/// Opens a device with the limits of the user's file. Throws LoadError.
 std::unique_ptr<Device> open_device(const DeviceDescription& description,
                                     const std::filesystem::path& notes_file = device_notes_file());
 

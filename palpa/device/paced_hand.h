@@ -1,4 +1,4 @@
-// A simulated hand in real time.
+// Simulated hand in real time.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,10 @@
 
 namespace palpa {
 
-/// A simulated hand by the clock on the wall: what passes between two reads passes for it. As the hand itself, allocates
-/// nothing.
+/// Simulated hand on the real clock: each read advances it by the time since the last. Allocates nothing beyond the hand.
 class PacedHand final : public Device {
  public:
-  /// \param hand  stays
+  /// \param hand  must outlive this object
   explicit PacedHand(SimulatedDevice& hand) : hand_(hand), passed_to_(Clock::now()) {}
   std::string name() const override { return hand_.name(); }
   DeviceLimits limits() const override { return hand_.limits(); }
@@ -32,7 +31,7 @@ class PacedHand final : public Device {
 
  private:
   using Clock = std::chrono::steady_clock;
-  // A machine that was asleep. Longer: the hand takes many steps at once; shorter: it falls behind the clock.
+  // After a machine's sleep. Longer: the hand takes many steps at once; shorter: it falls behind the clock.
   static constexpr double longest_step_s = 0.1;
   SimulatedDevice& hand_;
   Clock::time_point passed_to_;

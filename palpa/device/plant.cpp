@@ -17,7 +17,7 @@ namespace palpa {
 
 namespace {
 
-// A key and its range: what devices have, with room. Wider: motions that no arm follows; narrower: real devices are refused.
+// Key and its range: that of devices, with margin. Wider: motions that no arm follows; narrower: real devices are refused.
 struct Key {
   const char* name;
   const char* right;
@@ -114,7 +114,7 @@ constexpr std::string_view file_ending = ".toml", like_key = "like";
   throw LoadError(detail::one_line(file + ":" + std::to_string(line) + ": " + sentence));
 }
 
-/// A device as a file says it: `like = "touch"`, then what differs.
+/// Device from a file: `like = "touch"`, then the differences.
 DevicePlant plant_in(const std::string& file) {
   const std::string text = detail::read_whole(detail::InputFile(file), limit::notes_bytes, limit::notes_bytes.remedy);
   if (const auto problem = detail::problem_with_toml(text)) refuse_file(file, problem->line, problem->sentence);

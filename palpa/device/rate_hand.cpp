@@ -6,8 +6,8 @@
 namespace palpa {
 
 namespace {
-constexpr double longest_pass_s = 0.1;    // larger: a pause becomes a leap; smaller: slow event loops lose way
-constexpr double longest_step_s = 50e-6;  // larger: less true to the stiffest coupling; smaller: only slower
+constexpr double longest_pass_s = 0.1;    // larger: a pause becomes a leap; smaller: slow event loops lose motion
+constexpr double longest_step_s = 50e-6;  // larger: less accurate at the stiffest coupling; smaller: only slower
 }  // namespace
 
 void RateHand::pass(const Vec3& deflection, const Vec3& force_n, double time_step_s) noexcept {

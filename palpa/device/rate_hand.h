@@ -1,20 +1,20 @@
-// A hand for input devices that have no place of their own: a SpaceMouse, a game controller, a mouse.
+// Rate-controlled hand for input devices without a position: a SpaceMouse, a game controller, a mouse.
 #pragma once
 
 #include "palpa/solver/vec3.h"
 
 namespace palpa {
 
-/// A small mass that an input pushes and that the rendered force pushes back:
+/// Small mass, pushed by an input and by the rendered force:
 ///     m dv/dt = K·deflection − b v + force,   |x| ≤ radius
 /// A deflection held in free space moves it at a steady speed (rate control: Zhai, Human Performance in Six Degree of Freedom
-/// Input Control, 1995); a surface stops it, a friction slows it, and the deflection is how hard it presses: who has no motors
-/// sees what is felt (pseudo-haptics by an isometric input: Lécuyer et al., IEEE VR 2000). Backward Euler, at most 50 µs a
-/// step, so it gains no energy. Allocates nothing; one thread.
+/// Input Control, 1995); a surface stops it, friction slows it, and the deflection is its pressure: without motors, forces
+/// become visible (pseudo-haptics by an isometric input: Lécuyer et al., IEEE VR 2000). Backward Euler, at most 50 µs a step,
+/// so it gains no energy. Allocates nothing; one thread.
 class RateHand {
  public:
   struct Constants {
-    double radius_m = 0.12;               ///< > 0: it stops at this distance from the middle
+    double radius_m = 0.12;               ///< > 0: it stops at this distance from the centre
     double largest_speed_m_per_s = 0.15;  ///< > 0: in free space at full deflection
     double largest_push_n = 4.0;          ///< > 0: at full deflection
     double mass_kg = 0.1;                 ///< > 0
@@ -22,10 +22,10 @@ class RateHand {
   RateHand() noexcept : RateHand(Constants{}) {}
   explicit RateHand(const Constants& constants) noexcept : constants_(constants) {}
 
-  /// Lets time pass.
-  /// \param deflection   [1] of full deflection, in the hand frame; longer ones count as 1, one that is not finite as 0
-  /// \param force_n      [N] rendered; one that is not finite counts as 0
-  /// \param time_step_s  [s] > 0; at most 0.1 is taken
+  /// Advances.
+  /// \param deflection   [1] of full deflection, in the hand frame; longer ones count as 1, a non-finite one as 0
+  /// \param force_n      [N] rendered; a non-finite one counts as 0
+  /// \param time_step_s  [s] > 0; at most 0.1 is used
   void pass(const Vec3& deflection, const Vec3& force_n, double time_step_s) noexcept;
   const Vec3& position_m() const noexcept { return position_m_; }
   const Vec3& velocity_m_per_s() const noexcept { return velocity_m_per_s_; }

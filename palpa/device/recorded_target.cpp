@@ -20,20 +20,20 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A longer gap between rows is not filled: the probe is not valid there. Longer: motion is made up; shorter: slow recordings
-// fall apart.
+// Longest gap between rows that is interpolated: the probe is not valid in a longer one. Longer: motion is invented; shorter:
+// slow recordings fall apart.
 constexpr double longest_filled_gap_s = 0.1;
-// A time so close to a row's [s] is that row's: of the last one of any recording, and of each of given positions, which are
-// those of ticks. Longer: dense rows shift; shorter: rounding of times makes others of them.
+// Tolerance of a row's time [s]: of the last row of any recording, and of each given position, which are at ticks. Longer:
+// dense rows shift; shorter: rounding makes other times of them.
 constexpr double same_time_s = 1e-9;
-// Repeated rows lead to a warning from this number on, and from this share [1] of all rows. More: an assumption is not
-// reported; fewer: a hand that rests for a moment is reported.
+// Least number, and share [1] of all rows, of repeated rows for a warning. More: an assumption is not reported; fewer: a short
+// rest of the hand is reported.
 constexpr std::size_t least_told_repeats = 8;
 constexpr double least_told_share = 0.1;
 constexpr double farthest_m = 1000.0;              // a position further away is refused: another unit, or noise
 constexpr std::size_t longest_line_bytes = 65536;  // a longer line is refused: no table. More: more memory for a wrong file
 
-// One row of a recording; later one knot of its interpolant.
+// Row of a recording; later a knot of its interpolant.
 struct Knot {
   double time_s = 0.0;
   Vec3 position_m;
@@ -47,8 +47,8 @@ std::string brief(double value) { return detail::text("%.3g", value); }
 
 // ---- Fritsch and Carlson (1980), one axis ----
 
-// Slopes of a run of knots that are all connected. A cubic is monotone where both slopes have the sign
-// of the secant and are at most three times as steep.
+// Slopes of a run of connected knots. A cubic is monotone if both slopes have the sign of the secant and are at most three
+// times as steep.
 void set_slopes(std::vector<Knot>& knots, std::size_t first, std::size_t last, double Vec3::*axis) {
   if (first == last) return;
   const auto secant = [&](std::size_t i) {
@@ -66,7 +66,7 @@ void set_slopes(std::vector<Knot>& knots, std::size_t first, std::size_t last, d
   }
 }
 
-// The cubic between two knots; clamped, so that rounding cannot leave their interval either.
+// Cubic between two knots; clamped, so that rounding cannot leave their interval either.
 double between(double from, double to, double slope_from, double slope_to, double length_s, double u) noexcept {
   const double v = 1.0 - u;
   const double value =
@@ -80,8 +80,8 @@ bool connected(const Knot& a, const Knot& b) noexcept {
 
 class Recording final : public Target {
  public:
-  /// \param told  what was assumed of the rows, a sentence each
-  /// \param near_s  [s] a time so close to a row's is that row's
+  /// \param told    assumptions on the rows, a sentence each
+  /// \param near_s  [s] tolerance of a row's time
   Recording(std::vector<Knot> knots, bool knows_its_place, std::vector<std::string> told, double near_s = 0.0)
       : knots_(std::move(knots)), knows_its_place_(knows_its_place), told_(std::move(told)), near_s_(near_s) {
     for (std::size_t first = 0; first < knots_.size();) {
@@ -156,7 +156,7 @@ template <class Number>
 bool read_number(std::string_view text, Number& value) {
   if (text.starts_with('+')) text.remove_prefix(1);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  // A decimal too small for a double is zero to any purpose here; one too large is refused as no number.
+  // A decimal too small for a double counts as zero; one too large is refused.
   if constexpr (std::is_same_v<Number, double>) {
     if (error == std::errc::result_out_of_range && text.find("e-") != std::string_view::npos) {
       value = 0.0;
@@ -172,15 +172,15 @@ constexpr std::string_view right_forms =
     "or those of a Haply log (Time, Cursor Position X, Cursor Position Y, Cursor Position Z, …), or x,y,z,… without time, with "
     "--hand-rate-hz";
 
-// One of the forms: what its columns are called and what its rows mean.
+// Form of a file: its column names and the meaning of its rows.
 struct Form {
-  std::array<const char*, 5> time;  // one of these; none: the rate says it
+  std::array<const char*, 5> time;  // alternatives; none: time from the rate
   std::array<const char*, 3> position;
-  const char* valid = nullptr;    // null: every row is
+  const char* valid = nullptr;    // null: every row is valid
   const char* buttons = nullptr;  // null: none
-  bool own = false;               // our own ticks.csv: the origin is known, and every row is a sample of the hand itself
+  bool own = false;               // ticks.csv of a trace: known origin, and every row is a sample of the hand itself
   bool haply = false;
-  bool bare = false;  // the names of its columns need not say their units
+  bool bare = false;  // column names may lack units
 };
 constexpr std::array<const char*, 5> names_of_time{"t_s", "time_s", "time", "timestamp", "t"};
 constexpr Form forms[] = {
@@ -211,8 +211,7 @@ std::size_t place_of(const char* name, const std::vector<std::string_view>& head
   return found == header.end() ? absent : static_cast<std::size_t>(found - header.begin());
 }
 
-// The form whose columns the header has; null where there is none. Where a rate is given, a column of time that does not say
-// its unit is one of those that are skipped.
+// Form with the header's columns; null if none. With a given rate, a column of time without a unit is skipped.
 const Form* form_of(const std::vector<std::string_view>& header, bool rate_given, Places& places) {
   for (const Form& form : forms) {
     if (form.bare && rate_given) continue;
@@ -237,7 +236,7 @@ class File {
   explicit File(const fs::path& path) : path_(path), stream_(path) {
     stream_.file().expect_open("name a recorded hand (a CSV file, of a trace its ticks.csv) or sim:…");
   }
-  /// The next line that is not empty.
+  /// Next line that is not empty.
   bool next(std::string& line) {
     do {
       line.clear();
@@ -254,7 +253,7 @@ class File {
     } while (line.empty() || line == "\r");
     return true;
   }
-  /// Whether the line read last has no end: its writer may have been stopped within it.
+  /// Whether the last line has no end: its writer may have been stopped within it.
   bool is_cut() const noexcept { return is_cut_; }
   std::int64_t line_number() const noexcept { return number_; }
   [[noreturn]] void refuse(const std::string& what, std::string_view right) const {
@@ -320,14 +319,14 @@ class RowReader {
   std::int64_t rows_ = 0;
 };
 
-// Drops rows that repeat the last position: the logger was faster than the device. Of a resting hand as many rows stay, evenly
-// spread, as are needed to leave no gap; so the first step after the rest is no shorter than half of what may be filled. The
-// last row stays, because it ends the recording.
+// Drops rows that repeat the last position: the logger was faster than the device. Of a resting hand enough rows stay, evenly
+// spread, to leave no gap; so the first step after the rest is no shorter than half of the longest interpolated gap. The last
+// row stays, because it ends the recording.
 std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
   std::vector<Knot> kept;
   for (std::size_t i = 0, next = 0; i < rows.size(); i = next) {
     kept.push_back(rows[i]);
-    next = i + 1;  // the first that is another position, or the last
+    next = i + 1;  // the first other position, or the last
     while (next + 1 < rows.size() && rows[next].position_m == rows[i].position_m && rows[next].buttons == rows[i].buttons)
       ++next;
     if (next >= rows.size()) break;
@@ -346,7 +345,7 @@ std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
   return kept;
 }
 
-// Leaves out the rows that repeat the last position where a logger made them, and says what it takes the repeats for.
+// Drops repeated rows that a logger made, and reports the assumed cause of repeats.
 std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::string>& told) {
   std::vector<detail::PositionChange> changes;
   std::size_t repeats = 0, last_change = 0;
@@ -370,7 +369,7 @@ std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::s
   return by_logger ? without_repeats(rows) : rows;
 }
 
-// Low and high corner of the box of a recording.
+// Low and high corner of a recording's box.
 std::pair<Vec3, Vec3> box_of(const std::vector<Knot>& knots) {
   Vec3 low = knots.front().position_m;
   Vec3 high = low;
@@ -390,8 +389,8 @@ void center(std::vector<Knot>& knots) {
   for (Knot& knot : knots) knot.position_m -= middle;
 }
 
-// Columns whose names say no unit may hold milliseconds or millimetres. Smaller limits: slow or wide recordings in SI
-// units are refused; larger ones: other units pass. Nobody records a hand less than twice a second, and no hand moves over 3 m.
+// Columns without a unit in their names may hold milliseconds or millimetres. Smaller limits: slow or wide recordings in SI
+// units are refused; larger ones: other units pass. Recordings have more than two rows a second, and no hand moves over 3 m.
 void check_units(const fs::path& path, const std::vector<Knot>& rows, std::string_view time_name, std::string_view x_name) {
   constexpr double slowest_row_s = 0.5;
   constexpr double widest_m = 3.0;
@@ -441,7 +440,7 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
       break;
     }
     const Knot knot = reader.read(line);
-    // Rows without a position are skipped, except in our own recording: there they are ticks of a device that was lost.
+    // Rows without a position are skipped, except in a trace: there the device was disconnected.
     if (!knot.valid && !form->own) continue;
     if (!rows.empty() && knot.time_s < rows.back().time_s) file.refuse("the time falls", "times are seconds and rise");
     if (!rows.empty() && knot.time_s == rows.back().time_s) rows.pop_back();
@@ -451,7 +450,7 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
     throw LoadError(path.string() + ": has no row with a position" + (file.is_cut() ? " that ends like a line" : "") + "; " +
                     std::string(right_forms));
   }
-  // Positions shown while a device was lost mean nothing: the last known one replaces them.
+  // Positions of a disconnected device are meaningless: the last known one replaces them.
   Vec3 known = std::find_if(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })->position_m;
   const double begin_s = rows.front().time_s;
   for (Knot& row : rows) {

@@ -6,17 +6,17 @@
 namespace palpa::detail {
 namespace {
 
-// The coarsest step of a haptic device's encoder: those that can be had have 10 to 60 um. More: slow hands of slow trackers
-// keep their repeats; less: coarse encoders lose theirs.
+// Coarsest step of a haptic device's encoder: commercial ones have 10 to 60 um. More: slow hands of slow trackers keep their
+// repeats; less: coarse encoders lose theirs.
 constexpr double coarsest_encoder_step_m = 1.5e-4;
-// Steps of one encoder are alike: their ninth tenth is at most so many times their first. More: steps of a tracker count as an
-// encoder's; less: those of encoders in joints, which are longer where the arm is, count as a tracker's.
+// Steps of an encoder are similar: largest ratio of their ninth decile to their first. More: steps of a tracker count as an
+// encoder's; less: those of encoders in joints, which vary with the arm's reach, count as a tracker's.
 constexpr double widest_encoder_spread = 2.0;
-// By how much more steps have to differ than the numbers of rows between them, to be a logger's. More: trackers with uneven
-// times keep their repeats; less: encoders in joints lose theirs.
+// Least ratio of the spread of steps to the spread of row counts between them, for a logger. More: trackers with uneven times
+// keep their repeats; less: encoders in joints lose theirs.
 constexpr double least_excess = 1.5;
-// A step after a repeat is at least this share [1] of those without one, where most rows are new: else it is an encoder's, in
-// which the hand was slow.
+// Least ratio [1] of a logger's step after a repeat to other steps, if most rows are new: below, it is an encoder's, of a slow
+// hand.
 constexpr double least_share_of_other_steps = 0.5;
 
 template <class Number>

@@ -1,4 +1,4 @@
-// Whether motors have no force any more, known across the two threads of a driver.
+// Detection of forceless motors across the two threads of a driver.
 #pragma once
 
 #include <atomic>
@@ -10,16 +10,15 @@ namespace palpa {
 /// async-signal-safe.
 class Rest {
  public:
-  /// Before a force is handed to the other thread. Returns its number [1], from 1.
+  /// Call before a force is passed to the other thread. Returns its number [1], from 1.
   std::uint64_t ask(bool is_force) noexcept {
     ++asked_;
     if (is_force) last_force_.store(asked_, std::memory_order_release);
     return asked_;
   }
-  /// The motors were given no force, at a time when this number [1] was the latest that had been handed over, or they are not
-  /// there.
+  /// Records that the motors received zero force while this number [1] was the latest passed, or are disconnected.
   void give_none(std::uint64_t number) noexcept { none_at_.store(number, std::memory_order_release); }
-  /// Whether the motors were given none since the last force was asked for.
+  /// Whether the motors received zero since the last force was requested.
   bool is_reached() const noexcept {
     const std::uint64_t none_at = none_at_.load(std::memory_order_acquire);
     return none_at >= last_force_.load(std::memory_order_acquire);

@@ -19,14 +19,14 @@ using detail::SineCosine;
 constexpr double pi = 3.141592653589793;
 double sine(double turns) noexcept { return sine_cosine(turns).sine; }
 
-// 0 before 0, 1 after 1, with two continuous derivatives; its largest slope is 1.875.
+// Smooth step: 0 before 0, 1 after 1, with two continuous derivatives; its largest slope is 1.875.
 double smooth_step(double t) noexcept {
   const double u = std::clamp(t, 0.0, 1.0);
   return u * u * u * (10.0 + u * (6.0 * u - 15.0));
 }
 constexpr double smooth_step_slope = 1.875;
 
-// SplitMix64 (Steele, Lea, Flood 2014): distributions of the standard library differ from one implementation to another.
+// SplitMix64 (Steele, Lea, Flood 2014): the standard library's distributions differ between implementations.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -42,11 +42,11 @@ class Random {
   std::uint64_t state_;
 };
 
-// How a hand comes in from before the front: at up to 0.1 m/s until just before it, then slowly on to its depth. An arm of half
-// a kilogram lags behind and swings: coming in faster, it would break through a thin skin before anything is felt.
+// Approach of a hand from before the front: at up to 0.1 m/s until just before it, then slowly to its depth. An arm of half a
+// kilogram lags and swings: in a faster approach it would break through a thin skin unfelt.
 class Approach {
  public:
-  /// \param from_m, to_m  [m] depths behind the front, below zero before it; from < to
+  /// \param from_m, to_m  [m] depths behind the front, negative before it; from < to
   Approach(double from_m, double to_m)
       : from_m_(from_m),
         near_m_(std::min(std::max(from_m, -slow_before_m), to_m)),
@@ -63,15 +63,15 @@ class Approach {
   }
 
  private:
-  // Largest speeds far from the front and near it, and where "near" begins; deeper ways go faster, up to the first. Faster or
-  // later: thin skins break unfelt; slower or earlier: a run begins with a long wait.
+  // Largest speeds far from the front and near it, and the limit of "near"; deeper approaches are faster, up to the first.
+  // Faster or later: thin skins break unfelt; slower or earlier: a run begins with a long approach.
   static constexpr double fast_m_per_s = 0.1, slow_m_per_s = 0.02, slow_before_m = 0.003;
   double from_m_, near_m_, to_m_, near_s_, slow_s_;
 };
 
-constexpr double usual_m_per_s = 0.1;  // of a motion that names no speed: as a person explores. Faster: the arm lags more
+constexpr double usual_m_per_s = 0.1;  // of a motion without a speed: as in exploration. Faster: the arm lags more
 
-/// How often a second a motion goes round `length_m` [m]: as its speed says, else at `usual_m_per_s`, but at most `most_hz`.
+/// Frequency of a motion round a path of `length_m` [m]: from its speed, else from `usual_m_per_s`, but at most `most_hz`.
 double rate_hz(const SimulatedMotion& motion, double length_m) noexcept {
   constexpr double most_hz = 1.0;  // More: an arm cannot follow small motions; less: these become slow
   return motion.speed_m_per_s ? *motion.speed_m_per_s / length_m : std::min(usual_m_per_s / length_m, most_hz);
@@ -103,7 +103,7 @@ class Press final : public SimulatedTarget {
   double presses_per_s_ = 0.0;
 };
 
-// A path over a front: the hand comes in where it meets the front, then moves smoothly over to the path.
+// Path over a front: the hand enters at the point of contact, then moves smoothly to the path.
 class Along : public SimulatedTarget {
  public:
   Point at(double time_s) const noexcept final {
@@ -116,9 +116,9 @@ class Along : public SimulatedTarget {
  protected:
   struct Place {
     double u, v;
-    double further_in_m = 0.0;  // how much deeper than the motion's depth
+    double further_in_m = 0.0;  // beyond the motion's depth
   };
-  /// \param aside_m  [m] largest distance between the place where the hand comes in and the beginning of the path
+  /// \param aside_m  [m] largest distance between the point of entry and the start of the path
   Along(const SimulatedMotion& motion, const Encounter& encounter, std::shared_ptr<const Front> front, double depth_m,
         double aside_m)
       : front_(std::move(front)),
@@ -132,8 +132,8 @@ class Along : public SimulatedTarget {
   std::shared_ptr<const Front> front_;
   /// [1] 0: at its depth, 1: before the front.
   double lifted(double time_s) const noexcept {
-    // Every so often the hand lifts for this share of the time. Shorter or more: less time in contact; longer or less: what
-    // gave way is felt again late, or lifted off too fast for an arm.
+    // Period and share of lifts. Shorter or more: less time in contact; longer or less: broken levels are felt again late, or
+    // lifts are too fast for an arm.
     constexpr double every_s = 2.0, for_share = 0.3;
     if (!lifts_) return 0.0;
     const double turns = (time_s - approach_.end_s()) / every_s;
@@ -195,12 +195,12 @@ class Helix final : public Along {
     if (ways_m_[pieces] > 0.0) turns_per_s_ = rate_hz(motion, ways_m_[pieces]);
   }
   Place along(double time_s) const noexcept override {
-    // [1] Ways up and down in a turn. More: fewer turns at each height; less: the ends of the object are reached late.
+    // [1] Climbs in a turn. More: fewer turns at each height; less: the ends of the object are reached late.
     constexpr double climbs_per_turn = 0.1;
     const double even_turns = turns_per_s_ * time_s;
     return {turns_after(even_turns), half_height_m_ * sine(climbs_per_turn * even_turns)};
   }
-  // Turns on the front at which the hand has gone the same way as at even speed: a front need not be round.
+  // Turns on the front of equal path length per time: a front need not be round.
   double turns_after(double even_turns) const noexcept {
     const double whole = std::floor(even_turns);
     const double way_m = (even_turns - whole) * ways_m_[pieces];
@@ -212,7 +212,7 @@ class Helix final : public Along {
   static constexpr int pieces = 128;  // [1] of a turn, measured as straight. More: memory; fewer: the speed is less even
   double half_height_m_;
   double turns_per_s_ = 0.0;
-  double ways_m_[pieces + 1] = {};  // from the beginning of a turn, at the middle's height
+  double ways_m_[pieces + 1] = {};  // from the start of a turn, at the middle's height
 };
 
 class RandomMotion final : public Along {
@@ -220,10 +220,9 @@ class RandomMotion final : public Along {
   RandomMotion(const SimulatedMotion& motion, const Encounter& encounter, double depth_m, double radius_m)
       : Along(motion, encounter, encounter.facing, 0.5 * depth_m, radius_m) {
     Random random(motion.seed);
-    // Each wave gets the same share of the mean squared speed.
+    // Each wave has an equal share of the mean squared speed.
     const double share_m_per_s = motion.speed_m_per_s.value_or(usual_m_per_s) * std::sqrt(2.0 / (3.0 * waves));
-    // Deep enough that the hand comes out of the front now and then: a level that it has broken through is only felt again from
-    // outside.
+    // Deep enough that the hand leaves the front now and then: a broken level is only felt again from outside.
     const double in_and_out_m = std::min(radius_m, std::max(0.0, depth_m) + 2.0 * encounter.retreat_m);
     const double largest_m[3] = {radius_m, radius_m, in_and_out_m};
     for (int axis = 0; axis < 3; ++axis) {
@@ -241,7 +240,7 @@ class RandomMotion final : public Along {
 
  private:
   // Sines along each axis, and their frequencies. More waves: slower; fewer: the motion repeats itself. A person tracks up to
-  // some hertz: higher ones shake an arm, a higher lowest one leaves out slow motion. Any change alters what a seed means.
+  // some hertz: higher ones shake an arm, a higher lowest one omits slow motion. Any change alters the motion of a seed.
   static constexpr int waves = 12;
   static constexpr double lowest_hz = 0.2;
   static constexpr double highest_hz = 7.5;
@@ -266,7 +265,7 @@ constexpr std::string_view right_form =
   throw LoadError(description + ": " + what + "; " + std::string(right));
 }
 
-/// A number of SI units in a range of the form (above, at_most].
+/// Parses a number of SI units in a range (above, at_most].
 double number_of(const std::string& description, std::string_view key, std::string_view text, double above, double at_most,
                  const char* range) {
   double value = 0.0;

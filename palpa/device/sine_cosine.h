@@ -1,4 +1,4 @@
-// Sine and cosine that give the same bits on every machine with IEEE arithmetic.
+// Sine and cosine with equal bits on every machine with IEEE arithmetic.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,8 @@ struct SineCosine {
   double sine;
   double cosine;
 };
-/// Sine and cosine of an angle in turns [1], by a series of our own: the C library may round differently on another machine,
-/// but the same motion has to give the same bits everywhere.
+/// Sine and cosine of an angle in turns [1], by a series of our own: C libraries round differently, but motions have to be
+/// equal to the bit everywhere.
 inline SineCosine sine_cosine(double turns) noexcept {
   constexpr double pi = 3.141592653589793;
   const double in_turn = turns - std::floor(turns);

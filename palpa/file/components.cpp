@@ -16,11 +16,11 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// A name as what components have in common, and which of them it is: 0, 1, 2.
+/// Name split into the components' common part and the component: 0, 1, 2.
 struct Component {
   std::string common;
   std::size_t axis = 0;
-  char way = ' ';  ///< how it is said which: a letter of x y z, of u v w, or a digit
+  char way = ' ';  ///< notation of the component: a letter of x y z, of u v w, or a digit
 };
 
 std::optional<Component> component_in(const std::string& name) {
@@ -33,7 +33,7 @@ std::optional<Component> component_in(const std::string& name) {
     const std::size_t bare = common.find_last_not_of("_-.: ") + 1;
     const bool apart = bare < common.size();
     common.resize(bare);
-    // Without a sign between them a last letter is one of a word, unless the word is one of these.
+    // Without a separator a last letter belongs to the word, except for these words.
     static constexpr std::string_view joined[] = {"", "u", "v", "vel", "velocity", "wind", "b", "e", "f"};
     const bool known = std::ranges::find(joined, lower(common)) != std::end(joined);
     const bool alone = common.empty() && letters == "uvw" && !apart;
@@ -43,7 +43,7 @@ std::optional<Component> component_in(const std::string& name) {
   return std::nullopt;
 }
 
-/// Words of what has three parts that are not those of a vector: places, and the three images of a phase-contrast scan.
+/// Words of triples that are no vectors: positions, and the three images of a phase-contrast scan.
 bool is_place(const std::string& common) {
   for (const char* word : {"coord", "point", "pos", "index", "normal", "mag", "venc", "mask"}) {
     if (lower(common).starts_with(word)) return true;

@@ -1,4 +1,4 @@
-// Vectors whose components a file has as arrays of their own: u, v, w.
+// Vectors with each component in an array of its own: u, v, w.
 #pragma once
 
 #include <memory>
@@ -10,25 +10,25 @@
 
 namespace palpa {
 
-/// Three scalar fields of a volume whose names say that they are the components of one vector: `u v w`, `vx vy vz`,
-/// `velocity_x velocity_y velocity_z`, `wind:0 wind:1 wind:2` and the like, in upper or lower case, on one grid.
-/// The vector's name is what they have in common, or "velocity" where that is nothing or a letter.
+/// Triples of scalar fields that are components of a vector by name: `u v w`, `vx vy vz`, `velocity_x velocity_y velocity_z`,
+/// `wind:0 wind:1 wind:2` and similar, in upper or lower case, on one grid. The vector has the common part as its name, or
+/// "velocity" if that is empty or a letter.
 std::vector<VolumeRequest::FieldRequest> separate_vectors(const Volume& volume);
 
-/// The request that reads those vectors, each as one field, and the other fields as they are; nothing where a file has none, or
-/// the request says itself what its fields are.
+/// Request for these vectors as single fields, and for all other fields; none if a file has no such triple, or the request
+/// names its fields.
 std::optional<VolumeRequest> with_vectors_joined(const VolumeRequest& request, const Volume& volume);
 
 namespace detail {
 
-/// Why arrays cannot be the components of one vector, as a half sentence; nullptr where they can, or are one alone.
+/// Reason why arrays cannot be the components of one vector, as a half sentence; nullptr if they can, or for a single array.
 const char* problem_with_components(const protocol::Header& header, const std::vector<std::uint32_t>& arrays);
 
-/// Voxels of vectors from those of their three components, float64 where a component needs it, else float32. Allocates.
+/// Voxels of vectors from their three components, float64 if a component needs it, else float32. Allocates.
 Voxels joined_components(const protocol::Header& header, const std::vector<std::uint32_t>& arrays,
                          const std::vector<std::shared_ptr<const void>>& voxels);
 
-/// What is known of the resampling of fields `parts` together: ranges one after the other, the worse of their errors.
+/// Joint resampling of the fields `parts`: concatenated ranges, the worse of the errors.
 Resampling joined_resampling(const std::vector<Resampling>& all, const std::vector<std::size_t>& parts);
 
 }  // namespace detail

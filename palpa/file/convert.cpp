@@ -11,11 +11,11 @@
 namespace palpa {
 namespace {
 
-/// A field on its grid on the way into a file: where its voxels lie, and the values of one slice of them.
+/// Field on its grid during conversion: positions of its voxels, and the values of a slice.
 struct Step {
   GridGeometry grid;
   std::function<void(std::int64_t k, double* values)> slice;
-  bool computed = false;  ///< values that no voxel had
+  bool computed = false;  ///< values differ from all voxels
 };
 
 Step of_voxels(const GridView& view) {
@@ -87,7 +87,7 @@ Step downsampled(const Step& fine, int factor, int components) {
   return step;
 }
 
-/// What was made of the grid so far, sampled anew along the world's axes: so it has to be a field.
+/// Resamples the current grid along the world's axes, which needs a field.
 Step resampled(const Field& field, double spacing_m) {
   if (!(spacing_m > 0.0) || !std::isfinite(spacing_m))
     throw LoadError("cannot be resampled to cubes of that size; give metres above 0");
@@ -101,7 +101,7 @@ Step resampled(const Field& field, double spacing_m) {
     step.grid.dims[a] = static_cast<std::int64_t>(steps) + 1;
   }
   step.grid.index_to_world_m = spacing_m * Mat3::identity();
-  // What does not go into whole cubes is left out at both ends alike.
+  // The remainder beyond whole cubes is cut at both ends alike.
   step.grid.origin_m =
       box.centre_m() - 0.5 * spacing_m *
                            Vec3{static_cast<double>(step.grid.dims[0] - 1), static_cast<double>(step.grid.dims[1] - 1),
@@ -124,7 +124,7 @@ Step resampled(const Field& field, double spacing_m) {
   return step;
 }
 
-/// The type that keeps the values of a field as they are.
+/// Type that keeps a field's values exactly.
 VoxelType kept_type(const GridView& view, bool computed) {
   const VoxelType raw = view.voxels.type;
   const bool fractions = raw == VoxelType::float32 || raw == VoxelType::float64;
@@ -137,7 +137,7 @@ VoxelType kept_type(const GridView& view, bool computed) {
   return raw == VoxelType::float64 || raw == VoxelType::int32 ? VoxelType::float64 : VoxelType::float32;
 }
 
-/// Values as whole numbers of 16 bits; refuses what they would not tell apart or cannot hold.
+/// Values as whole numbers of 16 bits; refuses a range or resolution beyond them.
 Step as_int16(const Step& before, const VolumeField& field, int components) {
   for (const ValueRange& extent : field.field->value_ranges()) {
     if (extent.min < -32768.0 || extent.max > 32767.0) {

@@ -1,4 +1,4 @@
-// Volumes made smaller, or laid along the world's axes, on their way into a file.
+// Cropping, downsampling and resampling of volumes into files.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace palpa {
 
-/// Voxels of a grid from the first to the last, both among them.
+/// Voxels of a grid from the first to the last, both included.
 struct VoxelRange {
   std::array<std::int64_t, 3> first{0, 0, 0};
   std::array<std::int64_t, 3> last{0, 0, 0};
@@ -22,22 +22,21 @@ struct VoxelRange {
 
 struct WrittenVolume;
 
-/// What becomes of a volume, in this order.
+/// Steps of a conversion, in this order.
 struct ConvertOptions {
-  std::string field;  ///< this one alone; empty: all
+  std::string field;  ///< only this field; empty: all
   std::optional<VoxelRange> crop;
-  int downsample = 1;       ///< n: the mean of n × n × n voxels becomes one; >= 1
+  int downsample = 1;       ///< n: mean of n × n × n voxels; >= 1
   double resample_m = 0.0;  ///< [m] cubes along the world's axes, trilinear, NaN outside of the data; 0: the grid stays
-  bool int16 = false;       ///< rounded to whole numbers of 16 bits
-  detail::Existing existing = detail::Existing::refused;  ///< what becomes of a file that has the name already
-  std::function<void(const WrittenVolume&)> written;      ///< called with what the file holds, once it is whole; may be empty
-  std::function<void(double)> progress;  ///< called with the share that is done [1]; may be empty, and may throw
+  bool int16 = false;       ///< round to whole numbers of 16 bits
+  detail::Existing existing = detail::Existing::refused;  ///< for an existing file of this name
+  std::function<void(const WrittenVolume&)> written;      ///< called with the file's content once complete; may be empty
+  std::function<void(double)> progress;                   ///< called with the share done [1]; may be empty, and may throw
 };
 
-/// Writes a volume as `write_volume` does. Voxels that are not computed keep their type, where that holds value = raw · scale +
-/// offset exactly; others become float32, or float64 where they were that. Nothing is allocated but a few slices
-/// and, where a part or a mean is resampled, that as float32. Returns what is lost on the way, half sentences. Throws
-/// LoadError.
+/// Writes a volume as `write_volume` does. Voxels that are not computed keep their type, if that holds value = raw · scale +
+/// offset exactly; others become float32, or float64 if they were that. Allocates a few slices only and, if a part or a mean is
+/// resampled, that as float32. Returns the losses, as half sentences. Throws LoadError.
 std::vector<std::string> convert(const Volume& volume, const std::filesystem::path& out, const ConvertOptions& options = {});
 
 }  // namespace palpa

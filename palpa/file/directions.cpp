@@ -9,9 +9,9 @@
 namespace palpa {
 namespace {
 
-/// How well directions agree with those three voxels further along them: the mean of |cos|.
+/// Agreement of directions with the voxels three further along them: the mean of |cos|.
 double agreement(const Field& directions) {
-  constexpr double way = 3.0;        // [voxels] how far along a direction the next one is compared
+  constexpr double way = 3.0;        // [voxels] distance along a direction to the compared one
   constexpr std::int64_t rows = 40;  // about as many places along each axis. More: slower; fewer: a less certain mean
   const GridGeometry& grid = grid_of(directions)->geometry;
   const Mat3 to_index = inverse(grid.index_to_world_m);
@@ -23,7 +23,7 @@ double agreement(const Field& directions) {
       for (std::int64_t i = 0; i < grid.dims[0]; i += step(0)) {
         const Vec3 at{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
         const Vec3 here = at_voxel(at.x, at.y, at.z);
-        // From voxel to voxel: signs of neighbours may differ, so that their blend means nothing.
+        // At voxels only: signs of neighbours may differ, so that their blend is meaningless.
         const Vec3 to = at + way * directions.spacing_m() * (to_index * here);
         const Vec3 there = at_voxel(std::round(to.x), std::round(to.y), std::round(to.z));
         if (here == Vec3{} || there == Vec3{}) continue;
@@ -50,7 +50,7 @@ std::optional<VolumeRequest> as_directions(const VolumeRequest& request, const V
     const Volume turned = read_volume(along_grid, options);
     return agreement(*turned.fields.front().field) > agreement(directions) ? along_grid : asked;
   } catch (const LoadError&) {
-    return std::nullopt;  // a format that takes no frames as vectors
+    return std::nullopt;  // a format without vectors of frames
   }
 }
 

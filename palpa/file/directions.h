@@ -1,4 +1,4 @@
-// Directions that a file keeps as three frames.
+// Directions in three frames of a file.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,10 @@
 
 namespace palpa {
 
-/// How to ask for the three frames of an opened file where they are the components of vectors of length 1, as programs for
-/// diffusion write directions: `as = "vector"`, and `components_along = "index"` where nothing is said and directions agree
-/// better with those along them so, which is FSL's way and mirrors them if taken otherwise. Nothing for other files. Reads the
-/// file twice more where it may be so. \param file  what `request` gave
+/// Request for the three frames of an opened file as the components of unit vectors, as diffusion programs write directions:
+/// `as = "vector"`, and `components_along = "index"` if unspecified and directions agree better along them so: FSL's
+/// convention, mirrored if misread. None for other files. Reads a candidate file twice more.
+/// \param file  result of `request`
 std::optional<VolumeRequest> as_directions(const VolumeRequest& request, const VolumeFile& file,
                                            const ReadOptions& options = {});
 

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::uint32_t magic = 0x50'4C'50'52;  // "PLPR"
 constexpr std::uint64_t alignment_bytes = 64;   // of each field's voxels: a cache line
-// Limits on what a message may claim, checked at both ends. Larger: a damaged file can cost more memory; smaller: long texts
-// are cut, and long lists or facts are refused.
+// Limits of a message, checked at both ends. Larger: a damaged file can cost more memory; smaller: long texts are cut, and long
+// lists or facts are refused.
 constexpr std::size_t max_text_bytes = 4096;
 constexpr std::size_t max_entries = 1024;
 constexpr std::size_t max_fact_bytes = 96;
@@ -57,8 +57,7 @@ class Packer {
   std::vector<std::byte> bytes_;
 };
 
-/// Reads what Packer wrote, from bytes that may be anything. After the first thing that cannot be, all
-/// is zero and `ok` is false.
+/// Parses Packer's output, from untrusted bytes. After the first fault all is zero and `ok` is false.
 class Unpacker {
  public:
   Unpacker(const std::byte* bytes, std::size_t size) : bytes_(bytes), left_(size) {}
@@ -79,7 +78,7 @@ class Unpacker {
     bytes_ += length, left_ -= length;
     return value;
   }
-  /// Control characters become spaces: what a file says must not break a line or colour a terminal.
+  /// Control characters become spaces: text of a file must not break a line or colour a terminal.
   std::string text() {
     std::string value = path();
     for (char& c : value) {
@@ -182,7 +181,7 @@ void pack(Packer& to, const ScanFact& fact) {
   to.number(static_cast<std::uint8_t>(fact.kind));
   to.text(fact.words), to.number(fact.number);
 }
-/// A few plain letters or one finite number: whatever else a file says of a scan does not get through.
+/// A few plain letters or one finite number: all else that a file contains about a scan is dropped.
 ScanFact unpack_fact(Unpacker& from) {
   const auto kind = from.number<std::uint8_t>();
   if (kind >= scan_fact_kinds) from.refuse();
@@ -282,7 +281,7 @@ std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept {
   for (const std::int64_t n : field.grid.dims) {
     if (n < 1 || __builtin_mul_overflow(bytes, static_cast<std::uint64_t>(n), &bytes)) return std::nullopt;
   }
-  // No machine has as many, and what is added to them, planes and gaps, does not overflow.
+  // Beyond any machine; sums with planes and gaps do not overflow.
   constexpr std::uint64_t most_bytes = std::uint64_t{1} << 62;
   if (bytes > most_bytes) return std::nullopt;
   return bytes;
@@ -307,7 +306,7 @@ std::optional<std::vector<std::uint64_t>> place(const Header& header, const Read
     const auto voxels = voxel_bytes(header.fields[field]);
     if (!voxels) return std::nullopt;
     std::uint64_t bytes = (*voxels + 7) / 8 * 8, end = 0;
-    // No more planes than voxels along each axis, so this is no more than 24 times as much.
+    // No more planes than voxels along each axis, so this is at most 24 times as much.
     if (__builtin_add_overflow(bytes, 8 * std::min(plane_numbers(header.fields[field]), UINT64_MAX / 8), &bytes) ||
         __builtin_add_overflow(offsets.back(), bytes, &end) || end > INT64_MAX - alignment_bytes) {
       return std::nullopt;

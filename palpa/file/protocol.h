@@ -1,4 +1,4 @@
-// What a program that opens a volume and the child that parses its file, palpa-read, say to each other.
+// Protocol between a program that opens a volume and palpa-read, the child process that parses its file.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 #include "palpa/data/grid.h"
 #include "palpa/data/volume.h"
 
-/// The conversation, over one SOCK_SEQPACKET pair, one message per packet:
+/// Sequence over one SOCK_SEQPACKET pair, one message per packet:
 ///
 ///     caller                              palpa-read
 ///     Request (path, what of it;     ──►
@@ -22,41 +22,40 @@
 ///                                    ◄──  Done (files and their checksums; several, where they
 ///                                         are too many for a packet)         or Failure
 ///
-/// Both ends check every message: a child that parses a damaged file is not to be trusted, and a child
-/// started by hand has no caller. Numbers are in the byte order of the machine.
+/// Both ends check every message: a child that parses a damaged file is untrusted, and a child started by hand has no caller.
+/// Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 5;               ///< differs: the two programs do not belong together
-inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive takes so much memory
-inline constexpr int socket_descriptor = 3;               ///< where palpa-read finds its end of the pair
+inline constexpr std::uint16_t version = 5;               ///< differs: incompatible programs
+inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive allocates this
+inline constexpr int socket_descriptor = 3;               ///< palpa-read's end of the pair
 
 struct Request {
   std::string path;
   std::string as;                       ///< "vector": a file of three frames is one vector; else empty
   std::int32_t frame = -1;              ///< of a file with several; -1: the first, with a warning; VolumeRequest::all_frames
-  std::uint64_t max_bytes = 0;          ///< voxels that would need more are refused
+  std::uint64_t max_bytes = 0;          ///< voxels beyond this are refused
   std::string series{};                 ///< of a DICOM folder with several; empty: the largest, with a warning
-  std::string components_along{};       ///< "index": vectors are along the axes of the grid; else as the format says
-  std::vector<std::string> partners{};  ///< further files that belong to it
-  std::string inside{};                 ///< which array of an HDF5 file: "/velocity"; empty: the file says it
+  std::string components_along{};       ///< "index": vectors are along the axes of the grid; else by the format
+  std::vector<std::string> partners{};  ///< further files of the volume
+  std::string inside{};                 ///< array of an HDF5 file: "/velocity"; empty: the file's own choice
   ArrayLayout layout{};                 ///< of that array, lengths in the file's unit
   std::optional<double> time_s{};       ///< [s] of a case with several moments; none: the latest
-  std::optional<Box> crop{};            ///< in the file's unit of length: the part to resample
-  bool checksums = true;                ///< those of the files are wanted
+  std::optional<Box> crop{};            ///< in the file's unit of length: region to resample
+  bool checksums = true;                ///< request the files' checksums
 
-  /// Not sent: the file that `path` was unpacked from by the reader; empty: none.
+  /// Not sent: source file of `path`, unpacked by the reader; empty: none.
   std::string packed{};
   int memory = -1;  ///< Not sent: a file of memory that came along, for files of a folder that have to be unpacked; -1: none
 };
 
-/// One array of voxels as palpa-read will hand it over: i fastest, components of one voxel together,
-/// vectors already along the axes of the world.
+/// Array of voxels as palpa-read delivers it: i fastest, components of a voxel together, vectors along the axes of the world.
 struct FieldHeader {
   std::string name;
-  std::string unit;  ///< of the values, as the file says it
+  std::string unit;  ///< of the values, from the file
   VoxelType type = VoxelType::float32;
   std::int32_t components = 1;
-  GridGeometry grid;    ///< in the file's unit of length, not in metres; of planes only whether there are any
+  GridGeometry grid;    ///< in the file's unit of length, not in metres; planes: only their presence
   double scale = 1.0;   ///< the field's own unit, per raw step: value = raw · scale + offset
   double offset = 0.0;  ///< the field's own unit
 };
@@ -66,61 +65,60 @@ struct Header {
   std::string modality;            ///< as in `Volume::modality`
   std::vector<ScanFact> scan;      ///< as in `Volume::scan`
   std::string frame_of_reference;  ///< as in `Volume::frame_of_reference`
-  std::string length_unit;         ///< as the file says it; empty if it does not
+  std::string length_unit;         ///< from the file; empty if unknown
   std::string default_unit;        ///< of the format
   bool medical_frame = false;      ///< the grids are in LPS
-  bool named = false;              ///< the file itself names its arrays
+  bool named = false;              ///< the file names its arrays
   std::int32_t frames = 1;
-  std::uint64_t working_bytes = 0;  ///< what reading takes beside the voxels
+  std::uint64_t working_bytes = 0;  ///< memory for reading beside the voxels
   std::vector<FieldHeader> fields;
   std::vector<std::string> warnings;
 };
 
-/// Comes with one or two file descriptors: memory for the wanted fields, one after the other as `place` says.
+/// Sent with one or two file descriptors: memory for the requested fields, in the layout of `place`.
 struct ReadRequest {
   std::vector<std::uint32_t> fields;  ///< indices into Header::fields, rising
-  std::int32_t frames = 1;            ///< that are wanted of each: one, or all that the header says
+  std::int32_t frames = 1;            ///< requested of each: one, or all of the header
 };
 
 struct Done {
   std::vector<SourceFile> files;
   std::vector<std::string> warnings;
-  std::vector<Resampling> resampled{};  ///< one for each wanted field, or none at all
-  bool more = false;                    ///< another one follows, with further files
+  std::vector<Resampling> resampled{};  ///< one for each requested field, or none
+  bool more = false;                    ///< another Done follows, with further files
 };
 
 struct Failure {
-  std::string sentence;  ///< "what is wrong; what would be right", without the file's name
+  std::string sentence;  ///< "fault; remedy", without the file's name
 };
 
 using Message = std::variant<Request, Header, ReadRequest, Done, Failure>;
 
-/// Bytes of one field's voxels; nullopt where dims, components or the product are not sensible.
+/// Bytes of a field's voxels; nullopt if dims, components or the product are invalid.
 std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept;
 
-/// Doubles that follow a field's voxels, at the next multiple of 8 bytes: the planes of a rectilinear grid, along i, j, k.
+/// Doubles after a field's voxels, at the next multiple of 8 bytes: the planes of a rectilinear grid, along i, j, k.
 std::uint64_t plane_numbers(const FieldHeader& field) noexcept;
 
-/// Offsets of the wanted fields in the shared memory, those of the second frame behind those of the first, and so on; and as
-/// the last one the size of all of it. nullopt where an index is wrong, there is no such number of frames, or the sum
-/// overflows.
+/// Frame-major offsets of the requested fields in the shared memory; the last element is the total size. nullopt on a wrong
+/// index or number of frames, or on overflow.
 std::optional<std::vector<std::uint64_t>> place(const Header& header, const ReadRequest& room);
 
-/// The message as one packet.
+/// Message as a packet.
 std::vector<std::byte> packed(const Message& message);
-/// The message in a packet; nullopt where it is none of this version.
+/// Message of a packet; nullopt if invalid in this version.
 std::optional<Message> unpacked(const std::byte* bytes, std::size_t size);
 
-/// Sends one message, with a descriptor or two, if >= 0. Never raises SIGPIPE. False: the other end is gone.
+/// Sends a message, with up to two descriptors >= 0. Never raises SIGPIPE. False: the other end is closed.
 bool send(int socket, const Message& message, int descriptor = -1, int second_descriptor = -1);
 
 struct Received {
   Message message;
-  int descriptor = -1;         ///< owned by whoever receives; -1: none came
-  int second_descriptor = -1;  ///< the same
+  int descriptor = -1;         ///< owned by the receiver; -1: none
+  int second_descriptor = -1;  ///< likewise
 };
-/// Waits for one message. nullopt: the other end is gone, or what came was no message (`garbled`).
-/// \param take  false: the message stays for whoever receives next; descriptors come anew each time
+/// Blocks for a message. nullopt: the other end is closed, or the packet is invalid (`garbled`).
+/// \param take  false: the message stays in the queue; descriptors are duplicated each time
 std::optional<Received> receive(int socket, bool& garbled, bool take = true);
 
 /// "3.2 GB": decimal units, two significant digits or more.

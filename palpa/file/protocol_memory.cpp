@@ -13,8 +13,8 @@
 namespace palpa::protocol {
 namespace {
 
-/// Memory from this size on is shared in two halves, which two threads can write at once. More: large files are written by one
-/// thread; less: small ones pay for two files.
+/// Memory from this size on is shared in two halves, for two writing threads. More: large files are written by one thread;
+/// less: small ones pay for two files.
 constexpr std::uint64_t large_bytes = 1 << 24;
 constexpr std::uint64_t whole_pages_bytes = 1 << 16;  ///< a multiple of the page size of any machine
 
@@ -23,7 +23,7 @@ bool holds(int file, std::uint64_t bytes) {
   return file >= 0 && ::fstat(file, &status) == 0 && static_cast<std::uint64_t>(status.st_size) >= bytes;
 }
 
-/// Writes to a file; what the file does not take is written to its mapping.
+/// Writes to a file, and the unwritten remainder to its mapping.
 void write_part(int file, std::uint64_t at, std::byte* place, const std::byte* from, std::uint64_t bytes) {
   const ssize_t written = ::pwrite(file, from, bytes, static_cast<off_t>(at));
   const std::uint64_t done = written > 0 ? static_cast<std::uint64_t>(written) : 0;
@@ -49,7 +49,7 @@ Memory mapped(const MemoryFiles& files, std::uint64_t bytes, bool writable) {
   if (!holds(files.first, in_first) || (in_second > 0 && !holds(files.second, in_second)))
     throw LoadError("got too little memory from the program that asked for it; update palpa and palpa-read together");
   const int access = writable ? PROT_READ | PROT_WRITE : PROT_READ;
-  void* memory = ::mmap(nullptr, bytes, access, MAP_SHARED, files.first, 0);  // with the addresses of the second
+  void* memory = ::mmap(nullptr, bytes, access, MAP_SHARED, files.first, 0);  // reserves the addresses of the second, too
   if (memory == MAP_FAILED) throw std::bad_alloc();
   Memory made{files, bytes, {static_cast<std::byte*>(memory), [bytes](std::byte* m) { ::munmap(m, bytes); }}};
   if (in_second > 0 &&

@@ -1,4 +1,4 @@
-// The memory that voxels come in: made by the caller, filled by palpa-read.
+// Shared memory for voxels: made by the caller, filled by palpa-read.
 #pragma once
 
 #include <cstddef>
@@ -7,29 +7,26 @@
 
 namespace palpa::protocol {
 
-/// Files of memory (memfd_create) that are mapped one behind the other. A large memory is two: the system lets one thread at a
-/// time write to a file, and that takes longer than to read most files of others.
+/// Memory files (memfd_create) mapped contiguously. A large memory has two: the system serialises writes to a file, which would
+/// take longer than to read most files.
 struct MemoryFiles {
   int first = -1;
-  int second = -1;  ///< -1 where the first holds all
+  int second = -1;  ///< -1 if the first holds all
 };
 
-/// How much of a memory of `bytes` the first of its files holds: all, or half of a large one, in whole pages.
+/// Bytes in the first file of a memory of `bytes`: all, or half of a large one, in whole pages.
 std::uint64_t bytes_in_first(std::uint64_t bytes) noexcept;
 
-/// A memory, mapped.
 struct Memory {
   MemoryFiles files;
   std::uint64_t bytes = 0;
   std::shared_ptr<std::byte> all;
 
-  /// Copies to a place in it, through its files: a fault for every page takes longer than a copy. Thread-safe for places that
-  /// do not overlap.
+  /// Copies into it through its files: a page fault per page takes longer than a copy. Thread-safe for disjoint ranges.
   void write(std::byte* place, const std::byte* from, std::uint64_t count) const;
 };
 
-/// Maps a memory of `bytes`, which is not 0. Throws std::bad_alloc where there is no address space, and LoadError where a file
-/// is missing or too short.
+/// Maps a memory of `bytes` > 0. Throws std::bad_alloc without address space, and LoadError if a file is missing or too short.
 Memory mapped(const MemoryFiles& files, std::uint64_t bytes, bool writable);
 
 }  // namespace palpa::protocol

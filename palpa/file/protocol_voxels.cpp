@@ -22,7 +22,7 @@ VoxelType turned_type(RawType type) noexcept {
   }
 }
 
-/// The number with this number: it may lie anywhere, as no library has read it.
+/// Element at an index: possibly unaligned, as no library has read it.
 template <class T>
 T number_at(const void* first, std::int64_t at, bool swapped) noexcept {
   std::array<std::byte, sizeof(T)> bytes;
@@ -31,7 +31,7 @@ T number_at(const void* first, std::int64_t at, bool swapped) noexcept {
   return std::bit_cast<T>(bytes);
 }
 
-/// One voxel after the other, in the order in which they are kept.
+/// Calls `each` voxel by voxel, in the order of the result.
 template <class Each>
 void for_each_voxel(const RawVoxels& raw, Each each) {
   for (std::int64_t k = 0; k < raw.dims[2]; ++k) {
@@ -75,7 +75,7 @@ void keep(const RawVoxels& raw, Turn& turn, FieldHeader& field, std::vector<std:
   if (turn.none()) {
     field.type = exact_type(raw.type);
   } else {
-    // A turned offset is no offset common to all components: both are worked into the numbers.
+    // A rotated offset differs between components: scale and offset are applied to the numbers.
     field.type = turned_type(raw.type);
     turn.scale = field.scale, turn.offset = field.offset;
     field.scale = 1.0, field.offset = 0.0;

@@ -1,4 +1,4 @@
-// From the voxels of a file to those that the protocol hands over and Palpa keeps.
+// Conversion of a file's voxels to those of the protocol and of Palpa.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace palpa::protocol {
 
-/// The number types that files have.
+/// Number types of files.
 enum class RawType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 
 std::size_t size_of(RawType type) noexcept;
@@ -46,7 +46,7 @@ void with_type(VoxelType type, Use use) {
   }
 }
 
-/// The first type that holds the numbers of a raw one exactly; float64 for integers of 64 bits.
+/// Smallest type that holds the numbers of a raw one exactly; float64 for integers of 64 bits.
 VoxelType exact_type(RawType type) noexcept;
 
 /// Voxels in a library's memory. Strides count numbers, not bytes.
@@ -56,44 +56,43 @@ struct RawVoxels {
   std::array<std::int64_t, 3> stride{1, 1, 1};
   std::int64_t component_stride = 1;
   int components = 1;
-  bool swapped = false;  ///< in the other byte order than this machine's
+  bool swapped = false;  ///< byte order opposite to this machine's
 };
 
-/// The type with this name: "int16". Throws LoadError.
+/// Type by name: "int16". Throws LoadError.
 RawType type_named(std::string_view name);
 
-/// The axes that the indices of an array are along, slowest first: "zyx" where the layout says nothing. Throws LoadError.
+/// Axes of an array's indices, slowest first: "zyx" by default. Throws LoadError.
 std::string axes_of(const ArrayLayout& layout);
 
-/// An array whose indices have these lengths, slowest first; one of four has vector components, where the layout says or, of
-/// length 3, where no other can be them. Throws LoadError where it does not fit the layout.
+/// Array of indices of these lengths, slowest first; with four, vector components are at the layout's index, or at the only
+/// possible one of length 3. Throws LoadError if the layout does not fit.
 RawVoxels arranged(RawType type, const std::vector<std::int64_t>& lengths, const ArrayLayout& layout);
 
-/// Where an array lies: its steps and origin, and in `header` whether they are in metres.
+/// Geometry of an array: its steps and origin; `header` receives whether they are in metres.
 GridGeometry placed_by(const ArrayLayout& layout, Header& header);
 
-/// How vector components get into the world: value = axes · (raw · scale + offset).
+/// Rotation of vector components to the world: value = axes · (raw · scale + offset).
 struct Turn {
   Mat3 axes = Mat3::identity();
   double scale = 1.0;   ///< [1]
   double offset = 0.0;  ///< the field's own unit
 
-  /// Nothing to do.
+  /// Whether it is the identity.
   bool none() const noexcept { return axes == Mat3::identity(); }
 };
 
-/// Turn of vectors whose components are along the axes of the grid, not along those of its space.
+/// Turn of vectors with components along the axes of the grid, not of its space.
 Mat3 unit_axes(const GridGeometry& grid) noexcept;
 
-/// Tells in `field` how voxels of `raw` will be kept: in their own type; the next one that holds them
-/// exactly (int8 → int16, uint32 → float64); float64 with a warning (64-bit integers); or, for vectors that
-/// are turned, a floating type, with scale and offset worked in.
+/// Sets in `field` the type for voxels of `raw`: their own; the next exact one (int8 → int16, uint32 → float64); float64 with a
+/// warning (64-bit integers); or, for rotated vectors, a floating type, with scale and offset applied.
 void keep(const RawVoxels& raw, Turn& turn, FieldHeader& field, std::vector<std::string>& warnings);
 
-/// True when the file's voxels, read as they are, already are what is kept.
+/// Whether the file's voxels need no conversion.
 bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const FieldHeader& field) noexcept;
 
-/// Copies voxels that start at `first` to `to` as `keep` said.
+/// Copies voxels from `first` to `to` as set by `keep`.
 void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const FieldHeader& field, std::byte* to);
 
 }  // namespace palpa::protocol

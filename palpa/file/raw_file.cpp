@@ -18,7 +18,7 @@ std::shared_ptr<const MappedFile> map_file(const std::string& path) {
   return std::make_shared<const MappedFile>(file);
 }
 
-/// Anonymous memory, in large pages where the system has some.
+/// Anonymous memory, in large pages if the system has some.
 std::shared_ptr<std::byte> fresh_memory(std::uint64_t bytes) {
   void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) {
@@ -88,7 +88,7 @@ std::shared_ptr<const std::byte> RawFile::copied() const {
   const std::uint64_t bytes = protocol::voxel_bytes(header.fields[0]).value();
   const std::shared_ptr<std::byte> voxels = fresh_memory(bytes);
   if (kept_as_they_are(raw_, {}, header.fields[0])) {
-    constexpr std::int64_t worth_a_thread = 1 << 20;  // [bytes] fewer: threads cost more than they save; more: idle cores
+    constexpr std::int64_t worth_a_thread = 1 << 20;  // [bytes] fewer: thread overhead; more: idle cores
     in_parts(static_cast<std::int64_t>(bytes), worth_a_thread, [&](std::int64_t from, std::int64_t to) {
       std::memcpy(voxels.get() + from, first() + from, static_cast<std::size_t>(to - from));
     });

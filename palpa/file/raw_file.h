@@ -1,4 +1,4 @@
-// Files of bare numbers, whose shape the request says.
+// Files of bare numbers, with a shape from the request.
 #pragma once
 
 #include <memory>
@@ -9,23 +9,22 @@
 
 namespace palpa::detail {
 
-/// A file of numbers alone: nothing in it is parsed, so no palpa-read is needed. It is mapped while this object lives, and as
-/// long as voxels that are the file's own do.
+/// Unparsed file of numbers, so without palpa-read. Mapped for the lifetime of this object and of voxels inside the mapping.
 class RawFile {
  public:
-  /// Maps the file that `request.layout` describes. Allocates nothing for voxels. Throws LoadError with a sentence.
+  /// Maps the file of `request.layout`. Allocates no voxels. Throws LoadError with a sentence.
   explicit RawFile(const protocol::Request& request);
 
   protocol::Header header;  ///< of one field
 
-  /// Whether the numbers of the file are what is kept, as they lie there.
+  /// Whether the file's numbers are the voxels, in place.
   bool kept_in_place() const noexcept;
 
-  /// The voxels as they lie in the file. Only where kept_in_place().
+  /// Voxels in the mapping. Requires kept_in_place().
   std::shared_ptr<const std::byte> mapped() const;
-  /// A copy that nobody can change.
+  /// Immutable copy.
   std::shared_ptr<const std::byte> copied() const;
-  /// False where somebody has cut the file short meanwhile: voxels that are gone were read as zeros.
+  /// False if the file was truncated meanwhile: lost voxels were read as zeros.
   bool is_whole() const noexcept;
 
  private:

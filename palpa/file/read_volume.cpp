@@ -33,13 +33,13 @@ using protocol::FieldHeader;
 using protocol::Header;
 using protocol::readable_bytes;
 
-/// Resident memory that a reader may have beside what its header asks for, for libraries. More: a damaged file can take more;
-/// less: sound files are refused.
+/// Resident memory of a reader beyond its header's request, for libraries. More: a damaged file can take more; less: valid
+/// files are refused.
 constexpr std::uint64_t reader_slack_bytes = 2'000'000'000;
 
-constexpr std::size_t most_files = 1'000'000;  ///< of one volume; a list that does not end is cut there
+constexpr std::size_t most_files = 1'000'000;  ///< of one volume; an endless list is cut there
 
-/// Refuses at once what no reader has to be started for.
+/// Refuses invalid files before a reader is started.
 void check_file(const std::filesystem::path& path) {
   const detail::InputFile file(path);
   if (file.why_not() == detail::NoInput::folder) return;
@@ -47,7 +47,7 @@ void check_file(const std::filesystem::path& path) {
   if (file.bytes() == 0) throw LoadError("is empty; get the whole file");
 }
 
-/// Bytes of a file, or of all that lie in a folder.
+/// Bytes of a file, or of all files in a folder.
 std::uint64_t bytes_of(const std::filesystem::path& file) {
   std::error_code problem;
   if (!std::filesystem::is_directory(file, problem)) return std::filesystem::file_size(file);
@@ -60,14 +60,14 @@ std::uint64_t bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
-/// How a text that names no unit of length is refused. \param who  says it
+/// Error for an unknown unit of length. \param who  its source
 LoadError unknown_unit(const std::string& who, const std::string& unit) {
   const std::vector<std::string> names(detail::proposed_length_units.begin(), detail::proposed_length_units.end());
   return LoadError(who + " '" + unit + "', which is unknown; give it by length_unit, in a scene or by --set length_unit=mm (" +
                    detail::joined(names) + " and others are known)");
 }
 
-/// The unit of length that a request names; nothing where it names none. Throws LoadError.
+/// Unit of length of a request; none if absent. Throws LoadError.
 std::optional<detail::LengthUnit> asked_unit(const VolumeRequest& request) {
   if (request.length_unit.empty()) return std::nullopt;
   std::optional<detail::LengthUnit> unit = detail::length_unit(request.length_unit);
@@ -75,7 +75,7 @@ std::optional<detail::LengthUnit> asked_unit(const VolumeRequest& request) {
   return unit;
 }
 
-/// Metres per unit of length of the file, which is noted in `volume`.
+/// Metres per unit of length of the file, noted in `volume`.
 double metres_per_unit(const VolumeRequest& request, const Header& header, Volume& volume) {
   const auto take = [&](const detail::LengthUnit& unit) {
     volume.length_unit = unit.name;
@@ -103,8 +103,8 @@ GridGeometry in_metres(const GridGeometry& grid, double metres_per_unit) {
   return {grid.dims, metres_per_unit * grid.index_to_world_m, metres_per_unit * grid.origin_m, grid.planes};
 }
 
-/// What the reader is asked. Lengths of the request are in metres and those of the file in its unit, which is known where
-/// the request says it; formats with keys of length are in metres by themselves.
+/// Request to the reader. Lengths of a VolumeRequest are in metres, those of the file in its unit, known if the request names
+/// it; formats with keys of length are in metres themselves.
 protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit, bool checksums) {
   const PlaceInFile place = place_in_file(request.files.front());
   protocol::Request ask{place.file.string(), request.as, request.frame, limit};
@@ -122,7 +122,7 @@ protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit, bo
   return ask;
 }
 
-/// The planes of a rectilinear grid, from behind the voxels.
+/// Planes of a rectilinear grid, stored after the voxels.
 void take_planes(GridGeometry& grid, const std::byte* after_voxels) {
   const auto* numbers = reinterpret_cast<const double*>(after_voxels);
   for (std::size_t a = 0; a < 3; ++a) {
@@ -132,7 +132,7 @@ void take_planes(GridGeometry& grid, const std::byte* after_voxels) {
   }
 }
 
-/// A field that a request takes from the file: one array, by index, or three that are the components of vectors.
+/// Field requested from the file: one array, by index, or three components of vectors.
 struct Taken {
   std::vector<std::uint32_t> arrays;
   std::string name, unit;
@@ -156,7 +156,7 @@ std::vector<Taken> taken_fields(const VolumeRequest& request, const Header& head
     return taken;
   }
   for (const VolumeRequest::FieldRequest& wanted : request.fields) {
-    // A file that names nothing holds one array: whatever it is called, that one is meant.
+    // A file without names holds one array: any name means it.
     const bool any = !header.named && header.fields.size() == 1 && wanted.array.empty() && wanted.arrays.empty();
     std::vector<std::uint32_t> arrays;
     for (const std::string& name : wanted.arrays) arrays.push_back(array_named(name, header));
@@ -177,7 +177,7 @@ std::vector<Taken> taken_fields(const VolumeRequest& request, const Header& head
   return taken;
 }
 
-/// Checks what the reader claims, before anything is built on it.
+/// Validates the reader's header before use.
 void check(const Header& header) {
   if (header.frames < 1) throw LoadError("claims to have no frame; the header is damaged");
   if (header.fields.empty()) throw LoadError("has no field that can be felt; give a volume of numbers");
@@ -191,7 +191,7 @@ void check(const Header& header) {
   }
 }
 
-/// What a reader says is wrong, which need be no sentence: it has parsed a file that may be made to do harm.
+/// Sentence of a reader's failure, untrusted and possibly none: it has parsed a file that may be malicious.
 std::string sentence_of(const protocol::Failure& failure) {
   if (failure.sentence.find("; ") != std::string::npos) return failure.sentence;
   return "cannot be read: palpa-read says " + detail::in_quotes(failure.sentence) + "; the file is probably damaged";
@@ -204,16 +204,16 @@ Expected expect(protocol::Message message) {
   throw LoadError("cannot be read: palpa-read answered out of turn; update both programs together");
 }
 
-/// What is read of a file, and where it goes.
+/// Data to read from a file, and their destination.
 struct Plan {
   Header header;
   std::vector<Taken> taken;
   protocol::ReadRequest room;
-  std::vector<std::uint64_t> offsets;  ///< of each field of `room` in memory, and the size of all
+  std::vector<std::uint64_t> offsets;  ///< of each field of `room` in memory; the last: total size
   double metres_per_file_unit = 1.0;
 };
 
-/// Checks the header of a file, and what is wanted of it. Warnings and the unit go to `volume`.
+/// Checks a file's header against the request. Warnings and the unit go to `volume`.
 Plan planned(Header header, const VolumeRequest& request, Volume& volume) {
   check(header);
   Plan plan{std::move(header), {}, {}, {}};
@@ -232,7 +232,7 @@ Plan planned(Header header, const VolumeRequest& request, Volume& volume) {
   return plan;
 }
 
-/// Where the arrays of a field are among those of the room.
+/// Positions of a field's arrays among those of the room.
 std::vector<std::size_t> slots_of(const Plan& plan, const Taken& taken) {
   std::vector<std::size_t> slots;
   for (const std::uint32_t array : taken.arrays)
@@ -240,7 +240,7 @@ std::vector<std::size_t> slots_of(const Plan& plan, const Taken& taken) {
   return slots;
 }
 
-/// Refuses voxels that do not fit, before memory is taken.
+/// Refuses voxels that do not fit, before allocation.
 void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limit) {
   const std::uint64_t free = free_memory_bytes(), bytes = plan.offsets.back();
   std::uint64_t with_work = 0;
@@ -256,18 +256,18 @@ void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limi
                   "; crop or downsample the volume (palpa convert --crop, --downsample)");
 }
 
-/// Refuses grids that are nowhere in the world.
+/// Refuses grids of invalid geometry.
 void check_places(const Plan& plan) {
   for (const Taken& t : plan.taken) {
     GridGeometry even = in_metres(plan.header.fields[t.arrays.front()].grid, plan.metres_per_file_unit);
-    even.planes = {};  // they come with the voxels
+    even.planes = {};  // delivered with the voxels
     if (const char* problem = problem_with(even)) {
       throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
     }
   }
 }
 
-/// One frame of a field whose voxels are there. \param one_row_in  [rows] as of preview_grid_field; 0: the field is felt
+/// Frame of a field with delivered voxels. \param one_row_in  [rows] as of preview_grid_field; 0: for feeling
 FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, const std::shared_ptr<const std::byte>& voxels,
                     std::int64_t one_row_in) {
   const FieldHeader& field = plan.header.fields[taken.arrays.front()];
@@ -286,7 +286,7 @@ FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, con
   }
 }
 
-/// Says how many voxels of a field have no value.
+/// Formats the number of a field's voxels without a value.
 std::string words_of_lost(double lost, double voxels, const std::string& format) {
   const double percent = 100.0 * lost / voxels;
   const std::string share = lost < 10'000.0 ? detail::text("%.0f", lost) + (lost == 1 ? " voxel is " : " voxels are ")
@@ -295,7 +295,7 @@ std::string words_of_lost(double lost, double voxels, const std::string& format)
                                                            : percent < 10.0 ? 1
                                                                             : 0,
                                                            percent);
-  // Numbers of DICOM are whole: none but padding is without a value.
+  // DICOM's numbers are whole: only padding is without a value.
   return share +
          (format == "dicom"  ? "padding, where nothing was measured"
           : format == "hdf5" ? "without a value (not finite, or marked so by the file)"
@@ -303,7 +303,7 @@ std::string words_of_lost(double lost, double voxels, const std::string& format)
          ": treated as outside";
 }
 
-/// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of made_field
+/// Adds the fields of a plan with delivered voxels. \param one_row_in  [rows] as of made_field
 void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done,
                 std::int64_t one_row_in) {
   volume.format = plan.header.format;
@@ -335,7 +335,7 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
   }
 }
 
-/// A file of bare numbers. Looked at it is mapped; else copied, unless it would fill more than half of the memory.
+/// Reads a file of bare numbers: mapped for display; else copied, unless it would fill more than half of the memory.
 void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
   if (protocol::is_packed(ask.path) && std::filesystem::path(ask.path).extension() == ".gz")
     throw LoadError("is packed by gzip, and bare numbers are read as they lie; unpack it (gunzip)");
@@ -352,7 +352,7 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   protocol::Done done{{{ask.path, bytes_of(ask.path), checksum.valid() ? checksum.get() : std::string()}}, {}};
   if (in_place && !options.preview)
     done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
-  // A preview must not wait for the disk: of large files it reads some rows only. More voxels: slower; fewer: a coarser range.
+  // A preview must not block on the disk: of large files it reads some rows only. More voxels: slower; fewer: a coarser range.
   constexpr std::int64_t most_voxels_of_many = 1 << 20;
   const std::int64_t count = plan.header.fields.front().grid.voxels();
   const std::int64_t one_row_in = !options.preview ? 0 : count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;
@@ -362,10 +362,9 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   if (!file.is_whole()) throw LoadError("was cut short while it was read; get the whole file");
 }
 
-/// A file that palpa-read parses.
+/// Reads a file by palpa-read.
 void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
-  // What a packed file holds is rarely more than so many times its bytes. More: a damaged one can take more; less: sound ones
-  // are refused.
+  // Usual bound of the expansion of a compressed file. More: a damaged one can take more; less: valid ones are refused.
   constexpr std::uint64_t usual_ratio = 16;
   std::optional<detail::UnpackedMemory> unpacked;
   const bool packed = protocol::is_packed(ask.path);
@@ -412,14 +411,14 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
 
 VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options) {
   if (request.files.empty()) throw LoadError("volume: no file is named; name one");
-  // Words of the file and of its reader become words that steer nothing, here for all of them.
+  // Sanitizes text of the file and of its reader, here for all of it.
   const std::string place = detail::one_line(request.files.front().string());
   try {
     VolumeFile file = read_one(request, options);
     for (std::string& warning : file.volume.warnings) warning = detail::one_line(warning);
     return file;
   } catch (const LoadError& error) {
-    constexpr std::size_t longest_bytes = 2000;  // More: cannot be read; less: names that would help are left out
+    constexpr std::size_t longest_bytes = 2000;  // More: unreadable; less: useful names are cut
     throw LoadError(place + ": " + detail::shortened(detail::one_line(error.what()), longest_bytes));
   }
 }

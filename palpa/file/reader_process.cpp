@@ -22,14 +22,14 @@
 namespace palpa::detail {
 namespace {
 
-/// How often a waiting caller checks time and memory of the reader. Longer: a reader can take more before it is stopped;
-/// shorter: more wake-ups.
+/// Period of checks of the reader's time and memory. Longer: a reader can take more before it is stopped; shorter: more
+/// wake-ups.
 constexpr auto look_every = std::chrono::milliseconds(100);
-/// Speed that a reader is granted before it counts as stuck: a slow disk or machine, a sanitizer build. Higher: slow readers
-/// are stopped; lower: a stuck one is waited for longer.
+/// Least speed of a reader that is not stuck: a slow disk or machine, a sanitizer build. Higher: slow readers are stopped;
+/// lower: a stuck one lasts longer.
 constexpr double work_bytes_per_s = 20e6;
-/// Threads that a reader may have: its libraries start one for each processor. More: a bomb of them takes more of what the
-/// system has for all; fewer: sound files are refused on large machines.
+/// Limit of a reader's threads: its libraries start one per processor. More: a thread bomb takes more of the system's; fewer:
+/// valid files are refused on large machines.
 constexpr std::uint64_t most_threads = 2048;
 
 bool can_be_run(const std::filesystem::path& program) {
@@ -90,8 +90,8 @@ ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_l
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0) {
     throw LoadError(std::string("cannot be opened: no socket for palpa-read (") + std::strerror(errno) + "); close some files");
   }
-  // In a group of its own, so that ending it ends what it may have started, and Ctrl-C reaches the caller
-  // alone. Its standard input is empty; of descriptors it gets the socket and the standard three.
+  // In a process group of its own, so that ending it ends its children, and Ctrl-C reaches the caller alone. Its standard input
+  // is empty; it inherits the socket and the standard three descriptors.
   posix_spawn_file_actions_t actions;
   posix_spawnattr_t attributes;
   ::posix_spawn_file_actions_init(&actions);
@@ -161,7 +161,7 @@ protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t
   return std::move(received->message);
 }
 
-/// Ends the reader when it has made no progress for too long, or has grown too large.
+/// Ends a reader without progress for too long, or too large.
 void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) {
   const std::string process = "/proc/" + std::to_string(pid_);
 
@@ -211,7 +211,7 @@ void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) 
 }
 
 void ReaderProcess::report_end() {
-  // It is gone or about to go: a moment for it to say how.
+  // It has ended or is about to: a short grace for its status.
   int status = -1;
   for (int wait = 0; wait < 100; ++wait) {
     const pid_t reaped = ::waitpid(pid_, &status, WNOHANG);

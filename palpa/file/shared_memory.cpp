@@ -15,7 +15,7 @@
 namespace palpa::detail {
 namespace {
 
-/// The memory of a dead process may outlive it by a moment (whoever looks into /proc holds it).
+/// Seals a file. A dead process's mapping may last a moment longer (a reader of /proc holds it).
 void seal(int file) {
   int sealed = -1;
   for (int wait_ms = 0; wait_ms < 2000 && (sealed = ::fcntl(file, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL)) != 0; ++wait_ms) {

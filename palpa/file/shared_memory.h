@@ -1,4 +1,4 @@
-// The memory that palpa-read fills with voxels, on the side that made it.
+// Memory for palpa-read's voxels, on the caller's side.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 
 namespace palpa::detail {
 
-/// Made here, shared by descriptors, and once sealed and mapped nobody's to change. It can neither shrink nor grow from the
-/// start, so that no read of ours can miss it.
+/// Memory shared by descriptors, immutable once sealed and mapped. Its size is fixed from the start, so that no read of ours
+/// can fail.
 class SharedMemory {
  public:
-  /// \param bytes  [bytes] not 0. Throws LoadError with a sentence.
+  /// \param bytes  [bytes] > 0. Throws LoadError with a sentence.
   explicit SharedMemory(std::uint64_t bytes);
   ~SharedMemory();
   SharedMemory(const SharedMemory&) = delete;
@@ -21,7 +21,7 @@ class SharedMemory {
 
   const protocol::MemoryFiles& files() const noexcept { return files_; }
 
-  /// The voxels, read-only. Call when the reader is gone: a seal against writing needs that nobody can. Throws LoadError with a
+  /// Voxels, read-only. Call after the reader's end: the seal fails with a writable mapping left. Throws LoadError with a
   /// sentence.
   std::shared_ptr<const std::byte> sealed_and_mapped();
 
@@ -33,7 +33,7 @@ class SharedMemory {
   protocol::MemoryFiles files_;
 };
 
-/// A file of memory that grows, for what a packed file holds: only while it is read.
+/// Growing memory file for the content of a compressed file, during its reading.
 class UnpackedMemory {
  public:
   /// Throws LoadError with a sentence.

@@ -17,7 +17,7 @@ VtkArrayWriter::VtkArrayWriter(NewFile& to, std::string_view type, std::string_v
     : to_(to) {
   to_.write("<DataArray type=\"" + std::string(type) + "\" Name=\"" + escaped(name) + "\" NumberOfComponents=\"" +
             std::to_string(components) + "\" format=\"binary\">\n");
-  // One text for the number of bytes and the bytes themselves, as VTK writes what it does not compress.
+  // One text for the number of bytes and the bytes themselves, as in VTK's uncompressed files.
   write(&bytes, sizeof bytes);
 }
 

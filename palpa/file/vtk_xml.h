@@ -1,5 +1,5 @@
-// VTK's XML files as they are written here. Numbers stand within the text, as base64: ParaView 5.11 of Debian 12 opens no file
-// that has them behind it (`appended`), as its XML parser does not get past them.
+// Writer of VTK's XML files. Numbers are inline, as base64: the XML parser of ParaView 5.11 (Debian 12) fails on numbers at the
+// end (`appended`).
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace palpa::detail {
 
-/// The first lines of a file of this type of data: "ImageData", "PolyData". It ends with "</VTKFile>\n".
+/// First lines of a file of a data type: "ImageData", "PolyData". It ends with "</VTKFile>\n".
 std::string vtk_xml_begin(std::string_view type);
 
-/// An array, in as many parts as its bytes come in. Throws LoadError as NewFile does.
+/// Array, written in pieces of any size. Throws LoadError as NewFile does.
 class VtkArrayWriter {
  public:
   /// \param type   of its numbers: "Float64"
-  /// \param name   cleaned here
-  /// \param bytes  of all its numbers together
+  /// \param name   escaped here
+  /// \param bytes  total of its numbers
   VtkArrayWriter(NewFile& to, std::string_view type, std::string_view name, int components, std::uint64_t bytes);
   void write(const void* data, std::size_t bytes);
   void finish();
@@ -27,8 +27,8 @@ class VtkArrayWriter {
   void put_letters();
 
   NewFile& to_;
-  std::uint32_t waiting_ = 0;  ///< bytes that wait for a third, the last one lowest
-  unsigned count_ = 0;         ///< how many
+  std::uint32_t waiting_ = 0;  ///< pending bytes of a group of three, the last one lowest
+  unsigned count_ = 0;         ///< number of pending bytes
   std::string text_;
 };
 

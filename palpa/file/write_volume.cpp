@@ -15,14 +15,14 @@ namespace {
 namespace fs = std::filesystem;
 using detail::NewFile;
 
-/// The shortest decimal that reads back the same.
+/// Shortest decimal that parses to an equal value.
 std::string text_of(double value) {
   char text[40];
   return {text, std::to_chars(text, text + sizeof text, value + 0.0).ptr};
 }
 std::string list(const Vec3& v, const char* between) { return text_of(v.x) + between + text_of(v.y) + between + text_of(v.z); }
 
-/// The values of a slice as they are kept in a file.
+/// Values of a slice in the file's type.
 void put(const WrittenField& field, const std::vector<double>& values, std::vector<std::byte>& bytes) {
   const auto as = [&](auto kept) {
     using T = decltype(kept);

@@ -1,4 +1,4 @@
-// Volumes to files: NRRD and VTI, slice by slice.
+// Writing of volumes: NRRD and VTI, slice by slice.
 #pragma once
 
 #include <filesystem>
@@ -12,33 +12,33 @@
 
 namespace palpa {
 
-/// One array to write. Slices are asked for in order, so that a volume need never be in memory as a whole.
+/// Array to write. Slices are requested in order, so that a volume need never be in memory as a whole.
 struct WrittenField {
   std::string name;
   std::string unit;
   VoxelType type = VoxelType::float32;
   int components = 1;  ///< 1, or 3 along the axes of the world
-  /// Puts the values of slice k where they are wanted, i fastest, the components of one voxel together: whole where the
-  /// type is, not finite where there are no data (of a type with fractions).
+  /// Writes the values of slice k to the pointer, i fastest, the components of a voxel together: whole for an integer type, not
+  /// finite without data (for types with fractions).
   using Slice = std::function<void(std::int64_t, double*)>;
   Slice slice;
 };
 
-/// What a file says beside its voxels.
+/// Content of a file beside its voxels.
 struct WrittenVolume {
   GridGeometry grid;
-  bool medical_frame = false;        ///< NRRD says so; VTI cannot
+  bool medical_frame = false;        ///< stored in NRRD; VTI has no key for it
   std::string length_unit = "m";     ///< of NRRD: "m" or "mm"; VTI is in metres
   std::vector<WrittenField> fields;  ///< at least one; of NRRD exactly one
 };
 
-/// Bytes of the voxels. Throws LoadError, without a place, where they cannot be counted.
+/// Bytes of the voxels. Throws LoadError, without a place, on overflow.
 std::uint64_t written_bytes(const WrittenVolume& volume);
 
-/// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw) or .vti. It gets its name when it is
-/// whole (palpa/base/new_file.h), so that nobody ever finds half of it. Refuses first what the disk has no room for. \param
-/// progress  called after each slice with the share that is done [1]; may be empty, and may throw to end the writing Throws
-/// LoadError, with the file's name, also where VTI cannot say where a sheared grid lies.
+/// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw) or .vti. It gets its name when complete
+/// (palpa/base/new_file.h). Refuses first a volume larger than the free disk.
+/// \param progress  called after each slice with the share done [1]; may be empty, and may throw to end the writing
+/// Throws LoadError, with the file's name, also for a sheared grid in VTI.
 void write_volume(const WrittenVolume& volume, const std::filesystem::path& file, detail::Existing existing,
                   const std::function<void(double)>& progress = {});
 

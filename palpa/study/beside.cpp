@@ -11,10 +11,9 @@
 namespace palpa {
 namespace {
 
-// Two hands are the same up to this much: a hand that is felt again from the file of its ticks is rounded. More: hands that
-// differ pass.
+// Tolerance of equal hands: a replay from a file of ticks is rounded. More: different hands pass.
 constexpr double same_place_m = 1e-9, same_time_s = 1e-9;
-// Gaps in a stretch that are bridged, in time: shorter than a hand takes to notice. More: stretches run together.
+// Bridged gaps in an interval: shorter than a hand notices. More: intervals merge.
 constexpr double bridged_s = 0.05;
 
 }  // namespace

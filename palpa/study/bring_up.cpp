@@ -18,23 +18,24 @@ constexpr double longest_force_n = 1.0;
 // Of the device's largest force [1].
 constexpr double force_share = 1.0 / 3.0;
 
-// Until a device that has just been opened is heard. Longer: one without a place is waited for; shorter: slow ones are missed.
+// Timeout for the first position of a newly opened device. Longer: a device without position blocks; shorter: slow ones are
+// missed.
 constexpr double first_state_s = 1.0;
 constexpr double stroke_s = 5.0;
-// Of all steps of its positions that are not zero, so many [1] are smaller than the encoder's. More: fast motion counts as
-// encoder; less: rounding does.
+// Share [1] of all nonzero position steps that are smaller than the encoder's. More: fast motion counts as encoder; less:
+// rounding does.
 constexpr double smallest_share = 0.01;
 constexpr double longest_lag_s = 0.04;
 constexpr double fast_enough_m_per_s = 0.02;  // below, noise counts as motion
 
 constexpr double pulse_n = 0.3, pulse_s = 0.08, quiet_s = 0.3, before_s = 0.05;
-// A pulse that moves the handle by less was held by hand or friction [m]. More: light pushes are not seen; less: noise is.
+// Least motion of a pulse [m]: below, the hand or friction held the handle. More: light pushes are missed; less: noise counts.
 constexpr double least_motion_m = 2e-4;
-// Of the motion, this share [1] goes the way of the force. More: a handle that hangs obliquely fails; less: wrong axes pass.
+// Least share [1] of the motion along the force. More: an obliquely suspended handle fails; less: wrong axes pass.
 constexpr double right_way = 0.7;
 
 constexpr double spring_n_per_m = 60.0, spring_ramp_s = 0.5, swing_s = 6.0;
-// A hand that lets go: the handle is faster than this. Slower: the hand's tremor counts; faster: the beginning is lost.
+// Least speed of a released handle. Slower: the hand's tremor counts; faster: the start is lost.
 constexpr double let_go_m_per_s = 0.05;
 constexpr double at_rest_m_per_s = 0.004;
 constexpr double piece_s = 0.03;  // of the swing, for the balance of energy. Shorter: noise; longer: fewer equations
@@ -44,10 +45,10 @@ struct Sample {
   double time_s = 0.0;
   Vec3 position_m;
   std::optional<Vec3> velocity_m_per_s;
-  Vec3 force_n;  // that was written then
+  Vec3 force_n;  // written at that time
 };
 
-/// The device, once a millisecond. Without a force whatever happens.
+/// Samples the device once a millisecond. Always ends without a force.
 class Rhythm {
  public:
   Rhythm(Device& device, LoopClock& clock, const std::atomic<bool>& stop)
@@ -60,8 +61,8 @@ class Rhythm {
   Rhythm(const Rhythm&) = delete;
   Rhythm& operator=(const Rhythm&) = delete;
 
-  /// Samples for so long, under the force that `force_n(seconds since its beginning, place)` says. Empty: the device has a
-  /// fault, which `fault` says, or it was stopped.
+  /// Samples for a duration, under `force_n(seconds since its start, position)`. Empty: a fault of the device, in `fault`, or
+  /// stopped.
   std::vector<Sample> take(double duration_s, const std::function<Vec3(double, const Vec3&)>& force_n) {
     std::vector<Sample> samples;
     const double begin_s = clock_.now_s();
@@ -97,7 +98,7 @@ class Rhythm {
 
 Vec3 no_force(double, const Vec3&) { return {}; }
 
-/// The velocity in the middle of five samples.
+/// Velocity in the middle of five samples.
 Vec3 velocity_at(const std::vector<Sample>& samples, std::size_t n) {
   const Sample &before = samples[n - 2], &after = samples[n + 2];
   return (after.position_m - before.position_m) / (after.time_s - before.time_s);
@@ -116,7 +117,7 @@ std::optional<double> smallest_step_m(const std::vector<Sample>& samples) {
   return *at;
 }
 
-/// The lag with which its velocity agrees best with the change of its positions.
+/// Lag of the device's velocity of best agreement with the change of its positions.
 std::optional<double> velocity_lag_s(const std::vector<Sample>& samples) {
   if (samples.empty() || !samples.front().velocity_m_per_s) return std::nullopt;
   const auto lags = static_cast<std::size_t>(longest_lag_s / step_s);
@@ -139,7 +140,7 @@ std::optional<double> velocity_lag_s(const std::vector<Sample>& samples) {
   return static_cast<double>(best) * step_s;
 }
 
-/// When the way along the axis first is this long [s]; linear between samples.
+/// First time at which the path along the axis has this length [s]; linear between samples.
 double time_at_s(const std::vector<double>& way_m, const std::vector<Sample>& samples, double length_m) {
   for (std::size_t n = 1; n < way_m.size(); ++n) {
     if (way_m[n] < length_m) continue;
@@ -154,7 +155,7 @@ struct Pulse {
   double delay_s = 0.0;
 };
 
-/// One pulse along an axis; none: the device has a fault.
+/// Applies a pulse along an axis; none: the device has a fault.
 std::optional<Pulse> pulse(Rhythm& rhythm, const Vec3& axis) {
   const double whole_s = quiet_s + pulse_s;
   const auto samples = rhythm.take(whole_s, [&](double time_s, const Vec3&) {
@@ -175,7 +176,7 @@ std::optional<Pulse> pulse(Rhythm& rhythm, const Vec3& axis) {
   out.is_felt = norm(moved_m) > least_motion_m;
   out.goes_right = out.is_felt && dot(moved_m, axis) > right_way * norm(moved_m);
   if (out.goes_right) {
-    // x = a (t - d)²/2: four times the way takes twice the time.
+    // x = a (t - d)²/2: four times the path takes twice the time.
     const double eighth_m = way_m.back() / 8.0;
     const double first_s = time_at_s(way_m, pushed, eighth_m), second_s = time_at_s(way_m, pushed, 4.0 * eighth_m);
     out.delay_s = std::max(0.0, 2.0 * first_s - second_s - pushed.front().time_s);

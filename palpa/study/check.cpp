@@ -28,7 +28,7 @@ constexpr Trial quick_trials[] = {{Act::let_go},
                                   {Act::let_go, Hold::relaxed, sure_friction},
                                   {Act::lean, Hold::relaxed, sure_friction}};
 
-/// What the device does not bear is a change, too: from what the file says.
+/// Reports the device's limits as changes from the file's values.
 void own_up(const CouplingOptions& asked, const CouplingOptions& felt, CheckReport& report) {
   const auto own_up_to = [&](const char* key, double wanted, double taken) {
     if (wanted == taken) return;
@@ -78,11 +78,11 @@ std::optional<DevicePlant> plant_like(const std::string& description) {
 
 namespace {
 
-// Of the wall: softer than the first, the first tick's leap on it is longer than a tick's work; stiffer than the second, no
-// device is.
+// Stiffness of the wall: if softer than the first, the first tick's step onto it exceeds a tick's work; no device is stiffer
+// than the second.
 constexpr double softest_n_per_m = 40.0, stiffest_n_per_m = 2e4;
 
-/// Whether a device alone on a wall comes to rest though it is knocked by more than its friction holds.
+/// Whether a device alone on a wall comes to rest after a knock beyond its friction.
 bool rests_on_wall(const DevicePlant& plant, double stiffness_n_per_m, double damping_ns_per_m) {
   constexpr double knock = 3.0, frictionless_m = 3e-4;
   const LetGoOptions options{.plant = plant,

@@ -1,4 +1,4 @@
-// What would be better: searched by closed loops, and checked.
+// Search for better settings by closed loops, and their check.
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -33,7 +33,7 @@ Grade grade_of(const CheckReport& report, std::string_view key) {
   return found ? found->grade : Grade::fine;
 }
 
-/// Whether the device rests at all places, let go and in hands; let go also with little of its friction.
+/// Whether the device rests at all places, released and in hands; released also with a fraction of its friction.
 bool rests(const Scene& scene, const CheckReport& report) {
   constexpr Trial trials[] = {{Act::let_go},
                               {Act::lean},
@@ -51,16 +51,16 @@ bool rests(const Scene& scene, const CheckReport& report) {
   return std::find(moves.begin(), moves.end(), char{1}) == moves.end();
 }
 
-/// Two figures, as a person would write them.
+/// Rounds down to two figures.
 double rounded_down(double value) {
   if (!(value > 0.0)) return 0.0;
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
   return std::floor(value / unit + 1e-9) * unit;
 }
 
-/// A coupling at which the device rests; k is 0 where none was found.
+/// Coupling at which the device rests; k is 0 if none was found.
 CouplingOptions search(const Scene& scene, const CheckReport& report, const std::function<void(double)>& progress) {
-  constexpr double least_n_per_m = 50.0, close_enough = 1.15;  // softer: nothing has a shape
+  constexpr double least_n_per_m = 50.0, close_enough = 1.15;  // softer: shapes are lost
   const double asked = scene.coupling.stiffness_n_per_m;
   CouplingOptions best = scene.coupling;
   best.stiffness_n_per_m = 0.0;
@@ -76,7 +76,7 @@ CouplingOptions search(const Scene& scene, const CheckReport& report, const std:
         const double middle = std::sqrt(low * high);
         (holds(middle) ? low : high) = middle;
       }
-      // A D of its own has to be worth it: it makes an encoder's steps rougher.
+      // A different D must be worth it: it makes an encoder's steps rougher.
       constexpr double worth_it = 1.2;
       if (low > worth_it * best.stiffness_n_per_m) {
         best.stiffness_n_per_m = low;
@@ -103,7 +103,7 @@ Scene changed(Scene scene, const std::vector<Change>& changes) {
 
 namespace {
 
-/// Checks the changes as a whole, and makes them softer until nothing is to be stopped at; drops them where they do not help.
+/// Checks the changes as a whole, and softens them until no finding is a stop; drops useless ones.
 void follow(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress) {
   constexpr int most_rounds = 4;
   constexpr double softer = 0.75;

@@ -13,7 +13,7 @@ namespace {
 using detail::text;
 using detail::TrialMade;
 
-/// The trial with the largest of a figure among those of these acts, with this share of the device's friction.
+/// Trial with the largest figure among these acts, with this share of the device's friction.
 template <class Figure>
 const TrialMade* worst_of(const std::vector<TrialMade>& all, std::initializer_list<Act> acts, const Figure& figure,
                           double friction = 1.0) {
@@ -52,7 +52,7 @@ class Judge {
         worst);
   }
 
-  /// Whether it would still rest if its friction, which is a presumption, were much less.
+  /// Tests for rest at much less than the device's assumed friction.
   void margin() {
     const TrialMade* worst = worst_of(
         all_, {Act::let_go, Act::lean}, [](const TrialFigures& f) { return f.hum_m_per_s2; }, sure_friction);
@@ -170,11 +170,11 @@ class Judge {
     for (std::size_t m = 0; m < scene_.modes().size(); ++m) {
       const SceneMode& mode = scene_.modes()[m];
       if (!mode.enabled) continue;
-      // A spring gives back what it took; only what is left of both was brought in.
+      // A spring returns its energy; only the net is injected.
       const auto net_j = [m](const TrialFigures& f) { return f.injected_j[m] - f.dissipated_j[m]; };
       const TrialMade* worst = worst_of(all_, everything, net_j);
       const double injected_j = worst ? std::max(0.0, net_j(worst->figures)) : 0.0;
-      // What wind, gradients and the cores of vortices push they push: their energy is the data's.
+      // The push of wind, gradients and vortex cores is legitimate: their energy is the data's.
       const bool may = drives(mode.mode.type());
       add({.key = "energy",
            .grade = !may && injected_j > borne_energy_j ? Grade::warn : Grade::fine,

@@ -1,4 +1,4 @@
-// What the trials of a check are graded by.
+// Grading of a check's trials.
 #pragma once
 
 #include <cstddef>
@@ -8,15 +8,14 @@
 
 namespace palpa::detail {
 
-/// A trial that was made.
 struct TrialMade {
   std::size_t place = 0;  ///< [1] index of its place in the report
   Trial trial;
   TrialFigures figures;
 };
 
-/// Fills `findings`, `grade` and `verdict` of a report, whose plant, coupling, places and stable stiffness are known.
-/// \param all  empty: nothing is felt. Allocates; any thread.
+/// Computes `findings`, `grade` and `verdict` of a report with known plant, coupling, places and stable stiffness.
+/// \param all  empty: no contact. Allocates; any thread.
 void judge(const Scene& scene, const std::vector<TrialMade>& all, CheckReport& report);
 
 }  // namespace palpa::detail

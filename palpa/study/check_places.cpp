@@ -17,13 +17,13 @@ using detail::Feeler;
 using detail::half_m;
 using detail::way_step_m;
 
-/// What was felt along one way.
+/// Forces along a path.
 struct Felt {
   double force_n = 0.0, turn_n = 0.0, uneven_n = 0.0;
   Vec3 largest_n;
 };
 
-/// Against a force that comes towards the user, else straight on.
+/// Against a force towards the user, else straight on.
 Vec3 inwards_of(const Vec3& force_n) {
   constexpr double towards_user = 0.3;
   const Vec3 direction = norm(force_n) > 0.0 ? normalized(force_n) : Vec3{};
@@ -36,7 +36,7 @@ Vec3 force_of_modes_n(const Session& session) {
   return sum_n;
 }
 
-/// Follows the force of all modes along a way.
+/// Records the force of all modes along a path.
 class Follower {
  public:
   explicit Follower(const Scene& scene) : spring_n_(scene.coupling.stiffness_n_per_m * way_step_m) {}
@@ -85,7 +85,7 @@ std::vector<CheckPlace> check_places(const Scene& scene, double spacing_m, const
       },
       progress);
 
-  // Of places that are as good as one another the one nearest to the middle; a place by chance would change with a bit.
+  // Of equally good places the nearest to the centre; a random choice would change with a bit.
   constexpr double clearly = 1.02;
   std::vector<std::size_t> from_middle;
   for (std::size_t n = 0; n < count; ++n) {

@@ -15,20 +15,20 @@ namespace palpa {
 namespace {
 
 constexpr double rate_hz = 1000.0;
-constexpr double lies_n = 0.3;   // beyond friction: less than any level bears that is meant to be felt
-constexpr double leans_n = 1.5;  // beyond friction: what a resting finger weighs
-// [N·s/m] What the flesh of that finger takes at least, a sixth of what an arm has. More: a stiff scene passes by the finger;
-// less: it is no finger that leans, but a weight.
+constexpr double lies_n = 0.3;   // beyond friction: less than the strength of any level meant to be felt
+constexpr double leans_n = 1.5;  // beyond friction: weight of a resting finger
+// [N·s/m] Least damping of that finger's flesh, a sixth of an arm's. More: the finger hides a stiff scene; less: a weight, no
+// finger.
 constexpr double finger_ns_per_m = 1.0;
-// What it falls by: a front is found up to one step of a way too late, and who begins on a level never meets it.
+// Fall of the device: a front is found up to a step too late, and a start on a level never meets it.
 constexpr double falls_m = 1e-3 + detail::way_step_m;
-constexpr double landed_s = 1.2;   // a device that is let go lies by now
-constexpr double watched_s = 1.1;  // of what is to be at rest
+constexpr double landed_s = 1.2;   // end of the fall of a released device
+constexpr double watched_s = 1.1;  // of the interval at rest
 constexpr double pressed_s = 4.0;  // in and out several times
 
 Arm arm_of(Hold hold) { return hold == Hold::firm ? firm_arm : relaxed_arm; }
 
-/// The device of a trial with what leads it, and when it is to be at rest or goes evenly.
+/// Device of a trial with its lead, and the interval of rest or even motion.
 struct Set {
   std::unique_ptr<SimulatedDevice> device;
   double from_s = 0.0, to_s = 0.0;
@@ -61,8 +61,8 @@ Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial
 
 bool is_without_hand(Act act) { return act == Act::let_go || act == Act::lean; }
 
-/// A device without a hand may slide off its place, into what is not there: what follows is no doing of the place. Cuts the run
-/// where it is beside or behind it; one that is thrown back before it comes again.
+/// A device without a hand may slide off its place, out of contact: the rest is unrelated to the place. Cuts the run where the
+/// device is beside or behind it, or, if thrown back, before it returns.
 void cut_where_it_slid_away(const CheckPlace& place, FeltRun& run, Set& set) {
   constexpr double away_m = 0.02, just_landed_s = 0.4, short_s = 0.5;
   for (const FeltTick& tick : run.ticks) {
@@ -89,7 +89,7 @@ void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figu
   }
 }
 
-/// At the limit by design is a hand on a level that is stronger than it; what more than that pushes is lost.
+/// A hand on a level stronger than the limit is at the limit by design; other force beyond the limit is lost.
 void find_overfull(const Scene& scene, const FeltRun& run, TrialFigures& figures) {
   const std::vector<UnyieldingLevel> levels = unyielding_levels(scene, scene.coupling.max_force_n);
   figures.pushed_n.assign(run.modes.size(), 0.0);

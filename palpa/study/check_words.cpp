@@ -1,4 +1,4 @@
-// The report of a check, for a person and for a program.
+// Formatting of a check's report.
 #include <cmath>
 #include <nlohmann/json.hpp>
 

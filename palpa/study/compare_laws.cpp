@@ -13,15 +13,15 @@ namespace palpa {
 
 namespace {
 
-// [1] Cosine of the angle between two planes' normals up to which they are orthogonal, and so on. Less: rounded normals count
-// as oblique; more: oblique primitives, which earlier laws get wrong, do not.
+// [1] Cosine of the angle between two planes' normals up to which they count as orthogonal. Less: rounded normals count as
+// oblique; more: oblique primitives, which earlier laws balance wrongly, are missed.
 constexpr double orthogonal_share = 1e-9;
 
 bool are_orthogonal(const Primitive& a, const Primitive& b) noexcept {
   using enum PrimitiveKind;
   if (a.kind == directed || a.kind == point || b.kind == directed || b.kind == point) return true;
   if (a.kind == plane && b.kind == plane) return std::abs(dot(a.direction, b.direction)) <= orthogonal_share;
-  // A line's span is what lies across it. Only a plane whose normal is along the line is orthogonal to that.
+  // A line's span is perpendicular to it. Only a plane with its normal along the line is orthogonal to that.
   if ((a.kind == line && b.kind == plane) || (a.kind == plane && b.kind == line)) {
     return norm(cross(a.direction, b.direction)) <= orthogonal_share;
   }
@@ -53,14 +53,14 @@ Spread spread_of(std::vector<double>& values) {
 
 Spread times(double factor, const Spread& spread) { return {factor * spread.p50, factor * spread.p99, factor * spread.max}; }
 
-// Proxy and force on the hand of one tick.
+// Proxy and force on the hand of a tick.
 struct Felt {
   bool valid = false;
   Vec3 proxy_m;
   Vec3 force_n;
 };
 
-// One law that solves the balances of another law's session.
+// Law applied to the balances of another law's session.
 struct Asked {
   std::unique_ptr<Law> law;
   std::vector<double> errors_m;
@@ -70,7 +70,7 @@ void pose(PrimitiveSet& set, const SubStep& step, std::span<const PlacedPrimitiv
   set.clear(step.start_m);
   for (const PlacedPrimitive& p : placed) {
     set.begin_mode(p.primitive.id.mode,
-                   p.primitive.position_m);  // a drag stands where the step began, which this sub-step may continue
+                   p.primitive.position_m);  // a drag is at the start of the step, which this sub-step may continue
     set.add(p.primitive);
   }
 }

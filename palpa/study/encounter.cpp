@@ -1,4 +1,4 @@
-// Where a simulated hand meets a scene.
+// Contact of a simulated hand with a scene.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -19,18 +19,18 @@ using namespace detail;
 
 namespace {
 
-// Radius of a motion that names none. More: fewer places have room for it; less: less of the front is felt.
+// Radius of a motion without one. More: fewer places have room for it; less: less of the front is felt.
 constexpr double usual_radius_m = 0.03;
-constexpr int angles = 32, heights = 9;      // ways tried around an axis. More: slower; fewer: small things are missed
-constexpr double top_m = half_m + before_m;  // where all ways from the user begin
+constexpr int angles = 32, heights = 9;      // paths around an axis. More: slower; fewer: small objects are missed
+constexpr double top_m = half_m + before_m;  // start of all paths from the user
 
-/// A node of `Ways` as the middle of a motion.
+/// Node of `Ways` as the centre of a motion.
 struct Middle {
   int column = 0, row = 0;
   double radius = 0.0;  // in nodes
 };
 
-/// [N/m] Stiffness of the arm; infinite for a rigid hand, which no force holds back.
+/// [N/m] Stiffness of the arm; infinite for a rigid hand.
 double stiffness_of(Hold hold) {
   return hold == Hold::rigid     ? std::numeric_limits<double>::infinity()
          : hold == Hold::relaxed ? relaxed_arm.stiffness_n_per_m
@@ -39,7 +39,7 @@ double stiffness_of(Hold hold) {
 
 double height_m(const Way& way) { return top_m - *way.onset_m; }
 
-/// The way with most to feel within the radius, of most modes, on an even front, and near the middle of the workspace.
+/// Path with most contact within the radius, of most modes, on an even front, near the centre of the workspace.
 Middle coarse_place(const ReachLattice& lattice, double wanted_radius_m) {
   const Ways& coarse = lattice.ways;
   std::vector<std::uint64_t> modes_along;
@@ -66,10 +66,10 @@ Middle coarse_place(const ReachLattice& lattice, double wanted_radius_m) {
   return place;
 }
 
-/// The largest disc, up to the wanted radius, in which something is felt nearly everywhere, near the middle of these ways;
-/// where there is none, the node with most around it.
+/// Largest disc, up to the wanted radius, with contact nearly everywhere, near the centre of these paths; if none, the node
+/// with most contact around it.
 Middle fine_place(const Ways& fine, double wanted_radius_m, double spacing_m) {
-  // [1] Share of a disc that has to be felt. More: smaller motions on sparse data; less: the hand often moves through nothing.
+  // [1] Least share of contact in a disc. More: smaller motions on sparse data; less: the hand is often without contact.
   constexpr double mostly = 0.7;
   const int side = fine.columns;
   Middle middle{side / 2, side / 2, 1.0};
@@ -93,7 +93,7 @@ Middle fine_place(const Ways& fine, double wanted_radius_m, double spacing_m) {
   return middle;
 }
 
-/// Sets the median depth of these ways: half of what a way can bear. An arm has to aim deeper, because the force holds it back.
+/// Sets the median depth of these paths: half of the bearable depth. An arm has to aim deeper, because the force deflects it.
 void set_depth(Encounter& met, const Ways& fine, const Middle& middle, double arm_stiffness_n_per_m) {
   std::vector<double> depths_m;
   std::size_t lets_go = 0;
@@ -108,8 +108,8 @@ void set_depth(Encounter& met, const Ways& fine, const Middle& middle, double ar
   met.lifts = 2 * lets_go > depths_m.size();
 }
 
-/// The axis of a motion around something, through the middle of what is felt at the place's height, and the height of that
-/// motion: half of the way to the nearer end of the object, which may be narrow there.
+/// Axis of a motion around an object, through the middle of its contact at the place's height, and the height of that motion:
+/// half of the distance to the nearer end of the object, which may be narrow there.
 void set_axis(Encounter& met, const ReachLattice& lattice, int column, const Vec3& place_m) {
   const int level = std::clamp(static_cast<int>(std::lround(place_m.y / cell_m)) + across / 2, 0, across - 1);
   Vec3 sum_m;
@@ -127,7 +127,7 @@ void set_axis(Encounter& met, const ReachLattice& lattice, int column, const Vec
   met.half_height_m = std::min(met.half_height_m, 0.5 * cell_m * std::max(1, std::min(up - level, level - down)));
 }
 
-/// Ways towards the axis, from all around.
+/// Paths towards the axis, from all around.
 Ways ways_around(const Encounter& met, const std::vector<std::unique_ptr<Feeler>>& sessions, double height_spacing_m,
                  Feeler::Until until) {
   Ways around{angles, heights, true, std::vector<Way>(angles * heights)};
@@ -141,13 +141,13 @@ Ways ways_around(const Encounter& met, const std::vector<std::unique_ptr<Feeler>
   return around;
 }
 
-/// The encounter and variants of what the description leaves open: a smaller motion, as the front is more even near the place;
-/// half as deep, for fronts that give way easily, and for those that hold, also smaller; four times as deep, for fronts with
-/// gaps; and as deep as rare things lie.
+/// The encounter and variants of its free parameters: a smaller motion, for a more even front near the place; half as deep, for
+/// fronts that yield easily, and for those that hold, also smaller; four times as deep, for fronts with gaps; and the depth of
+/// rare objects.
 std::vector<Encounter> variants(const ReachLattice& lattice, const Encounter& met, const SimulatedMotion& motion,
                                 const Vec3& place_m) {
   std::vector<Encounter> all{met};
-  constexpr double nearer = 0.4;  // [1] of the radius. More: hardly another motion; less: next to none
+  constexpr double nearer = 0.4;  // [1] of the radius. More: hardly another motion; less: almost none
   if (!motion.radius_m) {
     all.push_back(met);
     all.back().radius_m *= nearer;
@@ -182,13 +182,12 @@ std::vector<Encounter> variants(const ReachLattice& lattice, const Encounter& me
   return all;
 }
 
-/// The first encounter, or another one if a trial shows that it is clearly better.
+/// First encounter, or another if clearly better in a trial.
 Encounter best_of(const Scene& scene, const std::vector<Encounter>& all, const SimulatedMotion& motion, Hold hold) {
-  // Time of a trial, and the worth [1] by which another one has to be better. Longer: a slower start of runs; shorter: rare
-  // things are not met. More: worse ones stay; less: chance decides.
+  // Duration of a trial, and the least gain [1] of another encounter. Longer: a slower start of runs; shorter: rare objects are
+  // missed. More: worse ones stay; less: chance decides.
   constexpr double for_s = 10.0, clearly = 0.1;
-  // [1] Share of contact that is good enough without further trials. More: a slower start; less: better places are not looked
-  // for.
+  // [1] Share of contact that needs no further trials. More: a slower start; less: better places are missed.
   constexpr double plenty = 0.5;
   const auto felt = [&](const Encounter& one) { return tried(scene, simulated_target(motion, one), hold, for_s); };
   const Summary first = felt(all.front());
@@ -213,7 +212,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
   const double wanted_radius_m = motion.radius_m.value_or(usual_radius_m);
   const Middle rough = coarse_place(*lattice_, wanted_radius_m);
 
-  // Finer ways around that place.
+  // Finer paths around that place.
   const double spacing_m = std::max(0.003, wanted_radius_m / 10.0);
   const int side = 2 * static_cast<int>(std::ceil(wanted_radius_m / spacing_m)) + 5;
   Ways fine{side, side, false, std::vector<Way>(static_cast<std::size_t>(side * side))};
@@ -230,8 +229,8 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
 
   Encounter met;
   met.before_m = before_m;
-  // The hand goes back before the front, because a level that has given way is only felt again from outside; it goes further
-  // back where data move, as they may have followed the hand.
+  // The hand retreats before the front, because a broken level is only felt again from outside; further if data move, as they
+  // may have followed the hand.
   met.retreat_m = scene_.time.play == TimeOptions::Play::hold ? 0.002 : 0.01;
   set_depth(met, fine, middle, arm_stiffness_n_per_m);
   met.radius_m = middle.radius * spacing_m;

@@ -16,7 +16,7 @@ double sum_of(const std::vector<EnergyEntry>& entries) noexcept {
   return sum_j;
 }
 
-/// A mode's key: its name, or another one if that is the key of a fixed entry.
+/// Key of a mode: its name, unless taken by a fixed entry.
 std::string key_of_mode(const std::string& name) {
   const bool taken = name == "let_go" || name == "damper" || name == "spring" || name == "elastic_levels";
   return taken ? "mode." + name : name;

@@ -1,4 +1,4 @@
-// Feels a scene along straight ways that come from the user.
+// Sampling of a scene's contact along straight paths from the user.
 #pragma once
 
 #include <algorithm>
@@ -16,15 +16,14 @@
 
 namespace palpa::detail {
 
-// A step along a way, in a tick of this time: 0.1 m/s, as a hand comes in. Longer steps: depths and what ends at them become
-// coarser; shorter: slower.
+// Step along a path, and its tick: 0.1 m/s, a hand's approach. Longer steps: coarser depths and ends; shorter: slower.
 inline constexpr double way_step_m = 1e-3, way_step_s = 0.01;
 
-/// How many threads feel ways. More than eight are not faster: memory bandwidth is used up.
+/// Number of sampling threads. More than eight are not faster: memory bandwidth is exhausted.
 inline std::size_t feeling_threads() { return std::clamp(std::thread::hardware_concurrency(), 1u, 8u); }
 
-/// Calls `work(worker, n)` for all n below `count` in `workers` threads, numbered by `worker`, and waits for them. `progress`
-/// is called from this thread with the share done, 0…1.
+/// Calls `work(worker, n)` for all n below `count` in `workers` threads, numbered by `worker`, and returns after the last.
+/// `progress` is called from this thread with the share done, 0…1.
 template <class Work>
 void in_parallel(std::size_t workers, int count, const Work& work, const std::function<void(double)>& progress = {}) {
   std::atomic<int> next{0};
@@ -39,24 +38,24 @@ void in_parallel(std::size_t workers, int count, const Work& work, const std::fu
   run(0);
 }
 
-/// What is felt along one straight way, from the first level that it meets or, where it meets none, from its first contact on.
+/// Contact along a straight path, from the first level or, without levels, from first contact on.
 struct Way {
-  std::optional<double> onset_m;  // where that begins, from the beginning of the way; none: nothing is felt
-  double bears_m = 0.0;           // how much further until nothing is felt, a level lets go, or the force is at its limit
+  std::optional<double> onset_m;  // its start, from the start of the path; none: no contact
+  double bears_m = 0.0;           // distance from there to loss of contact, break-through of a level, or the force limit
   double half_force_n = 0.0;      // force half way of that
-  bool at_level = false;          // it begins at a level
-  bool lets_go = false;           // it ends where a level lets go
-  // How deep a hand on an arm aims to come half as deep as the way bears.
+  bool at_level = false;          // begins at a level
+  bool lets_go = false;           // ends at a break-through
+  // Aim of a hand on an arm to reach half of the bearable depth.
   double deepened_m(double arm_stiffness_n_per_m) const { return 0.5 * bears_m + half_force_n / arm_stiffness_n_per_m; }
 };
 
-/// Feels ways, each with a session as new: no level is broken, nothing is remembered of other ways. One thread each.
+/// Samples paths, each with a fresh session: no level is broken, no state of other paths. One thread each.
 class Feeler {
  public:
   explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene), session_(scene) {}
 
-  /// \param until  where to stop: at the end of the first contact, at the end of the first level, or at the end of the way
-  /// \param at     called with the way [m] so far and the session, at each step where something is felt
+  /// \param until  stop at the end of the first contact, of the first level, or of the path
+  /// \param at     called with the path length [m] so far and the session, at each step in contact
   enum class Until { contact, level, end };
   template <class At>
   Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until, const At& at) {
@@ -104,10 +103,10 @@ class Feeler {
   std::vector<double> forces_n_;
 };
 
-/// One for each thread.
+/// One feeler per thread.
 std::vector<std::unique_ptr<Feeler>> feelers(const Scene& scene);
 
-/// Ways side by side, in `columns` x `rows`.
+/// Parallel paths, in `columns` x `rows`.
 struct Ways {
   int columns = 0, rows = 0;
   bool turns = false;  // the columns are a ring: the first follows the last
@@ -115,13 +114,13 @@ struct Ways {
   const Way& at(int column, int row) const { return way[static_cast<std::size_t>(row * columns + column)]; }
 };
 
-/// Share [1] of a disc about a node in which something is felt. \param radius  [nodes]
+/// Share [1] of a disc about a node with contact. \param radius  [nodes]
 double share_of_disc(const Ways& ways, int column, int row, double radius);
-/// Mean slope [1] of the front in a disc about a way on which something is felt. \param radius  [nodes]
+/// Mean slope [1] of the front in a disc about a path with contact. \param radius  [nodes]
 /// \param spacing_m  [m] between nodes
 double slope_of_disc(const Ways& ways, int column, int row, double radius, double spacing_m);
-/// `value(way)` of each way; for ways on which nothing is felt the mean of their neighbours, from the nearest outwards. At
-/// least one way must feel something.
+/// `value(way)` of each path; for paths without contact the mean of their neighbours, from the nearest outwards. At least one
+/// path must have contact.
 std::vector<double> filled(const Ways& ways, const std::function<double(const Way&)>& value);
 
 }  // namespace palpa::detail

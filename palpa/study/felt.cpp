@@ -11,7 +11,7 @@
 namespace palpa {
 namespace {
 
-/// A mode whose force changes by at least this share [1] of a step explains it. Less: causes by chance; more: unknown ones.
+/// Least share [1] of a step that a mode's change of force must have to explain it. Less: causes by chance; more: unknown ones.
 constexpr double explaining_share = 0.5;
 
 bool is_step(const FeltTick& before, const FeltTick& now) noexcept { return before.usable && now.usable; }
@@ -20,7 +20,7 @@ double step_n_per_ms(const FeltTick& before, const FeltTick& now) noexcept {
   return norm(now.command_n - before.command_n) / (1e3 * now.dt_s);
 }
 
-/// The mode whose force changed most, if that can explain a step.
+/// Mode of the largest change of force, if that explains a step.
 int most_changed_mode(const FeltRun& run, std::size_t tick, double excess_n) noexcept {
   int found = -1;
   double most_n = explaining_share * excess_n;
@@ -226,7 +226,7 @@ double steepest_at_edges_n_per_ms(const FeltRun& run, const EdgesOfData& edges) 
     if (now.broke_through || now.onset) level_s = now.t_s;
     if (!is_step(before, now) || now.t_s - level_s <= after_break_through_s) continue;
     const double steep = step_n_per_ms(before, now);
-    // `is_near` is called last because it is slow: it samples every field at seven places.
+    // `is_near` is last because it is slow: it samples every field at seven places.
     if (steep > steepest && (edges.is_near(now.proxy_m) || edges.is_near(before.proxy_m))) steepest = steep;
   }
   return steepest;

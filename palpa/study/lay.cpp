@@ -1,4 +1,4 @@
-// Where a recorded hand is laid.
+// Placement of a recorded hand.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -15,27 +15,27 @@ using namespace detail;
 
 namespace {
 
-// How much is considered: time of a recording, time of one trial, places tried, and their least distance. More time or
-// places: slower; less: a good place may be missed. Places nearer to each other are tried twice in effect.
+// Limits of the search: duration of a recording, duration of a trial, number of places, and their least distance. More time or
+// places: slower; less: a good place may be missed. Closer places are effectively tried twice.
 constexpr double longest_s = 120.0;
 constexpr double for_s = 30.0;
-// [1] Factor for the worth of a place where the hand begins behind a level, and may stay behind it. More: such places win;
-// less: they lose to places with little to feel.
+// [1] Weight of a place where the hand begins behind a level, and may stay behind it. More: such places win; less: they lose to
+// places with little contact.
 constexpr double behind_a_level = 0.25;
 constexpr std::size_t most_tried = 5;
 constexpr double apart_m = 0.02;
 
-/// How many samples of a recording lie in a cell; cells are counted from the middle of the workspace.
+/// Number of a recording's samples in a cell; cells are counted from the centre of the workspace.
 struct Stay {
   int i, j, k, count;
   auto cell() const { return std::tie(i, j, k); }
 };
-/// A displacement by whole cells, and how much would be felt there.
+/// Displacement by whole cells, and its estimated contact.
 struct Place {
   double worth;
   int i, j, k;
   Vec3 offset_m() const { return {i * cell_m, j * cell_m, -k * cell_z_m}; }
-  double far() const { return 4.0 * i * i + 4.0 * j * j + 1.0 * k * k; }  // a hand may be far away: its squares are no ints
+  double far() const { return 4.0 * i * i + 4.0 * j * j + 1.0 * k * k; }  // a hand may be far away: its squares overflow int
 };
 
 std::vector<Vec3> places_of(const Target& recording) {
@@ -49,10 +49,10 @@ std::vector<Vec3> places_of(const Target& recording) {
   return places_m;
 }
 
-/// The factor [1] that makes a motion narrower if it is too wide for a desktop device; else 1.
+/// Factor [1] that narrows a motion too wide for a desktop device; else 1.
 double scale_of(const std::vector<Vec3>& places_m) {
-  // The widest motion that is kept, and what wider ones become. More: motions leave the reach that is looked at; less: real
-  // recordings are felt at the wrong size.
+  // Widest unscaled motion, and the width of scaled ones. More: motions leave the sampled region; less: real recordings are
+  // felt at a wrong size.
   constexpr double widest_m = 0.25, narrowed_m = 0.15;
   Vec3 low_m{1e300, 1e300, 1e300}, high_m = -low_m;
   for (const Vec3& x : places_m) {
@@ -63,7 +63,7 @@ double scale_of(const std::vector<Vec3>& places_m) {
   return width_m > widest_m ? narrowed_m / width_m : 1.0;
 }
 
-/// One for each cell, in the order of the cells.
+/// Stay for each cell, in the order of the cells.
 std::vector<Stay> stays_of(const std::vector<Vec3>& places_m, double scale) {
   std::vector<Stay> stays;
   for (const Vec3& place_m : places_m) {
@@ -84,7 +84,7 @@ std::vector<Stay> stays_of(const std::vector<Vec3>& places_m, double scale) {
   return stays;
 }
 
-/// All displacements at which something is felt, the best first; cells at a front count `front_worth` times.
+/// All displacements with contact, the best first; cells at a front count `front_worth` times.
 template <class BeginsBehind>
 std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<Stay>& stays, int front_worth,
                                  const BeginsBehind& begins_behind) {
@@ -93,7 +93,7 @@ std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<
     low = {std::min(low.i, stay.i), std::min(low.j, stay.j), std::min(low.k, stay.k), 0};
     high = {std::max(high.i, stay.i), std::max(high.j, stay.j), std::max(high.k, stay.k), 0};
   }
-  // The middle of the workspace is in these cells of the lattice.
+  // The centre of the workspace is in these cells of the lattice.
   constexpr int i0 = across / 2, j0 = across / 2, k0 = static_cast<int>((half_m + before_m) / cell_z_m);
   std::vector<Place> places;
   for (int i = -high.i - i0; i <= across - 1 - low.i - i0; ++i)
@@ -112,7 +112,7 @@ std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<
   return places;
 }
 
-/// The best places that are more than `apart_m` from each other.
+/// Best places more than `apart_m` from each other.
 std::vector<Vec3> best_apart(const std::vector<Place>& places) {
   std::vector<Vec3> offsets_m;
   for (const Place& place : places) {
@@ -137,8 +137,8 @@ RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& r
     return lattice_->is_behind_a_level(scale * places_m.front() + offset_m);
   };
 
-  // The best places are tried out: first by a ranking in which fronts, where most is to be felt, count twice; if the best of
-  // these has less than this share [1] of contact, also by a ranking of time alone. More: slower; less: better ones are missed.
+  // Trials of the best places: first by a ranking in which fronts, with the most contact, count twice; if the best of these has
+  // less than this share [1] of contact, also by a ranking of time alone. More: slower; less: better ones are missed.
   constexpr double plenty = 0.4;
   struct Try {
     double worth;
@@ -159,7 +159,7 @@ RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& r
     }
     std::stable_sort(tried_out.begin(), tried_out.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });
   }
-  // A place that was good in a trial may press against the force limit later: the first that rarely does so is taken.
+  // A place that was good in a trial may reach the force limit later: the first that rarely does is used.
   for (const Try& one : tried_out) {
     if (recording->duration_s() <= for_s) break;
     const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, scale), hold, longest_s);

@@ -12,7 +12,7 @@
 namespace palpa {
 namespace {
 
-constexpr int sub_steps = 100;  // [1] of an advance. More: slower; fewer: backward Euler damps what may hum
+constexpr int sub_steps = 100;  // [1] of an advance. More: slower; fewer: backward Euler damps the hum
 
 class LetGo final : public SimulatedDevice {
  public:
@@ -59,12 +59,12 @@ class LetGo final : public SimulatedDevice {
  private:
   DevicePlant plant_;
   Vec3 position_m_, velocity_m_per_s_, push_n_;
-  std::vector<Vec3> waiting_n_;  // a ring; the one at `next_` is written next
+  std::vector<Vec3> waiting_n_;  // a ring; `next_` is the next to be written
   std::size_t next_ = 0;
   double time_s_ = 0.0;
 };
 
-/// Largest less smallest of a stretch of positions.
+/// Range of an interval of positions.
 double swing_m(const std::vector<double>& places_m, std::size_t begin, std::size_t end) {
   const auto [low, high] = std::minmax_element(places_m.begin() + static_cast<std::ptrdiff_t>(begin),
                                                places_m.begin() + static_cast<std::ptrdiff_t>(end));
@@ -78,21 +78,21 @@ std::unique_ptr<SimulatedDevice> let_go(const DevicePlant& plant, const Vec3& st
 }
 
 bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m) {
-  // All limits of force, so high that none has a part in this; and how long the device has to settle before it is watched for
-  // two times `half_s`. Longer: slower; shorter: slow decay is taken for humming.
+  // Force limits, high enough to be inactive; and the settling time of the device before it is observed for two times `half_s`.
+  // Longer: slower; shorter: slow decay counts as humming.
   constexpr double strong_n = 100.0, settled_s = 1.0, half_s = 0.5;
   constexpr double always_at_rest_m = 1e-6;  // a swing this small is rest, without an encoder too
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = options.damping_ns_per_m, .max_force_n = strong_n});
   const FieldRef wall = scene.add("wall", plane_field());
   scene.add("wall", SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = strong_n}}});
-  // The field's value grows into the wall; the device comes from the other side.
+  // The field's value grows into the wall; the device approaches from the other side.
   const Vec3 inwards = normalized(scene.field(wall).field->scalar({}).gradient);
   DevicePlant plant = options.plant;
   plant.limits.max_force_n = strong_n;
   const double rest_m = options.push_n / stiffness_n_per_m + options.start_depth_m;
   const auto device = let_go(plant, rest_m * inwards, options.push_n * inwards);
   Session session(scene, options.tells_encoder ? plant.limits.encoder_step_m : 0.0);
-  // The first tick is outside of the wall, so that the proxy meets it before the device lies on it.
+  // The first tick is outside of the wall, so that contact begins before the device rests on it.
   session.tick({.position_m = -rest_m * inwards}, 1.0 / options.rate_hz);
   std::vector<double> places_m;
   run_simulated(session, *device, {.rate_hz = options.rate_hz, .duration_s = settled_s + 2.0 * half_s, .time_ticks = false},
@@ -104,7 +104,7 @@ bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m) {
 }
 
 double largest_stable_stiffness_n_per_m(const std::function<bool(double)>& is_stable, double low_n_per_m, double high_n_per_m) {
-  constexpr double close_enough = 1.01;  // ratio of the bounds at the end. Less: more runs; more: a coarser answer
+  constexpr double close_enough = 1.01;  // ratio of the final bounds. Less: more runs; more: a coarser result
   if (!is_stable(low_n_per_m)) return 0.0;
   if (is_stable(high_n_per_m)) return high_n_per_m;
   while (high_n_per_m > close_enough * low_n_per_m) {

@@ -11,7 +11,7 @@
 namespace palpa {
 namespace {
 
-/// The scene within what the device bears. What is changed is told, and set in the trace's scene as well.
+/// Clamps the scene to the device's limits; reports the changes, and sets them in the trace's scene as well.
 void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
   const CouplingOptions asked = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits)).coupling;
   const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
@@ -27,7 +27,7 @@ void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& hea
   tell(asked.damping_ns_per_m, held.damping_ns_per_m, "damping_ns_per_m", "N·s/m");
 }
 
-/// The header of a live run's trace, whose scene is held to the device's limits.
+/// Header of a live run's trace, with the scene clamped to the device's limits.
 TraceHeader live_header(const RunOptions& options, PreparedRun& prepared, const DeviceLimits& limits) {
   TraceHeader header = detail::header_of(options, prepared, limits);
   hold_to(limits, prepared, header);
@@ -57,7 +57,7 @@ LiveRun::LiveRun(const RunOptions& options, PreparedRun& prepared, Device& devic
   const DeviceLimits limits = device.limits();
   scene_ = std::make_unique<LiveScene>(prepared.loaded.scene, limits);
   loop_ = std::make_unique<LiveLoop>(*scene_, device, loop_options(options, prepared, limits), recording_.recorder());
-  // An interrupt is for the watching thread.
+  // The watching thread handles interrupts.
   const detail::BlockedSignals in_the_loop;
   thread_ = std::thread([this] {
     const auto begin = std::chrono::steady_clock::now();

@@ -1,4 +1,4 @@
-// A scene that is felt in real time, on a thread of its own.
+// Real-time run of a scene on a thread of its own.
 #pragma once
 
 #include <atomic>
@@ -11,18 +11,17 @@
 
 namespace palpa {
 
-/// The haptic loop of a scene and a device on a thread of its own, from construction to `end`, recorded where `options.out`
-/// names a folder. It holds the scene to what the device bears, which the trace and `prepared.notes` then tell. One other
-/// thread, that of a terminal or a window, owns it; the loop's functions say which threads may call them.
+/// Haptic loop of a scene and a device on a thread of its own, from construction to `end`, recorded if `options.out` names a
+/// folder. Clamps the scene to the device's limits; the trace and `prepared.notes` record it. Owned by one other thread, that
+/// of a terminal or a window; the loop's functions document their threads.
 class LiveRun {
  public:
   /// \param options   with `live`; `options.duration_s` is in `prepared`
-  /// \param prepared  whose scene is felt; stays
-  /// \param device    stays
-  /// \param observer  may be empty; it must not do what a tick may not do
-  /// Throws LoadError where the trace cannot be begun, SceneError on a scene that cannot be felt.
+  /// \param prepared  with the scene; must outlive this object
+  /// \param device    must outlive this object
+  /// \param observer  may be empty; restricted like a tick
+  /// Throws LoadError if the trace cannot be created, SceneError on a scene that cannot be felt.
   LiveRun(const RunOptions& options, PreparedRun& prepared, Device& device, TickObserver observer);
-  /// Ends it.
   ~LiveRun();
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
@@ -30,17 +29,17 @@ class LiveRun {
   LiveLoop& loop() noexcept { return *loop_; }
   LiveScene& scene() noexcept { return *scene_; }
   const detail::Recording& recording() const noexcept { return recording_; }
-  /// Whether the loop is over: its duration was, or it was told to end. Any thread.
+  /// Whether the loop has ended: by duration, or by request. Any thread.
   bool has_ended() const noexcept { return ended_.load(std::memory_order_acquire); }
-  /// Tells the loop to end after the tick under way; the motors then have no force. Of use in a signal handler.
+  /// Requests the loop's end after the current tick; the motors then have no force. Safe in a signal handler.
   void tell_to_end() noexcept { ends_.store(true, std::memory_order_release); }
-  /// Ends the loop, waits for it, and hands all ticks to the recording. Of later calls, none does anything.
+  /// Ends the loop, blocks until then, and passes all ticks to the recording. Later calls do nothing.
   void end();
-  /// Ends the loop and completes the recording. Returns why the recording is not complete (a full disk); empty: it is.
+  /// Ends the loop and completes the recording. Returns the fault of an incomplete recording (a full disk); empty: complete.
   std::string finish();
-  /// What the system did not give to the loop's thread, a sentence each; after `end`.
+  /// Privileges that the system refused to the loop's thread, a sentence each; after `end`.
   const std::vector<std::string>& refused() const noexcept { return refused_; }
-  /// [s] that the loop has gone on, by the clock on the wall; after `end`.
+  /// [s] real duration of the loop; after `end`.
   double wall_s() const noexcept { return wall_s_; }
 
  private:

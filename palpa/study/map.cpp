@@ -15,15 +15,14 @@
 namespace palpa {
 namespace {
 
-// A hand that is held lets each tick pass so much time, is held for so many of them at most, and its force is steady where the
-// spring's changes by no more than this from one to the next. Longer ticks: slow drag settles in fewer of them; a smaller
-// change, or more ticks: slower.
+// Time step of a held hand, largest number of its ticks, and largest change of the spring's force between ticks that counts as
+// steady. Longer ticks: slow drag settles in fewer of them; a smaller change, or more ticks: slower.
 constexpr double held_tick_s = 0.1;
 constexpr int most_held_ticks = 50;
 constexpr double settled_n = 1e-4;
-// [1] Ticks in which a hand that arrives waits for a proxy whose way was too much for one. More: slower where data are hostile.
+// [1] Ticks at rest for a proxy whose path exceeded a tick's budget. More: slower on hostile data.
 constexpr int most_waiting_ticks = 32;
-// Between two calls of `keep`, and how often longer than the last call took. Shorter: slower; longer: more is lost.
+// Least time between two calls of `keep`, and as a multiple of the last call's duration. Shorter: slower; longer: more is lost.
 constexpr std::chrono::duration<double> least_between_keeping{2.0};
 constexpr double keeping_share = 20.0;
 
@@ -34,7 +33,7 @@ Scene at_rest(Scene scene) {
   return scene;
 }
 
-/// Feels one way after another. One thread.
+/// Samples paths in turn. One thread.
 class MapFeeler {
  public:
   MapFeeler(const Scene& scene, const MapLattice& lattice)
@@ -110,7 +109,7 @@ class MapFeeler {
   std::int64_t ticks_ = 0;
 };
 
-/// Marks ways as done, and keeps the map now and then. Any thread.
+/// Marks paths as done, and keeps the map periodically. Any thread.
 class Progress {
  public:
   Progress(ForceMap& map, const MapOptions& options)

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view magic = "palpa: a map of forces that is not whole yet (1)\n";
 
-/// The numbers of a point, as they are kept.
+/// Numbers of a point, in the file's order.
 using Kept = std::array<double, 9>;
 Kept kept(const MapPoint& p) {
   return {p.first_contact_n.x, p.first_contact_n.y, p.first_contact_n.z,   p.steady_n.x,         p.steady_n.y,

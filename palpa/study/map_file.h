@@ -1,4 +1,4 @@
-// Maps of forces as files: for other programs, and for a run that goes on where an earlier one ended.
+// Files of force maps: for other programs, and to continue an interrupted run.
 #pragma once
 
 #include <filesystem>
@@ -11,29 +11,28 @@
 
 namespace palpa {
 
-/// All that the numbers of a map depend on, as a text: the version, the scene with what was set in it, the checksums of its
-/// data and plug-ins, and the lattice. Two maps of the same text have the same bytes. Throws LoadError on a plug-in that cannot
-/// be read.
+/// Text of all that determines a map's numbers: the version, the scene with its settings, the checksums of its data and
+/// plug-ins, and the lattice. Maps of equal text have equal bytes. Throws LoadError on an unreadable plug-in.
 std::string identity_of_map(const Scene& scene, const std::vector<std::filesystem::path>& plugins, const MapLattice& lattice);
 
-/// Where the ways that are done are kept beside a map that is not: its name with `.part` behind it.
+/// File of an unfinished map's paths: the map's name with the suffix `.part`.
 std::filesystem::path kept_map_file(const std::filesystem::path& map);
 
-/// Keeps the ways that are done, in place of what was kept before. Throws LoadError.
+/// Writes the finished paths, replacing the previous file. Throws LoadError.
 void keep_map(const ForceMap& map, const std::string& identity, const std::filesystem::path& file);
 
-/// What was found of a map that was begun.
+/// State of an unfinished map.
 enum class KeptMap : std::uint8_t {
-  none,     ///< there is no such file
-  another,  ///< it is of another scene, other data, other places, or not whole: it may be replaced
-  taken,    ///< its ways are in the map now
+  none,     ///< no such file
+  another,  ///< other scene, data or positions, or truncated: may be replaced
+  taken,    ///< its paths are now in the map
 };
-/// Puts the ways that were kept into a map of the same lattice, where they have the same identity. Throws LoadError on a file
-/// that `keep_map` did not write: that is somebody else's.
+/// Loads kept paths into a map of an equal lattice and identity. Throws LoadError on a file not written by `keep_map`: it
+/// belongs to others.
 KeptMap take_kept_map(ForceMap& map, const std::string& identity, const std::filesystem::path& file);
 
-/// Writes a whole map as VTI, in the frame of the data as `palpa export` writes what was felt: metres, forces along the axes of
-/// the world, in newtons. Throws LoadError with the file's name.
+/// Writes a complete map as VTI, in the frame of the data, with the conventions of `palpa export`: metres, forces along the
+/// axes of the world, in newtons. Throws LoadError with the file's name.
 void write_map(const ForceMap& map, const Similarity& hand_to_world, const std::filesystem::path& file,
                detail::Existing existing);
 

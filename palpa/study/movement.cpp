@@ -21,13 +21,13 @@ class Path final : public Target {
   double duration_s_;
 };
 
-/// From 0 to 1 with two continuous derivatives.
+/// Smooth step from 0 to 1 with two continuous derivatives.
 double ease(double share) {
   const double s = std::clamp(share, 0.0, 1.0);
   return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
 }
 
-// Of every hand here: in to the front, and a rest there. Slowly at the end, so that no arm runs through a level.
+// For every hand here: approach to the front, then rest. Slow at the end, so that no arm breaks through a level.
 constexpr double approach_s = 1.6, rest_s = 0.6;
 double depth_at(const Encounter& met, double depth_m, double t_s) {
   const double left = 1.0 - ease(t_s / approach_s);

@@ -1,4 +1,4 @@
-// Ways of a hand that are functions of time: in to a front, over it, at rest on it, through it; and what is felt on them.
+// Hand paths as functions of time: in to a front, over it, at rest on it, through it; and their runs.
 #pragma once
 
 #include <functional>
@@ -11,31 +11,31 @@
 
 namespace palpa {
 
-/// Speed of all slides: a hand that looks for something.
+/// Speed of all slides: an exploring hand.
 inline constexpr double slide_m_per_s = 0.05;
 
-/// A path that is a function of time [s].
+/// Path as a function of time [s].
 std::shared_ptr<const Target> path_target(std::function<Vec3(double)> at, double duration_s);
-/// A hand over the front at a constant speed.
+/// Hand over the front at a constant speed.
 struct HandSlide {
   std::shared_ptr<const Target> target;
-  double from_s = 0.0, to_s = 0.0;  ///< while the speed is constant
+  double from_s = 0.0, to_s = 0.0;  ///< interval of constant speed
 };
-/// In to a depth [m] behind the front, and over it along a direction that is `turn` [1] of a full turn from the right,
+/// Path in to a depth [m] behind the front, and over it in a direction that is `turn` [1] of a full turn from the right,
 /// `beside_m` to the left of the place.
 HandSlide slide_over(const Encounter& met, double turn, double beside_m, double depth_m);
-/// From here on [s] a hand that `hold_at` leads is at rest, but for its tremor.
+/// Start [s] of the rest (with tremor) of a hand from `hold_at`.
 inline constexpr double even_s = 2.4;
 struct Tremor {
   double amplitude_m = 0.0;
   double frequency_hz = 10.0;
 };
-/// To the depth [m], `beside_m` to the right of the place, and there at rest but for a tremor along the user's axis.
+/// Path in to the depth [m], `beside_m` to the right of the place, then rest with a tremor along the user's axis.
 std::shared_ptr<const Target> hold_at(const Encounter& met, double beside_m, double depth_m, const Tremor& tremor,
                                       double duration_s);
 
-/// What a device feels of a scene, at 1 kHz on a simulated clock.
-/// \param summary  gathers the run's numbers as well; or nullptr
+/// Runs a device in a scene, at 1 kHz on a simulated clock.
+/// \param summary  collects the run's numbers as well; or nullptr
 FeltRun feel(const Scene& scene, SimulatedDevice& device, double duration_s, SummaryBuilder* summary = nullptr);
 
 }  // namespace palpa

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double default_duration_s = 10.0;  // of a run with a hand without end. Longer: slower; shorter: less is felt
+constexpr double default_duration_s = 10.0;  // of a run with an endless hand. Longer: slower; shorter: less is felt
 
 void check_numbers(const RunOptions& options) {
   if (!(options.rate_hz >= 1.0 && options.rate_hz <= 1e5)) {
@@ -36,8 +36,7 @@ void check_numbers(const RunOptions& options) {
   }
 }
 
-/// Throws LoadError where the trace's folder cannot be made, so that this is known before a long load. `TraceWriter` checks
-/// again when it makes it.
+/// Throws LoadError if the trace's folder cannot be created, before a long load. `TraceWriter` checks again at creation.
 void check_out(const fs::path& out) {
   std::error_code error;
   if (fs::exists(fs::symlink_status(out, error))) {
@@ -52,15 +51,15 @@ void check_out(const fs::path& out) {
   }
 }
 
-/// Refuses a run as long as a recording that would not end, or whose trace its disk cannot hold, before it begins. How long the
-/// user wants it to be is the user's own matter.
+/// Refuses, before it begins, a run as long as an endless recording, or one whose trace exceeds the disk. A duration set by the
+/// user is not limited.
 void check_duration(const PreparedRun& prepared, const RunOptions& options) {
   const double duration_s = prepared.duration_s;
   if (limit::run_s.is_passed_by(duration_s)) {
     throw LoadError(detail::text("duration: %g s are ", duration_s) + more_than(limit::run_s));
   }
   if (options.out.empty()) return;
-  // Of a tick in the files of a trace. More: runs that fit are refused; less: a disk fills up.
+  // Of a tick in the files of a trace. More: runs that fit are refused; less: a full disk.
   constexpr double least_bytes_per_tick = 150.0;
   std::error_code unknown;
   const fs::space_info disk = fs::space(fs::absolute(options.out).lexically_normal().parent_path(), unknown);
@@ -72,7 +71,7 @@ void check_duration(const PreparedRun& prepared, const RunOptions& options) {
                                duration_s, 1e-9 * bytes, 1e-9 * static_cast<double>(disk.available)));
 }
 
-/// How a recording was laid.
+/// Formats the placement of a recording.
 std::string words_of(const RecordingPlacement& laid) {
   std::string words = "The recording was ";
   if (laid.scale != 1.0) {
@@ -84,7 +83,7 @@ std::string words_of(const RecordingPlacement& laid) {
                      1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
 }
 
-/// The scene as a hand on this device feels it: no force goes beyond the device's.
+/// The scene with its force limited to the device's.
 Scene within(Scene scene, const DevicePlant& plant) {
   if (!plant.name.empty()) scene.coupling.max_force_n = std::min(scene.coupling.max_force_n, plant.limits.max_force_n);
   return scene;
@@ -96,7 +95,7 @@ std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
                       plant.limits.max_stiffness_n_per_m);
 }
 
-/// A sentence for each level that is stronger than any force that can reach the hand, so that it never lets go.
+/// A sentence for each level stronger than the largest force at the hand, which never breaks.
 std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
   const double most_n = force_limit_n(scene, device_max_force_n);
   const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
@@ -119,7 +118,7 @@ std::unique_ptr<Device> opened_device(const RunOptions& options) {
   return open_device(device_description(options.device), notes.empty() ? device_notes_file() : notes);
 }
 
-/// A run with a person's hand.
+/// Prepares a run with a person's hand.
 PreparedRun held(std::unique_ptr<Device> device, LoadedScene loaded, const RunOptions& options) {
   PreparedRun prepared;
   prepared.loaded = std::move(loaded);
@@ -132,14 +131,14 @@ PreparedRun held(std::unique_ptr<Device> device, LoadedScene loaded, const RunOp
   return prepared;
 }
 
-/// A hand without a person, before it is known where there is something to feel.
+/// Hand without a person, before its placement.
 struct SoughtHand {
   DevicePlant plant;
   std::optional<SimulatedMotion> motion;  ///< else `target`
   std::shared_ptr<const Target> target;
 };
 
-/// The recording's own choice where nothing else is said.
+/// Place of the options; by default the recording's own.
 Place place_of(const RunOptions& options, const Target& target) {
   if (options.place) return *options.place;
   if (options.recording.center) return *options.recording.center ? Place::centred : Place::as_recorded;
@@ -161,7 +160,7 @@ SoughtHand sought_hand(const RunOptions& options) {
   return hand;
 }
 
-/// The hand in the scene, where it can feel something.
+/// Places the hand in the scene, in contact.
 PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions& options) {
   PreparedRun prepared;
   prepared.loaded = std::move(loaded);
@@ -212,7 +211,7 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
 
 namespace {
 
-/// Throws LoadError on all that can be known before the scene is loaded.
+/// Throws LoadError on all faults detectable before the scene is loaded.
 void check(const RunOptions& options) {
   check_numbers(options);
   if (options.hand.empty() && !options.target && (!options.live || options.device.empty())) {
@@ -223,7 +222,7 @@ void check(const RunOptions& options) {
   if (!options.out.empty()) check_out(options.out);
 }
 
-/// \param scene  called when device or hand are there
+/// \param scene  called after device or hand are opened
 PreparedRun prepared_with(const std::function<LoadedScene()>& scene, const RunOptions& options) {
   check(options);
   if (options.hand.empty() && !options.target) {
@@ -254,7 +253,7 @@ PreparedRun prepare(const RunOptions& options) {
   ReadOptions read = options.read;
   read.checksums = !options.out.empty();
   SceneOptions scene_options = options.scene_options;
-  scene_options.thin_parts = true;  // a wall with holes is warned of before it is felt
+  scene_options.thin_parts = true;  // warns of a wall with holes before the run
   return prepared_with(
       [&] { return load_scene(options.scene, volume_reader(read), modes_with(options.plugins), scene_options); }, options);
 }
@@ -265,7 +264,7 @@ PreparedRun prepare(LoadedScene loaded, const RunOptions& options) {
 
 std::string forecast(const PreparedRun& prepared) {
   if (!prepared.target) return "What is felt is up to your hand.";
-  constexpr int most = 2048;  // [1] places of the path. More: slower; fewer: the share is coarser
+  constexpr int most = 2048;  // [1] positions of the path. More: slower; fewer: a coarser share
   std::vector<Vec3> places_m;
   for (int n = 0; n < most; ++n) {
     const Target::Point point = prepared.target->at(n * prepared.duration_s / most);

@@ -73,7 +73,7 @@ std::optional<Nearest> Reach::nearest(std::span<const Vec3> places_m) const {
 
 namespace {
 
-/// A side from which a hand on a straight way feels something, besides the user's; null where there is none.
+/// Side, other than the user's, from which a hand on a straight path makes contact; null if none.
 const char* side_to_feel_from(const Scene& scene) {
   constexpr std::pair<const char*, Vec3> sides[] = {
       {"the left", {1, 0, 0}}, {"the right", {-1, 0, 0}}, {"below", {0, 1, 0}}, {"above", {0, -1, 0}}, {"behind", {0, 0, 1}}};
@@ -91,7 +91,7 @@ const char* side_to_feel_from(const Scene& scene) {
   return nullptr;
 }
 
-/// Why a whole scene cannot be felt, and the one setting that would change it, where that was tried and helps.
+/// Reason why a scene has no contact at all, and a setting that was tested to change it.
 std::string why_empty(const Scene& scene) {
   if (std::none_of(scene.modes().begin(), scene.modes().end(), [](const SceneMode& mode) { return mode.enabled; })) {
     return scene.modes().empty()

@@ -1,4 +1,4 @@
-// What can be felt in a scene, where a hand meets it first, and where a recorded hand feels most.
+// Reachable contact of a scene: its first contact with a hand, and the placement of a recorded hand.
 #pragma once
 
 #include <functional>
@@ -17,47 +17,47 @@ namespace detail {
 struct ReachLattice;
 }
 
-/// The nearest thing that can be felt from some places.
+/// Nearest contact to given positions.
 struct Nearest {
   double distance_m = 0.0;
-  Vec3 direction;  ///< [m] from the place that comes nearest to it; as long as the distance
+  Vec3 direction;  ///< [m] vector from the closest of the positions; its length is the distance
 };
 
-/// Where a recorded hand was laid.
+/// Placement of a recorded hand.
 struct RecordingPlacement {
-  double scale = 1.0;          ///< [1] all its positions are multiplied by this
-  Vec3 offset_m;               ///< and then moved by this
-  double contact_share = 0.0;  ///< [1] share of ticks that feel something, in a trial over its first 30 s
+  double scale = 1.0;          ///< [1] factor of all positions
+  Vec3 offset_m;               ///< displacement after scaling
+  double contact_share = 0.0;  ///< [1] share of ticks in contact, in a trial over its first 30 s
 };
 
-/// What can be felt within the hand's reach. A session feels the scene along straight ways that come from the user, at 0.1 m/s,
-/// from the first moment of its data on: this is what a hand will feel, whatever modes, masks and plug-ins do. Not for the
-/// tick: makes sessions, threads and memory, and takes tenths of a second. Immutable; any thread.
+/// Contact within the hand's reach. A session samples the scene along straight paths from the user, at 0.1 m/s, from the first
+/// moment of its data on: valid for any modes, masks and plug-ins. Not in a tick: makes sessions, threads and memory, and takes
+/// tenths of a second. Immutable; any thread.
 class Reach {
  public:
-  /// Looks at a cube of 0.18 m about the middle of the workspace, and 20 mm in front of it.
-  /// \param progress  called with the share that is done, 0…1, from this thread; may be empty
+  /// Samples a cube of 0.18 m about the centre of the workspace, and 20 mm in front of it.
+  /// \param progress  called with the share done, 0…1, from this thread; may be empty
   /// Throws SceneError on a scene that cannot be felt.
   explicit Reach(const Scene& scene, const std::function<void(double)>& progress = {});
 
-  /// Nothing was felt along any way.
+  /// No contact on any path.
   bool is_empty() const noexcept { return felt_ways_ == 0; }
   const Scene& scene() const noexcept { return scene_; }
-  /// Where a simulated hand meets the scene: a place near the middle, with most to feel around it, of most modes, and the most
-  /// even front. The hand begins 20 mm before it. Its depth is half of what can be borne there: from the first level (or the
-  /// first contact, where there is none) to where that ends, lets go, or the force reaches the scene's limit. A smaller motion
-  /// or another depth is taken if a trial shows that it is clearly better. Where less than `radius_m` around the place can be
-  /// felt, the motion's radius is less. Feels some hundred ways more. Programming error (assert) where nothing is felt.
-  /// \param hold  who goes so deep: an arm has to aim deeper than it gets
+  /// Encounter of a simulated hand: a place near the centre, with most contact around it, of most modes, and the most even
+  /// front. The hand begins 20 mm before it. Its depth is half of the bearable depth: from the first level (or the first
+  /// contact, without levels) to its end, its break-through, or the scene's force limit. A smaller motion or another depth is
+  /// chosen if clearly better in a trial. The motion's radius is at most that of the contact around the place. Samples some
+  /// hundred more paths. Programming error (assert) without contact.
+  /// \param hold  of the hand: an arm has to aim deeper than it gets
   Encounter encounter(const SimulatedMotion& motion, Hold hold) const;
-  /// Where a recording feels most. All displacements by whole cells of 10 x 10 x 5 mm are ranked by the time in cells where
-  /// something was felt; fronts and rare modes count for more, a beginning behind a level for less. The best few are tried out,
-  /// and the one with the longest contact with the most modes is taken, if its force stays below the limit. A motion wider than
-  /// 0.25 m, which no desktop device could make, is first made 0.15 m wide. Programming error (assert) where nothing is felt.
+  /// Placement of a recording with most contact. All displacements by whole cells of 10 x 10 x 5 mm are ranked by the time in
+  /// cells with contact; fronts and rare modes count for more, a start behind a level for less. The best few are tried, and the
+  /// one with the longest contact with the most modes is chosen, if its force stays below the limit. A motion wider than 0.25
+  /// m, impossible on a desktop device, is first scaled to 0.15 m. Programming error (assert) without contact.
   RecordingPlacement place_recording(const std::shared_ptr<const Target>& recording, Hold hold) const;
-  /// The share [1] of these places of a hand [m] at which something was felt.
+  /// Share [1] of these hand positions [m] in contact.
   double felt_share(std::span<const Vec3> places_m) const noexcept;
-  /// What is nearest to any of these places of a hand [m]; nothing where nothing is felt or there is no place.
+  /// Nearest contact to any of these hand positions [m]; none without contact or positions.
   std::optional<Nearest> nearest(std::span<const Vec3> places_m) const;
 
  private:
@@ -69,12 +69,12 @@ class Reach {
 /// "34 mm away: 12 mm to the right, 31 mm up".
 std::string words_of(const Nearest& nearest);
 
-/// [1] Share of its time in contact below which a user is told why so little is felt. More: sparse scenes explain themselves
-/// needlessly; less: misplaced hands are not noticed.
+/// [1] Share of contact below which a run reports reasons. More: sparse scenes explain themselves needlessly; less: misplaced
+/// hands are not noticed.
 inline constexpr double little_contact = 0.05;
-/// Sentences for a person: how far from these places of a hand [m] the nearest thing is that can be felt, in which direction,
-/// and the one setting that would change it.
-/// \param remedy  the option that lays this hand where it feels something; empty: there is none
+/// Sentences for a person: the distance and direction of the nearest contact from these hand positions [m], and a setting that
+/// would help.
+/// \param remedy  option that places this hand in contact; empty: none
 std::string why_little_is_felt(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy);
 
 }  // namespace palpa

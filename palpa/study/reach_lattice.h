@@ -1,4 +1,4 @@
-// What Reach has felt, in cells of the hand's workspace.
+// Contact sampled by Reach, in cells of the hand's workspace.
 #pragma once
 
 #include <array>
@@ -9,20 +9,20 @@
 
 namespace palpa::detail {
 
-// What is looked at, and how finely; `across` and `along` follow from the lengths. Larger, or finer cells: slower, by the
-// number of ways; smaller: things within a device's reach are missed; coarser: thin things are.
-inline constexpr double half_m = 0.09;         // half the side of the cube about the middle of the workspace
-inline constexpr double before_m = 0.02;       // ways begin this far before the cube, and hands before the front
-inline constexpr double cell_m = 0.01;         // size of a cell across the ways
-inline constexpr double cell_z_m = 0.005;      // its size along the ways
+// Sampled region and resolution; `across` and `along` follow from the lengths. Larger, or finer cells: slower, by the number of
+// paths; smaller: objects within a device's reach are missed; coarser: thin ones are.
+inline constexpr double half_m = 0.09;         // half the side of the cube about the centre of the workspace
+inline constexpr double before_m = 0.02;       // distance of the paths' start before the cube, and of hands before the front
+inline constexpr double cell_m = 0.01;         // size of a cell across the paths
+inline constexpr double cell_z_m = 0.005;      // size along the paths
 inline constexpr int across = 19, along = 40;  // [cells] 2 · half_m / cell_m + 1, and (2 · half_m + before_m) / cell_z_m
 
-/// What was felt, cell by cell. Cell 0 of each axis is at the left, at the bottom, and next to the user.
+/// Contact by cell. Cell 0 of each axis is at the left, at the bottom, and next to the user.
 struct ReachLattice {
   struct Cell {
-    std::uint64_t modes = 0;  // the modes that push here, a bit each; all from the 64th on share the last bit
-    bool front = false;       // something begins to be felt in this cell or the one before
-    double worth = 0.0;       // 1 on average over felt cells; more where many modes push, or modes that rarely push elsewhere
+    std::uint64_t modes = 0;  // modes that push here, a bit each; all from the 64th on share the last bit
+    bool front = false;       // contact begins in this cell or the one before
+    double worth = 0.0;       // 1 on average over cells in contact; more for many modes, or modes that rarely push elsewhere
   };
   static std::size_t number(int i, int j, int k) { return static_cast<std::size_t>((k * across + j) * across + i); }
   static Vec3 way_begin_m(int i, int j) { return {(i - across / 2) * cell_m, (j - across / 2) * cell_m, half_m + before_m}; }
@@ -32,7 +32,7 @@ struct ReachLattice {
     return cells[number(i, j, k)];
   }
   bool felt(int i, int j, int k) const { return at(i, j, k).modes != 0; }
-  /// Whether the way nearest to this place of a hand [m] has met a level before it comes to the place's depth.
+  /// Whether the path nearest to this hand position [m] has met a level before the position's depth.
   bool is_behind_a_level(const Vec3& place_m) const {
     const auto column = [](double m) {
       return std::clamp(static_cast<int>(std::lround(m / cell_m)) + across / 2, 0, across - 1);
@@ -40,7 +40,7 @@ struct ReachLattice {
     const Way& way = ways.at(column(place_m.x), column(place_m.y));
     return way.at_level && half_m + before_m - place_m.z > *way.onset_m;
   }
-  /// The modes that push anywhere along a way.
+  /// Modes that push anywhere along a path.
   std::uint64_t modes_along(int i, int j) const {
     std::uint64_t modes = 0;
     for (int k = 0; k < along; ++k) modes |= at(i, j, k).modes;

@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Folders in which relative paths of the scene may find the recorded data: all those above the data files.
+/// Search folders for recorded data by relative paths of the scene: all folders above the data files.
 std::vector<fs::path> folders_above(const std::vector<SourceFile>& files) {
   std::vector<fs::path> folders;
   for (const SourceFile& file : files) {

@@ -1,4 +1,4 @@
-// The scene of a trace, with the data that it was felt with.
+// Scene of a trace, with its recorded data.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,8 @@
 
 namespace palpa {
 
-/// Loads the scene of the trace in `folder`, read by `trace`. A relative path of the scene is looked for in
-/// the trace, in `data_folders`, and where the recording found it. Throws LoadError, also where the data are
-/// not the recorded ones.
+/// Loads the scene of the trace in `folder`, read by `trace`. Search order of a relative path: the trace, `data_folders`, the
+/// recording's location. Throws LoadError, also on data other than the recorded ones.
 LoadedScene load_recorded_scene(const std::filesystem::path& folder, const TraceReader& trace,
                                 const std::vector<std::filesystem::path>& data_folders, const ReadOptions& read,
                                 const ModeCatalog& modes);

@@ -9,7 +9,7 @@
 namespace palpa::detail {
 namespace {
 
-/// The seeds of a simulated hand, from its description.
+/// Seeds of a simulated hand, from its description.
 std::vector<std::uint64_t> seeds_of(const std::string& hand) {
   constexpr std::string_view key = "seed=";
   if (!hand.starts_with("sim:")) return {};

@@ -1,4 +1,4 @@
-// How runs and replays begin a trace.
+// Start of traces by runs and replays.
 #pragma once
 
 #include <filesystem>
@@ -14,28 +14,28 @@
 
 namespace palpa::detail {
 
-/// The files behind a scene's volumes, in order, with absolute paths.
+/// Files of a scene's volumes, in order, with absolute paths.
 std::vector<SourceFile> data_files(const Scene& scene);
 
-/// A trace of this scene, begun. Throws LoadError.
+/// Starts a trace of this scene. Throws LoadError.
 std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, const TraceHeader& header,
                                        const std::string& scene_text, const Scene& scene);
 
-/// What a trace of this run says of itself. \param limits  of the device
+/// Trace header of this run. \param limits  of the device
 TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits);
 
-/// The trace of a run while it is written; nothing where none is wanted.
+/// Trace of a run in progress; empty without recording.
 class Recording {
  public:
-  /// Throws LoadError where the trace cannot be begun.
+  /// Throws LoadError if the trace cannot be created.
   Recording(const RunOptions& options, const TraceHeader& header, const LoadedScene& loaded);
-  Recorder* recorder() const { return recorder_.get(); }  ///< nullptr: nothing is recorded
-  TraceWriter* writer() const { return writer_.get(); }   ///< nullptr: nothing is recorded
-  /// No tick comes any more. Throws what the writer threw.
+  Recorder* recorder() const { return recorder_.get(); }  ///< nullptr: no recording
+  TraceWriter* writer() const { return writer_.get(); }   ///< nullptr: no recording
+  /// Call after the last tick. Throws the writer's exception.
   void finish_ticks();
-  /// Nothing comes any more. Throws LoadError where the disk is full.
+  /// Completes the trace. Throws LoadError if the disk is full.
   void finish();
-  /// What was recorded stays; no more is.
+  /// Stops recording; keeps the recorded part.
   void give_up();
 
  private:
@@ -43,11 +43,11 @@ class Recording {
   std::unique_ptr<Recorder> recorder_;
 };
 
-/// The guard that stood between the recorded session and its device.
+/// Guard between the recorded session and its device.
 GuardOptions guard_options_of(const TraceHeader& header);
 
-/// Why a recorded tick cannot be felt again: ticks before it were not recorded, or another scene was felt from there on. Empty:
-/// it can. \param before  the tick recorded before it, or nullptr
+/// Reason why a recorded tick cannot be replayed: earlier ticks were not recorded, or the scene changed. Empty: it can. \param
+/// before  previous recorded tick, or nullptr
 std::string what_cannot_be_felt_again(const TickFrame* before, const TickFrame& recorded, double nominal_dt_s);
 
 }  // namespace palpa::detail

@@ -14,7 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A new temporary folder, which is removed with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -62,7 +61,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   const auto begin = std::chrono::steady_clock::now();
   const TickFrame* before = nullptr;
   for (const auto& [recorded] : ticks) {
-    // On a simulated clock nothing is lost and no scene changes.
+    // On a simulated clock no tick is lost and no scene changes.
     if (header.motors) result.cut = detail::what_cannot_be_felt_again(before, recorded, header.dt_s);
     if (!result.cut.empty()) break;
     before = &recorded;

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether the guard held back some of the force in more than a hundredth of the ticks.
+/// Whether the guard limited the force in more than a hundredth of the ticks.
 bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
 std::string words_of_limit(const Summary& summary) {
   return detail::text(
@@ -24,7 +24,7 @@ std::string words_of_limit(const Summary& summary) {
       summary.asked_force_max_n, summary.force_max_n);
 }
 
-/// Places of a path, evenly spread in time however long it is: when there are too many, every other one is dropped.
+/// Positions of a path, evenly spread in time at any length: above the maximum, every other one is dropped.
 class ThinnedPath {
  public:
   ThinnedPath() { places_m_.reserve(most); }
@@ -40,18 +40,18 @@ class ThinnedPath {
 
  private:
   static constexpr std::size_t most =
-      2048;  // [1] places. More: the search for what is nearest to them is slower; fewer: coarser
+      2048;  // [1] positions. More: the search for the nearest contact is slower; fewer: coarser
   std::vector<Vec3> places_m_;
   std::int64_t seen_ = 0, stride_ = 1;
 };
 
-/// What a run tells of itself while it is felt and when it is over.
+/// Reporting of a run, during and after it.
 class Telling {
  public:
   Telling(const RunOptions& options, PreparedRun& prepared)
       : options_(options), prepared_(prepared), builder_(prepared.loaded.scene) {}
 
-  /// Allocates nothing, but what `options.progress` does.
+  /// Allocates nothing, except by `options.progress`.
   void add(const TickFrame& frame, const Session& felt) {
     builder_.add(frame, felt);
     if (frame.result.probe_valid && is_finite(frame.result.probe_m)) path_.add(frame.result.probe_m);
@@ -60,7 +60,7 @@ class Telling {
       options_.progress(before + (1.0 - before) * std::min(1.0, frame.t_s / prepared_.duration_s));
     }
   }
-  /// \param writer  which the sentences go into as well; or nullptr
+  /// \param writer  receives the sentences as well; or nullptr
   Summary finish(double wall_s, TraceWriter* writer) {
     Summary summary = builder_.finish(wall_s);
     summary.notes = prepared_.notes;
@@ -86,7 +86,7 @@ class Telling {
 };
 
 RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {
-  // Longer: a panic key is heard later; shorter: more work.
+  // Longer: a panic key acts later; shorter: more work.
   constexpr auto watch_interval = std::chrono::milliseconds(20);
   std::optional<PacedHand> paced;
   if (prepared.hand) paced.emplace(*prepared.hand);
@@ -109,7 +109,7 @@ RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::
   return result;
 }
 
-/// For how long the loop runs: ticks begin before it. So n rows, a tick apart, give n ticks.
+/// Duration of the loop: ticks begin before it. So n rows, a tick apart, give n ticks.
 double loop_duration_s(const PreparedRun& prepared, double rate_hz) {
   if (!prepared.ends_with_row) return prepared.duration_s;
   constexpr double rounding_ticks = 1e-6;  // of times in decimals. More: a tick after the end; less: the last row is missed

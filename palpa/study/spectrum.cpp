@@ -10,18 +10,18 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// About the length of a window. Longer: finer frequencies but fewer windows, so that powers are less certain; shorter: bands
-// of touch blur into one another.
+// Approximate length of a window. Longer: finer frequencies but fewer windows, so less certain powers; shorter: tactile bands
+// blur.
 constexpr double window_s = 0.25;
 
-/// The power of two that is nearest to a window's samples.
+/// Power of two nearest to a window's samples.
 std::size_t window_samples(double rate_hz) {
   std::size_t samples = 16;
   while (static_cast<double>(samples) * std::numbers::sqrt2 < window_s * rate_hz) samples *= 2;
   return samples;
 }
 
-/// Cooley and Tukey's transform in place; as many values as a power of two.
+/// Cooley and Tukey's transform in place, of a power of two of values.
 void transform(std::vector<Complex>& values) {
   const std::size_t count = values.size();
   for (std::size_t i = 1, j = 0; i < count; ++i) {
@@ -43,7 +43,7 @@ void transform(std::vector<Complex>& values) {
   }
 }
 
-/// The window without its straight line (least squares), weighed.
+/// Detrended (least squares) and weighted window.
 std::vector<Complex> weighed(std::span<const Vec3> window, double Vec3::*component, const std::vector<double>& weights) {
   const double count = static_cast<double>(window.size()), middle = 0.5 * (count - 1.0);
   double mean = 0.0, along = 0.0, length = 0.0;

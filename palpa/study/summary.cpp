@@ -13,7 +13,7 @@ namespace {
 
 using detail::text;
 
-// [1] of what a tick may bring in: up to this it brought in nothing. Less: rounding counts as energy; more: energy goes untold.
+// [1] of a tick's largest injection: below, it counts as zero. Less: rounding counts as energy; more: energy is not reported.
 constexpr double rounding = 1e-9;
 
 double share(std::int64_t part, std::int64_t whole) {
@@ -22,8 +22,7 @@ double share(std::int64_t part, std::int64_t whole) {
 
 std::string millijoules(double joules) { return text("%.3f mJ", 1e3 * joules + 0.0); }
 
-/// Rows of cells as text, each column as wide as its widest cell: the first `left` columns flush left,
-/// the others flush right.
+/// Formats rows of cells, each column as wide as its widest cell: the first `left` columns flush left, the others flush right.
 std::string aligned(const std::vector<std::vector<std::string>>& rows, std::size_t left) {
   std::vector<std::size_t> widths;
   for (const auto& row : rows) {
@@ -155,7 +154,7 @@ Summary SummaryBuilder::finish(double wall_s) const {
   return summary;
 }
 
-/// How a loop kept time.
+/// Formats a loop's timing.
 static std::string table_of(const LoopStatistics& loop) {
   const auto us = [](double time_us) { return text("%.1f us", time_us); };
   std::vector<std::vector<std::string>> rows{{"loop", "mean", "p50", "p99", "p99.9", "max"}};
@@ -196,7 +195,7 @@ std::string to_table(const Summary& s) {
       {"force on the hand", text("mean in contact %.3f N, max %.3f N", s.force_mean_n, s.force_max_n) + cut},
       {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("at %.3f s", s.first_break_through_s)},
   };
-  // Failures are listed only where there were any.
+  // Failures are listed only if there were any.
   const auto say = [&](const char* name, std::int64_t number, const char* what) {
     if (number > 0) rows.push_back({name, count(number) + what});
   };
@@ -280,7 +279,8 @@ std::string to_json(const Summary& s) {
           {"mean_us", t.mean_us}, {"p50_us", t.p50_us}, {"p99_us", t.p99_us}, {"p999_us", t.p999_us}, {"max_us", t.max_us}};
     };
     Json costs = Json::array();
-    for (const LoopStatistics::ModeCost& mode : s.loop->modes) costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
+    for (const LoopStatistics::ModeCost& mode : s.loop->modes)
+      costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
     json["loop"] = {{"ticks", s.loop->ticks},           {"missed", s.loop->missed},
                     {"unrecorded", s.loop->unrecorded}, {"scenes", s.loop->scenes},
                     {"late", times(s.loop->late)},      {"period", times(s.loop->period)},

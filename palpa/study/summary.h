@@ -1,4 +1,4 @@
-// The summary of a run: its numbers.
+// Summary of a run.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@
 
 namespace palpa {
 
-/// Numbers of one mode over a run.
+/// Numbers of a mode over a run.
 struct ModeSummary {
   std::string name;
   std::string type;
   double contact_share = 0.0;  ///< [1] share of ticks with force above 1 mN
-  double force_mean_n = 0.0;   ///< on the proxy, over its ticks in contact
+  double force_mean_n = 0.0;   ///< on the proxy, over ticks in contact
   double force_max_n = 0.0;
   double dissipated_j = 0.0;
   double injected_j = 0.0;
@@ -27,12 +27,11 @@ struct ModeSummary {
   std::int64_t break_throughs = 0;
 };
 
-/// Numbers of a run.
 struct Summary {
   std::int64_t ticks = 0;
   double duration_s = 0.0;  ///< simulated
   double wall_s = 0.0;
-  double ticks_per_s = 0.0;  ///< against the wall clock
+  double ticks_per_s = 0.0;  ///< in real time
   double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
   double contact_share = 0.0;  ///< [1] any mode
   std::vector<ModeSummary> modes;
@@ -41,37 +40,37 @@ struct Summary {
   double sub_steps_mean = 0.0;                   ///< [sub-steps per tick]
   int sub_steps_max = 0;
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
-  std::int64_t unborne_ticks = 0;  ///< in which more than `unborne_felt_n` was borne by no strength (Tick::unborne_n)
+  std::int64_t unborne_ticks = 0;  ///< with more than `unborne_felt_n` not borne by any strength (Tick::unborne_n)
   double unborne_max_n = 0.0;
   double error_bound_max_m = 0.0;
   Energy energy;                        ///< sums over the run; stored_j: at the end
-  double ticks_gained_j = 0.0;          ///< Energy::ticks_j of the ticks that brought energy in
-  double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over these ticks: a damping takes out at least this times itself
+  double ticks_gained_j = 0.0;          ///< Energy::ticks_j of the ticks that injected energy
+  double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over these ticks: a damping dissipates at least this times itself
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
-  std::optional<LoopStatistics> loop;  ///< of a live run: how its loop kept time
-  std::vector<std::string> notes;   ///< sentences for its reader: how the hand was laid, why nothing was felt
+  std::optional<LoopStatistics> loop;  ///< of a live run: timing of its loop
+  std::vector<std::string> notes;      ///< sentences for the reader: placement of the hand, reasons for no contact
 };
 
-/// A force above this [N] is contact (docs/trace.md, modes.csv). Less: rounding counts; more: light touches do not.
+/// Force of contact [N] (docs/trace.md, modes.csv). Less: rounding counts; more: light touches do not.
 inline constexpr double contact_force_n = 1e-3;
 
-/// So much [N] that no strength bears is a fault of the path (Tick::unborne_n). Less: what fingers do not tell counts; more: a
-/// proxy that is held by nothing is not named.
+/// Force [N] not borne by any strength that counts as a fault of the path (Tick::unborne_n). Less: forces below the fingers'
+/// threshold count; more: an unsupported proxy is not reported.
 inline constexpr double unborne_felt_n = 0.05;
 
-/// Gathers a summary tick by tick, in memory that does not grow with the run. `add` allocates nothing.
+/// Accumulates a summary by tick, in constant memory. `add` allocates nothing.
 class SummaryBuilder {
  public:
   explicit SummaryBuilder(const Scene& scene);
-  /// For modes of which only name and type are known, as for a trace whose data are missing.
+  /// For modes known by name and type only, as of a trace with missing data.
   explicit SummaryBuilder(std::vector<ModeSummary> modes);
-  /// One tick; `modes` in the scene's order.
+  /// Adds a tick; `modes` in the scene's order.
   void add(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SessionEvent> events) noexcept;
-  /// The session's last tick.
+  /// Adds the session's last tick.
   void add(const TickFrame& frame, const Session& session) noexcept { add(frame, session.modes(), session.events()); }
-  /// \param wall_s  [s] what the run took by the clock on the wall
+  /// \param wall_s  [s] real duration of the run
   Summary finish(double wall_s) const;
 
  private:
@@ -82,12 +81,11 @@ class SummaryBuilder {
   std::int64_t sub_steps_ = 0;
   std::vector<double> mode_force_sum_n_;
   std::vector<std::int64_t> mode_contact_ticks_;
-  std::optional<Vec3> last_probe_m_;  ///< none: not known, or not usable
+  std::optional<Vec3> last_probe_m_;  ///< none: unknown, or invalid
 };
 
-/// The summary as a table for a person.
 std::string to_table(const Summary& summary);
-/// The summary as JSON; names carry their unit.
+/// Formats the summary as JSON; names carry their unit.
 std::string to_json(const Summary& summary);
 
 }  // namespace palpa

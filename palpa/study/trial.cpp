@@ -18,7 +18,7 @@ Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hol
 }
 
 double kinds_met(const Summary& summary) {
-  constexpr double some_contact = 0.02;  // [1] of the ticks. More: small things never count; less: a touch by chance does
+  constexpr double some_contact = 0.02;  // [1] of the ticks. More: small objects never count; less: a touch by chance does
   const auto met = std::count_if(summary.modes.begin(), summary.modes.end(),
                                  [](const ModeSummary& mode) { return mode.contact_share > some_contact; });
   return static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));
@@ -34,7 +34,7 @@ double limited_share(const Summary& summary) {
 }  // namespace
 
 bool is_often_limited(const Summary& summary) {
-  // [1] Share of ticks in which the guard may limit the force. More: hands are laid where they push in vain; less: one hard
+  // [1] Share of ticks in which the guard may limit the force. More: hands are placed where they push in vain; less: one hard
   // contact spoils a good place.
   constexpr double rarely = 0.002;
   return limited_share(summary) > rarely;

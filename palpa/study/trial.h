@@ -1,4 +1,4 @@
-// A hand tried out in a scene, and how good it was.
+// Trial of a hand in a scene, and its worth.
 #pragma once
 
 #include <memory>
@@ -8,14 +8,14 @@
 
 namespace palpa::detail {
 
-/// What a hand feels in the first `longest_s` [s], by running it. Allocates; throws SceneError.
+/// Runs a hand for its first `longest_s` [s]. Allocates; throws SceneError.
 Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hold, double longest_s);
-/// The share [1] of the modes that were in contact for more than 2 % of the time.
+/// Share [1] of the modes that were in contact for more than 2 % of the time.
 double kinds_met(const Summary& summary);
-/// Whether the guard held some of the force back in more than 0.2 % of the ticks.
+/// Whether the guard limited the force in more than 0.2 % of the ticks.
 bool is_often_limited(const Summary& summary);
-/// How good a trial is [1], at most 2: the share of contact plus that of modes met, less what a force at its limit and a proxy
-/// that lags behind cost.
+/// Worth of a trial [1], at most 2: the share of contact plus that of modes met, minus penalties for a force at its limit and a
+/// lagging proxy.
 double worth_of(const Summary& summary);
 
 }  // namespace palpa::detail

@@ -9,16 +9,15 @@
 
 namespace palpa {
 
-/// A level that bears more than what reaches a hand.
+/// Level stronger than the largest force at the hand.
 struct UnyieldingLevel {
-  std::size_t mode = 0;     ///< its number in the scene
-  std::string name;         ///< the level's; its value where it has none
-  double strength_n = 0.0;  ///< the least it bears
+  std::size_t mode = 0;     ///< number in the scene
+  std::string name;         ///< of the level; its value if unnamed
+  double strength_n = 0.0;  ///< least strength
 };
 
-/// The levels of all enabled surface modes that bear more than `most_n` [N] everywhere, in the scene's order. Of a strength
-/// that is a function of the level's own field its value at the level counts, of another function its smallest value.
-/// Allocates; any thread.
+/// Levels of all enabled surface modes stronger than `most_n` [N] everywhere, in the scene's order. A strength as a function of
+/// the level's own field counts by its value at the level, of another field by its smallest value. Allocates; any thread.
 std::vector<UnyieldingLevel> unyielding_levels(const Scene& scene, double most_n);
 
 }  // namespace palpa

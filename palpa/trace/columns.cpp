@@ -88,7 +88,7 @@ bool take(Cells cells, Value& value) {
   }
 }
 
-// `Get` is a lambda from a row to its member; rows that are only ever written hold their values const.
+// `Get` is a lambda from a row to its member; rows that are only written hold const values.
 template <class Row, class Get>
 Column<Row> column(std::string_view name, std::string_view unit, std::string_view meaning, Get) {
   using Value = std::remove_reference_t<std::invoke_result_t<Get, Row&>>;
@@ -103,14 +103,14 @@ Column<Row> column(std::string_view name, std::string_view unit, std::string_vie
   return made;
 }
 
-// A scalar column that the first traces do not have.
+// Scalar column missing in the first traces.
 template <class Row>
 Column<Row> later(Column<Row> column) {
   column.later = true;
   return column;
 }
 
-// A column whose value is `row.MEMBER`.
+// Column with the value `row.MEMBER`.
 #define COLUMN(ROW, NAME, UNIT, MEMBER, MEANING) \
   column<ROW>(                                   \
       NAME, UNIT, MEANING, [](auto& row) -> auto& { return row.MEMBER; })

@@ -1,4 +1,4 @@
-// The columns of a trace's files: one table from which rows are written, read, compared and documented.
+// Columns of a trace's files: one table for writing, reading, comparison and documentation.
 #pragma once
 
 #include <cstdint>
@@ -12,21 +12,18 @@
 
 namespace palpa::detail {
 
-/// A row of modes.csv.
 struct ModeRow {
   std::int64_t tick;
   std::string_view mode;
   const ModeForce& result;
 };
 
-/// A row of balances.csv.
 struct BalanceRow {
   std::int64_t tick;
   std::int64_t number;  ///< of the sub-step in its tick, from 0
   const SubStep& step;
 };
 
-/// A row of primitives.csv.
 struct PrimitiveRow {
   std::int64_t tick;
   std::int64_t sub_step;
@@ -36,7 +33,6 @@ struct PrimitiveRow {
   std::optional<double> stiffness_n_per_m;
 };
 
-/// A row of works.csv.
 struct WorkRow {
   std::int64_t tick;
   std::int64_t sub_step;
@@ -45,7 +41,6 @@ struct WorkRow {
   double work_j;
 };
 
-/// A row of events.csv.
 struct EventRow {
   std::int64_t tick;
   double t_s;
@@ -54,7 +49,6 @@ struct EventRow {
   std::string_view value;
 };
 
-/// A row of break_throughs.csv.
 struct BreakThroughRow {
   std::int64_t tick;
   double t_s;
@@ -62,30 +56,30 @@ struct BreakThroughRow {
   const SessionEvent& event;
 };
 
-/// One column, or the three of a vector.
+/// Column, or the three of a vector.
 template <class Row>
 struct Column {
   std::string_view name;     ///< a vector's without the unit
-  std::string_view unit;     ///< of a vector, as its columns' names end; a scalar's is in its name
+  std::string_view unit;     ///< of a vector, the suffix of its columns' names; a scalar's is in its name
   std::string_view meaning;  ///< for docs/trace.md
   int cells;                 ///< 1, or 3 for a vector
-  bool later;                ///< added after the first traces were recorded: a recording may lack it
+  bool later;                ///< missing in the first traces
   void (*write)(const Row& row, std::string& line);
-  /// Reads the column's cells; false when one is no value of this column. Null for columns that are never read.
+  /// Parses the column's cells; false if invalid. Null for columns that are never read.
   bool (*read)(std::span<const std::string_view> cells, Row& row);
 };
 
-/// The names of a column's cells: NAME, or NAME_x_UNIT, NAME_y_UNIT, NAME_z_UNIT.
+/// Names of a column's cells: NAME, or NAME_x_UNIT, NAME_y_UNIT, NAME_z_UNIT.
 std::vector<std::string> cell_names(std::string_view name, std::string_view unit, int cells);
 
-/// One file of a trace.
+/// File of a trace.
 template <class Row>
 struct Table {
   const char* file;
   const char* contents;  ///< one sentence
   std::span<const Column<Row>> columns;
 
-  /// The names of all cells of a row, in the order in which they are written.
+  /// Names of all cells of a row, in the order of writing.
   std::vector<std::string> names() const {
     std::vector<std::string> all;
     for (const Column<Row>& column : columns) {
@@ -93,14 +87,13 @@ struct Table {
     }
     return all;
   }
-  /// Whether recordings may lack the column that this cell belongs to.
+  /// Whether recordings may lack this cell's column.
   bool is_later(std::string_view cell) const {
     for (const Column<Row>& column : columns) {
       if (column.later && column.name == cell) return true;
     }
     return false;
   }
-  /// Appends `row` as one line.
   void write(const Row& row, std::string& out) const {
     bool first = true;
     for (const Column<Row>& column : columns) {

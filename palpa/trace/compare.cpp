@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A CSV under comparison: its rows, and where in them the columns that are compared stand.
+// CSV file under comparison: its rows, and the positions of the compared columns.
 class Sheet {
  public:
   Sheet(const fs::path& file, const std::vector<std::string>& names) : lines_(file) {
@@ -37,7 +37,7 @@ class Sheet {
     detail::split(line, cells_);
     return true;
   }
-  /// The cell of the column number `i` of those compared; empty where the row is too short.
+  /// Cell of compared column number `i`; empty if the row is too short.
   std::string_view cell(std::size_t i) const { return at_[i] < cells_.size() ? cells_[at_[i]] : std::string_view(); }
   std::int64_t line_number() const noexcept { return lines_.number(); }
 
@@ -60,10 +60,10 @@ struct Compared {
   std::int64_t rows = 0;
 };
 
-// Whether every trace has the file, or only one with rows for it.
+// Presence of the file: in every trace, or only with rows.
 enum class There { always, where_needed };
 
-// Compares one file, rows of a recording up to `last_tick`: where a recording was cut off, later rows may be incomplete.
+// Compares a file, rows of a recording up to `last_tick`: later rows of a truncated recording may be incomplete.
 Compared compare_file(const fs::path& recorded, const fs::path& again, const char* file, const std::vector<std::string>& names,
                       There there, bool complete, std::int64_t last_tick) {
   Sheet a(recorded / file, names);
@@ -96,7 +96,7 @@ Compared compare_file(const fs::path& recorded, const fs::path& again, const cha
   return result;
 }
 
-// The last tick of which ticks.csv has a whole line. Other files may have rows of later ticks.
+// Last tick with a whole line in ticks.csv. Other files may have rows of later ticks.
 std::int64_t last_tick_of(const fs::path& folder) {
   Sheet sheet(folder / detail::ticks_table().file, {"tick"});
   std::int64_t last = -1;
@@ -122,7 +122,7 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again, 
     });
     Compared compared = compare_file(recorded, again, table.file, names, there, complete, last_tick);
     result.same = compared.difference.empty();
-    result.where = detail::shown(compared.difference);  // cells of a trace may come from anybody
+    result.where = detail::shown(compared.difference);  // cells of a trace are untrusted
     return compared.rows;
   };
   if (a.scene_text() != b.scene_text()) {

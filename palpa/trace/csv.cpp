@@ -5,7 +5,7 @@
 namespace palpa::detail {
 
 namespace {
-constexpr std::size_t block_bytes = std::size_t{1} << 16;         // read at once. Less: more system calls; more: memory
+constexpr std::size_t block_bytes = std::size_t{1} << 16;         // of a read. Less: more system calls; more: memory
 constexpr std::size_t longest_line_bytes = std::size_t{1} << 20;  // a longer line is refused, or a wrong file fills memory
 }  // namespace
 

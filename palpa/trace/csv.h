@@ -1,4 +1,4 @@
-// CSV as traces use it: one line per row, numbers that read back the same, no quotes unless needed.
+// CSV of traces: a line per row, numbers that parse to equal values, quotes only where needed.
 #pragma once
 
 #include <charconv>
@@ -14,8 +14,8 @@
 
 namespace palpa::detail {
 
-/// Appends `value` as the shortest decimal that reads back the same. Every NaN is "nan": its sign bit
-/// depends on how the compiler folded the operation that made it.
+/// Appends `value` as the shortest decimal that parses to an equal value. Every NaN is "nan": its sign bit depends on the
+/// compiler's constant folding.
 template <class Number>
 requires std::integral<Number> || std::floating_point<Number>
 void put_number(std::string& line, Number value) {
@@ -29,7 +29,7 @@ void put_number(std::string& line, Number value) {
   line.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
 }
 
-/// Reads a whole cell as a number; false when it is none.
+/// Parses a whole cell as a number; false if invalid.
 template <class Number>
 requires std::integral<Number> || std::floating_point<Number>
 bool take_number(std::string_view cell, Number& value) {
@@ -37,32 +37,31 @@ bool take_number(std::string_view cell, Number& value) {
   return error == std::errc{} && end == cell.data() + cell.size();
 }
 
-/// Appends a text as one cell: in quotes where it holds a comma or a quote; control characters, which
-/// would end the line, become spaces.
+/// Appends a text as a cell: quoted if it has a comma or a quote; control characters, which would end the line, become spaces.
 void put_text(std::string& line, std::string_view text);
 
-/// Splits a line at its commas, not at those in quotes. The cells point into `line`, quotes and all.
+/// Splits a line at its commas, except those in quotes. The cells point into `line`, quotes included.
 void split(std::string_view line, std::vector<std::string_view>& cells);
 
-/// The whole lines of a text file, one at a time. What follows the last line end is ignored: a writer that was killed may have
-/// left half a line there.
+/// Whole lines of a text file, in order. Text after the last line end is ignored: a killed writer may have left half a line
+/// there.
 class LineFile {
  public:
-  /// A file that is not there has no lines. Throws LoadError where it is no ordinary file or cannot be read.
+  /// A missing file has no lines. Throws LoadError if it is no regular file or cannot be read.
   explicit LineFile(std::filesystem::path path);
 
   bool exists() const noexcept { return file_.why_not() != NoInput::missing; }
-  /// The next line without its end, valid until the next call; false after the last. Throws LoadError
-  /// where the file cannot be read or a line is longer than any of a trace.
+  /// Next line without its end, valid until the next call; false after the last. Throws LoadError if the file cannot be read or
+  /// a line is longer than any of a trace.
   bool next(std::string_view& line);
-  /// Number of the line that `next` gave last, counted from 1.
+  /// Number of the last line from `next`, from 1.
   std::int64_t number() const noexcept { return number_; }
   /// "FILE:LINE" of that line, for messages.
   std::string place() const;
 
  private:
   InputFile file_;
-  std::uint64_t read_ = 0;  ///< [bytes] of it
+  std::uint64_t read_ = 0;  ///< [bytes] read from it
   std::string buffer_;
   std::size_t begin_ = 0;
   std::int64_t number_ = 0;

@@ -73,7 +73,7 @@ void write_vtp(const FeltPath& path, NewFile& file) {
 
 // ---- .csv ----
 
-/// The names of a column's cells: those of a trace.
+/// Names of a column's cells, as in a trace.
 std::vector<std::string> cells_of(const FeltColumn& column) {
   if (column.components == 1) return {column.name};
   const std::size_t unit = column.name.rfind('_');
@@ -126,10 +126,10 @@ const detail::Hdf5& hdf5() {
 
 // ---- .mrk.json ----
 
-/// A place of our world, which medical data have as LPS, as Slicer has it.
+/// Converts a position of the world (LPS for medical data) to Slicer's.
 std::array<double, 3> ras_mm(const Vec3& world_m) { return {-1e3 * world_m.x, -1e3 * world_m.y, 1e3 * world_m.z}; }
 
-/// Rows of a path that are worth a handle each: as far from one another as leaves at most so many.
+/// Rows of a path for handles: at the least distance that leaves at most `most`.
 std::vector<std::size_t> handles_of(const FeltColumn& places_m, std::size_t ticks, std::size_t most) {
   const Vec3 first_m = vector_in(places_m, 0);
   double farthest_m = 0.0;
@@ -159,7 +159,7 @@ nlohmann::json markup(const char* type, nlohmann::json points, bool labels) {
 }
 
 std::string markups_of(const FeltPath& path) {
-  constexpr std::size_t most_handles = 2000, most_events = 500;  // more: Slicer grows slow
+  constexpr std::size_t most_handles = 2000, most_events = 500;  // more: Slicer becomes slow
   const FeltColumn& proxy_m = path.column("proxy_m");
   const FeltColumn& t_s = path.column("t_s");
   const auto moment = [&](std::size_t row) {

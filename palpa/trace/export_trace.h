@@ -1,4 +1,4 @@
-// Traces for other programs: what was felt, where it was felt in the data.
+// Export of traces: felt quantities at positions in the data.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@
 
 namespace palpa {
 
-/// Writes what was felt in the trace in `folder`, by the ending of `file`:
+/// Writes the felt path of the trace in `folder`, in the format of `file`'s ending:
 ///   .vtp       the proxy's path as a line with all columns of `FeltPath` as arrays, for ParaView and VTK, in metres
 ///   .csv       the columns
 ///   .h5        each column as a data set
-///   .mrk.json  for 3D Slicer: the proxy's path as a curve of at most 2000 points, and the places where a mode began to hold
-///              or gave way; RAS, in millimetres
-/// It gets its name when it is whole. Returns how many ticks were written. Throws LoadError, also where the trace has no tick,
-/// and of .h5 where this palpa was built without HDF5.
+///   .mrk.json  for 3D Slicer: the proxy's path as a curve of at most 2000 points, and the positions where a mode began contact
+///              or broke through; RAS, in millimetres
+/// The file gets its name when complete. Returns the number of ticks. Throws LoadError, also on a trace without ticks, and on
+/// .h5 in a build without HDF5.
 std::size_t export_trace(const std::filesystem::path& folder, const std::filesystem::path& file,
                          detail::Existing existing = detail::Existing::refused);
 

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 using detail::each_row;
 using detail::Row;
 
-/// Columns as they grow while the files of a trace are read; all are as long as there are ticks.
+/// Columns under construction while a trace's files are read; of equal lengths, the number of ticks.
 class PathBuilder {
  public:
   explicit PathBuilder(const TraceReader& trace) : map_(trace.header().hand_to_world) {
@@ -43,7 +43,7 @@ class PathBuilder {
     });
   }
 
-  /// Of the last sub-step of each tick, where primitives were recorded.
+  /// Adds the strengths of the last sub-step of each tick, if primitives were recorded.
   void add_strengths(const fs::path& folder) {
     std::int64_t tick = -1, sub_step = -1;
     std::vector<double*> of_tick;
@@ -66,7 +66,7 @@ class PathBuilder {
   void add_events(const fs::path& folder) {
     each_row(folder / "events.csv", {"tick", "t_s", "kind", "subject", "value"}, [&](const Row& row) {
       if (ticks_.empty()) return false;
-      // What was noted between ticks belongs to the next one, and what came after the last to that.
+      // An event between ticks belongs to the next tick, after the last to the last.
       const auto number = row.number<std::int64_t>(0);
       const std::size_t at = std::min(first_from(number), ticks_.size() - 1);
       column("event." + row.text(2), 1, true, row).values[at] += 1.0;
@@ -101,12 +101,12 @@ class PathBuilder {
     return at < ticks_.size() && ticks_[at].tick == tick ? std::optional(at) : std::nullopt;
   }
 
-  /// The column of this name, made of zeros where it is a new one.
+  /// Column by name, of zeros if new.
   FeltColumn& column(const std::string& name, int components, bool is_whole, const Row& row) {
     for (FeltColumn& known : path_.columns) {
       if (known.name == name) return known;
     }
-    // As many names as modes could have brought, of a file that no mode wrote.
+    // Most names that modes can have; the file is untrusted.
     if (path_.columns.size() >= 4 * limit::modes.count()) row.refuse(0);
     return path_.columns.emplace_back(
         FeltColumn{name, components, is_whole, std::vector<double>(ticks_.size() * static_cast<std::size_t>(components))});

@@ -1,4 +1,4 @@
-// HDF5 is linked into a shared object of its own, palpa-hdf5.so, which is loaded by name: nothing else needs the library.
+// Interface to HDF5, in a shared object of its own, palpa-hdf5.so, loaded by name: nothing else needs the library.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace palpa::detail {
 
-/// What palpa-hdf5.so exports as `palpa_hdf5`.
+/// Export `palpa_hdf5` of palpa-hdf5.so.
 struct Hdf5 {
   const char* palpa_version;
-  /// The file that holds each column as a data set, as bytes; empty: the library refuses.
+  /// Content of a file with each column as a data set; empty if the library fails.
   std::string (*file_of)(const FeltPath& path);
 };
 

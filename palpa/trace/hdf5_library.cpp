@@ -10,7 +10,7 @@
 namespace palpa::detail {
 namespace {
 
-/// An object of the library, closed with its scope.
+/// Object of the library, closed with its scope.
 class Held {
  public:
   Held(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -31,16 +31,16 @@ bool write(hid_t file, const FeltColumn& column) {
   const hsize_t lengths[2] = {column.values.size() / components, components};
   const Held space(H5Screate_simple(components > 1 ? 2 : 1, lengths, nullptr), H5Sclose);
   std::string name = shown(column.name);
-  std::replace(name.begin(), name.end(), '/', '_');  // which would be a group
+  std::replace(name.begin(), name.end(), '/', '_');  // '/' would be a group
   const Held data(H5Dcreate2(file, name.c_str(), column.is_whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
                              H5P_DEFAULT, H5P_DEFAULT),
                   H5Dclose);
   return data >= 0 && H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, column.values.data()) >= 0;
 }
 
-/// In memory: the bytes leave by palpa/base/new_file.h.
+/// In memory: palpa/base/new_file.h writes the bytes.
 std::string file_of(const FeltPath& path) {
-  constexpr std::size_t step_bytes = std::size_t{1} << 20;  // by which it grows
+  constexpr std::size_t step_bytes = std::size_t{1} << 20;  // growth increment
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const Held access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (H5Pset_fapl_core(access, step_bytes, false) < 0) return {};

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 
-// The index of each column's cells in a line, for a header in any order; `nowhere` for later columns that the recording lacks.
+// Index of each column's cells in a line, for a header in any order; `nowhere` for later columns that the recording lacks.
 std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, const std::vector<std::string_view>& header,
                                       const std::string& place) {
   std::vector<std::size_t> cells;

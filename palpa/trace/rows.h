@@ -1,4 +1,4 @@
-// The rows of a trace's files, by the names of their columns.
+// Rows of a trace's files, by column names.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace palpa::detail {
 
-/// One row of a trace's file: the cells of the columns that were asked for.
+/// Row of a trace's file: the cells of the requested columns.
 class Row {
  public:
   Row(const LineFile& file, const std::vector<std::string>& names, std::span<const std::string_view> cells)
@@ -29,7 +29,7 @@ class Row {
   Vec3 vector(std::size_t column) const {
     return {number<double>(column), number<double>(column + 1), number<double>(column + 2)};
   }
-  /// A text without the quotes that it was written in.
+  /// Text without its quotes.
   std::string text(std::size_t column) const;
   [[noreturn]] void refuse(std::size_t column) const;
 
@@ -39,8 +39,8 @@ class Row {
   std::span<const std::string_view> cells_;
 };
 
-/// Calls `use` with every whole row; a file that is not there has none. `use` answers whether to go on. Throws LoadError with
-/// file and line on a column that is missing, and on rows of another length.
+/// Calls `use` with every whole row until it returns false; a missing file has none. Throws LoadError with file and line on a
+/// missing column, and on rows of another length.
 void each_row(const std::filesystem::path& path, const std::vector<std::string>& names,
               const std::function<bool(const Row&)>& use);
 

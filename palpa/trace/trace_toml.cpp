@@ -18,10 +18,10 @@ namespace palpa::detail {
 
 namespace {
 
-// File names may hold bytes that are no UTF-8.
+// File names may have bytes of invalid UTF-8.
 std::string toml_text(std::string_view text) { return toml_string(text, "?"); }
 
-// A TOML number, with the point or exponent that makes it a float.
+// TOML number, with the point or exponent that makes it a float.
 std::string number(double value) {
   std::string out;
   put_number(out, value);
@@ -49,14 +49,14 @@ std::vector<std::string> texts_of(const toml::node_view<const toml::node>& node)
   return texts;
 }
 
-/// A whole number that `Whole` holds; anything else is `otherwise`. Not value_or: it casts a float of any size to an integer.
+/// Integer in the range of `Whole`; else `otherwise`. Not value_or: it casts a float of any size to an integer.
 template <typename Whole>
 Whole whole_or(const toml::node_view<const toml::node>& node, Whole otherwise) {
   const auto* const integer = node.as_integer();
   return integer && std::in_range<Whole>(integer->get()) ? static_cast<Whole>(integer->get()) : otherwise;
 }
 
-// The similarity that a 4×4 matrix of it stands for; rotation and scale come back to rounding.
+// Similarity of a 4×4 matrix; rotation and scale to rounding.
 Similarity similarity_of(const toml::node_view<const toml::node>& node) {
   Similarity map;
   double m[3][4];
@@ -65,7 +65,7 @@ Similarity similarity_of(const toml::node_view<const toml::node>& node) {
     map.rotation.row[i] = {m[i][0], m[i][1], m[i][2]};
   }
   map.translation_m = {m[0][3], m[1][3], m[2][3]};
-  // Of numbers about 1: the cube of a scale may be no number of the machine.
+  // Normalised to about 1: the cube of a scale may overflow.
   double largest = 0.0;
   for (const Vec3& row : map.rotation.row) largest = std::max(largest, largest_component(row));
   for (Vec3& row : map.rotation.row) row = row / largest;

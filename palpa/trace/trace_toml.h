@@ -1,4 +1,4 @@
-// trace.toml: what a trace says about itself.
+// trace.toml: header of a trace.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace palpa::detail {
 
-/// The header as TOML, `complete` first.
+/// Header as TOML, `complete` first.
 std::string header_to_toml(const TraceHeader& header);
 
-/// The header of the trace in `folder`; throws LoadError where there is none or it cannot be read.
+/// Header of the trace in `folder`; throws LoadError if missing or unreadable.
 TraceHeader read_header(const std::filesystem::path& folder);
 
 }  // namespace palpa::detail

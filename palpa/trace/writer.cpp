@@ -20,8 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A file's rows are written when there are as many bytes. More: more is lost when the process is killed; less: more system
-// calls.
+// A file's rows are written in blocks of this size. More: more is lost when the process is killed; less: more system calls.
 constexpr std::size_t buffer_bytes = std::size_t{1} << 16;
 
 LoadError cannot_write(const fs::path& path, int error) {
@@ -30,13 +29,13 @@ LoadError cannot_write(const fs::path& path, int error) {
                    (full ? "make room, or choose another folder" : "choose a folder that can be written"));
 }
 
-// A facet without force has no part in its balance, so that its row is left out.
+// A facet without force has no part in its balance; its row is omitted.
 bool is_idle_facet(const PlacedPrimitive& placed) {
   return placed.primitive.kind == PrimitiveKind::corner && placed.force_n == Vec3{};
 }
 
-// A file that is written row by row through a buffer, under its name from the start: what was recorded must outlive a crash. It
-// is a new one, so never at the end of a link. Its destructor closes it without writing what is left in the buffer.
+// Buffered file of rows, under its name from the start: a recording must survive a crash. Always a new one, so never a link's
+// target. Its destructor closes it without writing the buffer.
 class OutputFile {
  public:
   explicit OutputFile(fs::path path) : path_(std::move(path)) {
@@ -50,7 +49,7 @@ class OutputFile {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
 
-  /// Where rows are appended.
+  /// Buffer for appending rows.
   std::string& rows() noexcept { return buffer_; }
   void write_if_long() {
     if (buffer_.size() >= buffer_bytes) write();
@@ -81,7 +80,7 @@ class OutputFile {
   std::string buffer_;
 };
 
-// A reader finds the old trace.toml or the new one, never half of it.
+// Atomic: a reader finds the old trace.toml or the new one, never half of it.
 void replace_header(const fs::path& folder, const TraceHeader& header) {
   detail::write_whole(folder / "trace.toml", detail::header_to_toml(header), detail::Existing::replaced);
 }
@@ -113,7 +112,7 @@ class TraceWriter::Files {
     primitives = begin(detail::primitives_table());
   }
 
-  // The file of a table with its header line.
+  // File of a table with its header line.
   template <class Row>
   std::unique_ptr<OutputFile> begin(const detail::Table<Row>& table) const {
     auto file = std::make_unique<OutputFile>(folder / table.file);
@@ -129,7 +128,7 @@ class TraceWriter::Files {
     file.write_if_long();
   }
 
-  // For a file that is made with its first row.
+  // Adds to a file that is created with its first row.
   template <class Row>
   void add_to(std::unique_ptr<OutputFile>& file, const detail::Table<Row>& table, const Row& row) const {
     if (!file) file = begin(table);
@@ -182,7 +181,7 @@ TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, cons
     files_ = std::make_unique<Files>(folder, header, std::move(mode_names));
     detail::write_whole(folder / "scene.toml", scene_text, detail::Existing::refused);
     flush();
-    // trace.toml is written last: a folder that has one is a trace.
+    // trace.toml is written last: it marks a folder as a trace.
     replace_header(folder, files_->header);
   } catch (...) {
     files_.reset();
@@ -197,7 +196,7 @@ TraceWriter::~TraceWriter() {
   try {
     flush();
   } catch (const std::exception&) {
-    // A destructor cannot throw: without `finish` the trace only says that it is incomplete.
+    // A destructor cannot throw: without `finish` the trace is marked incomplete.
   }
 }
 

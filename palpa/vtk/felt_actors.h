@@ -1,5 +1,5 @@
-// What is felt at one moment, for anybody's renderer: proxy, probe, the spring between them, primitives. Headers alone, for
-// whatever VTK their user has.
+// Actors for the felt state at a moment, for any renderer: proxy, probe, the spring between them, primitives. Header-only, for
+// any VTK of the user.
 #pragma once
 
 #include <vtkActor.h>
@@ -35,7 +35,7 @@ namespace detail {
 /// Red, green, blue [1].
 using FeltColor = std::array<double, 3>;
 inline constexpr FeltColor probe_color{0.45, 0.45, 0.48}, proxy_color{0.08, 0.08, 0.10}, spring_color{0.35, 0.35, 0.38};
-/// Of mode number `mode`: Okabe and Ito's set, for all kinds of eyes.
+/// Color of mode number `mode`: Okabe and Ito's set, safe for colour blindness.
 inline FeltColor felt_color(std::size_t mode) {
   constexpr unsigned bytes[] = {0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9};
   const unsigned color = bytes[mode % std::size(bytes)];
@@ -44,22 +44,22 @@ inline FeltColor felt_color(std::size_t mode) {
 
 }  // namespace detail
 
-/// The actors of a moment: a plane as a disc with its normal, a line as a rod, a point as a ball, a directed force as an
-/// arrow, in the colour of its mode; the proxy, the probe, and the pull of the spring between them.
+/// Actors of a moment: a plane as a disc with its normal, a line as a rod, a point as a ball, a directed force as an arrow, in
+/// the colour of its mode; the proxy, the probe, and the pull of the spring between them.
 ///
-/// Two threads: the loop of a live session gives what it felt last, in passing (`observer`: no lock, no allocation), and the
-/// window's takes it whenever it draws. Neither waits.
+/// Two threads: the loop of a live session writes its latest state (`observer`: no lock, no allocation), and the window's
+/// thread reads it when it draws. Neither blocks.
 class FeltActors {
  public:
-  /// [1] Primitives that are drawn. More: they hide each other.
+  /// [1] Primitives drawn. More: they hide each other.
   static constexpr std::size_t most_primitives = 24;
 
   /// \param renderer       draws them from the first `show` on
-  /// \param view_half_height_hand_m         [hand m] what sizes are shares of: half the height of the picture
-  /// \param hand_to_world  where the hand is in what the renderer shows: `scene.hand_to_world()` where that is the data's world
+  /// \param view_half_height_hand_m         [hand m] unit of sizes: half the height of the picture
+  /// \param hand_to_world  hand frame to the renderer's world: `scene.hand_to_world()` if that is the data's
   FeltActors(vtkRenderer* renderer, double view_half_height_hand_m, const Similarity& hand_to_world = {})
       : renderer_(renderer), view_half_height_hand_m_(view_half_height_hand_m), map_(hand_to_world) {
-    // Unit shapes along y, from the origin: each actor scales and turns one.
+    // Unit shapes along y, from the origin: each actor scales and rotates one.
     vtkNew<vtkSphereSource> ball;
     ball->SetRadius(1.0);
     ball->SetThetaResolution(sides);
@@ -89,22 +89,22 @@ class FeltActors {
 
   // ---- the window's thread ----
 
-  /// Takes them out of the renderer, where they stay otherwise.
+  /// Removes them from the renderer, where they stay otherwise.
   void remove() {
     for (Pool& pool : pools_) {
       for (const auto& actor : pool.actors) renderer_->RemoveActor(actor);
       pool.actors.clear();
     }
   }
-  /// Shows what the loop gave last. Returns whether there was something new: whether to render.
+  /// Shows the loop's latest state. Returns whether it was new: whether to render.
   bool update() {
     if (!latest_.is_fresh()) return false;
     const Snapshot& now = latest_.take();
     show(now.probe_m, now.proxy_m, {now.primitives.data(), now.count});
     return true;
   }
-  /// From now on shows what the loop gave last in the interactor's window, some sixty times a second; where a picture takes
-  /// longer, half of the time, so that the mouse is listened to as well.
+  /// Shows the loop's latest state from now on in the interactor's window, some sixty times a second; slow pictures take at
+  /// most half of the time, so that the mouse stays responsive.
   /// \param interactor  initialised
   void follow(vtkRenderWindowInteractor* interactor) {
     constexpr unsigned long period_ms = 16;
@@ -130,11 +130,11 @@ class FeltActors {
 
   // ---- the loop's thread ----
 
-  /// What a LiveLoop is to call after each tick; these actors outlive it.
+  /// Callback for a LiveLoop after each tick; these actors must outlive it.
   TickObserver observer() {
     return [this](const TickFrame& frame, const Session& session) { give(frame, session); };
   }
-  /// Hands over what was felt in a tick. Allocates nothing.
+  /// Publishes a tick's state. Allocates nothing.
   void give(const TickFrame& frame, const Session& session) noexcept {
     constexpr unsigned one_in = 8;  // [ticks] screens show sixty pictures a second
     if (given_++ % one_in != 0) return;
@@ -148,10 +148,10 @@ class FeltActors {
   }
 
  private:
-  static constexpr int sides = 32;         // of round shapes. More: slower; fewer: corners show
-  static constexpr double least_n = 1e-3;  // less: the primitive bears nothing
+  static constexpr int sides = 32;         // of round shapes. More: slower; fewer: visible corners
+  static constexpr double least_n = 1e-3;  // less: the primitive counts as without force
 
-  /// Actors of one shape, as many as were ever needed at once.
+  /// Actors of a shape, at their largest simultaneous number.
   struct Pool {
     vtkNew<vtkPolyDataMapper> mapper;
     std::vector<vtkSmartPointer<vtkActor>> actors;
@@ -177,14 +177,18 @@ class FeltActors {
     switch (primitive.kind) {
       case PrimitiveKind::plane:
       case PrimitiveKind::corner:
-        rod(at - 0.002 * view_half_height_hand_m_ * q, at + 0.002 * view_half_height_hand_m_ * q, 0.2 * view_half_height_hand_m_, color,
-            norm(placed.force_n) < least_n ? 0.2 : 0.45);
+        rod(at - 0.002 * view_half_height_hand_m_ * q, at + 0.002 * view_half_height_hand_m_ * q,
+            0.2 * view_half_height_hand_m_, color, norm(placed.force_n) < least_n ? 0.2 : 0.45);
         arrow(at, at + (0.1 + 0.2 * share) * view_half_height_hand_m_ * q, 0.009 * view_half_height_hand_m_, color);
         break;
-      case PrimitiveKind::line: rod(at - 0.3 * view_half_height_hand_m_ * q, at + 0.3 * view_half_height_hand_m_ * q, 0.008 * view_half_height_hand_m_, color); break;
+      case PrimitiveKind::line:
+        rod(at - 0.3 * view_half_height_hand_m_ * q, at + 0.3 * view_half_height_hand_m_ * q, 0.008 * view_half_height_hand_m_,
+            color);
+        break;
       case PrimitiveKind::point: ball(at, 0.03 * view_half_height_hand_m_, color); break;
       case PrimitiveKind::directed:
-        arrow(proxy_m, proxy_m + (0.1 + 0.25 * share) * view_half_height_hand_m_ * normalized(q), 0.012 * view_half_height_hand_m_, color);
+        arrow(proxy_m, proxy_m + (0.1 + 0.25 * share) * view_half_height_hand_m_ * normalized(q),
+              0.012 * view_half_height_hand_m_, color);
         break;
     }
   }
@@ -202,7 +206,7 @@ class FeltActors {
     put(pools_[2], to_m - head_m * along, head_m * along, 2.2 * radius_m, color, 1.0);
   }
 
-  /// Shows one more actor of a shape: its y axis along `way_m`, as long as that, and so thick.
+  /// Shows an actor of a shape: its y axis along `way_m`, of that length, and of this thickness.
   void put(Pool& pool, const Vec3& from_m, const Vec3& way_m, double radius_m, const detail::FeltColor& color, double opacity) {
     if (pool.used == pool.actors.size()) {
       const auto made = vtkSmartPointer<vtkActor>::New();

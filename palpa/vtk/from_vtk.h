@@ -1,4 +1,4 @@
-// Data of a program that has them in VTK: as a volume to feel. Headers alone, for whatever VTK their user has.
+// Volumes from a program's VTK data. Header-only, for any VTK of the user.
 #pragma once
 
 #include <vtkCellData.h>
@@ -34,16 +34,16 @@
 
 namespace palpa {
 
-/// What a program knows of its data that VTK does not, and how they are taken.
+/// Properties of the data that VTK lacks, and options of the conversion.
 struct FromVtkOptions {
-  double metres_per_unit = 1.0;  ///< [m] VTK says no unit of length; 0.001 where the program's is the millimetre. > 0
-  bool copy = false;             ///< the voxels are copied: the program may go on to change its own
-  ReadOptions read{};            ///< of data that have to be resampled
+  double metres_per_unit = 1.0;  ///< [m] VTK has no unit of length; 0.001 for millimetres. > 0
+  bool copy = false;             ///< copies the voxels: the program may change its own afterwards
+  ReadOptions read{};            ///< for data that need resampling
 };
 
 namespace detail {
 
-/// The points and the cells of a grid of VTK, each as a grid of voxels.
+/// Points and cells of a VTK grid, each as a grid of voxels.
 struct VtkGrids {
   GridGeometry points, cells;
 };
@@ -54,7 +54,7 @@ inline bool hides(vtkUnsignedCharArray* ghosts, unsigned char kind) {
   }
   return false;
 }
-/// Whether points or cells are blank: voxels, which all have values, cannot say that.
+/// Whether points or cells are blank, which voxels cannot represent: all have values.
 inline bool has_blanks(vtkDataSet& data) {
   return hides(data.GetPointGhostArray(), vtkDataSetAttributes::HIDDENPOINT) ||
          hides(data.GetCellGhostArray(), vtkDataSetAttributes::HIDDENCELL);
@@ -96,7 +96,7 @@ inline VtkGrids grids_of(vtkRectilinearGrid& grid, double metres_per_unit) {
   return {rectilinear_geometry(points_m), rectilinear_geometry(middles_m)};
 }
 
-/// The type of voxels that numbers of VTK are, or become where they are copied.
+/// Type of voxels for VTK's numbers, in place or copied.
 struct VtkNumbers {
   VoxelType type;
   bool as_they_are;
@@ -124,7 +124,7 @@ inline std::optional<VtkNumbers> numbers_of(int vtk_type) {
 
 template <class T>
 std::shared_ptr<const void> copy_of(vtkDataArray& array) {
-  constexpr double exact = 9007199254740992.0;  // 2^53: whole numbers beyond it are not all doubles
+  constexpr double exact = 9007199254740992.0;  // 2^53: larger whole numbers are not all doubles
   const vtkIdType tuples = array.GetNumberOfTuples();
   const int components = array.GetNumberOfComponents();
   auto values = std::make_shared<std::vector<T>>(static_cast<std::size_t>(tuples * components));
@@ -140,7 +140,7 @@ std::shared_ptr<const void> copy_of(vtkDataArray& array) {
   return {values, values->data()};
 }
 
-/// The numbers of an array, where they are if that can be.
+/// Numbers of an array, in place if possible.
 inline Voxels voxels_of(vtkDataArray& array, const VtkNumbers& numbers, bool copy) {
   Voxels voxels{.type = numbers.type, .components = array.GetNumberOfComponents(), .data = {}};
   if (numbers.as_they_are && !copy && array.HasStandardMemoryLayout()) {
@@ -159,7 +159,7 @@ inline Voxels voxels_of(vtkDataArray& array, const VtkNumbers& numbers, bool cop
   return voxels;
 }
 
-/// Why an array of VTK is not felt, half a sentence; empty: it is.
+/// Reason why an array cannot be felt, half a sentence; empty: it can.
 inline std::string why_not_felt(vtkAbstractArray& array, const std::string& name, std::int64_t tuples) {
   const int components = array.GetNumberOfComponents();
   if (!vtkDataArray::SafeDownCast(&array) || !numbers_of(array.GetDataType())) return "it holds no numbers";
@@ -170,7 +170,7 @@ inline std::string why_not_felt(vtkAbstractArray& array, const std::string& name
   return name == "vtkGhostType" ? "it marks ghosts, not data" : "";
 }
 
-/// The fields of a grid's points and cells.
+/// Fields of a grid's points and cells.
 inline Volume volume_of(vtkDataSet& data, const VtkGrids& grids, bool copy) {
   Volume volume;
   volume.format = "grid";
@@ -202,7 +202,7 @@ inline Volume volume_of(vtkDataSet& data, const VtkGrids& grids, bool copy) {
   return volume;
 }
 
-/// A folder that goes with its owner.
+/// Folder removed with its owner.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -219,7 +219,7 @@ class TemporaryFolder {
   std::filesystem::path path;
 };
 
-/// What `read_volume` makes of the same data in a file of VTK's: it resamples them, and tells the error.
+/// Resampled volume with its error, by `read_volume` of a temporary VTK file.
 inline Volume resampled(vtkDataSet& data, const FromVtkOptions& options) {
   const TemporaryFolder folder;
   vtkNew<vtkXMLDataSetWriter> writer;
@@ -238,7 +238,7 @@ inline Volume resampled(vtkDataSet& data, const FromVtkOptions& options) {
   try {
     volume = read_volume(file, read);
   } catch (const LoadError& error) {
-    // Its name says nothing to who has no file.
+    // The temporary name means nothing to the user.
     std::string what = error.what();
     if (const std::string place = file.string() + ": "; what.rfind(place, 0) == 0) what.erase(0, place.size());
     throw LoadError(what);
@@ -251,15 +251,15 @@ inline Volume resampled(vtkDataSet& data, const FromVtkOptions& options) {
 
 }  // namespace detail
 
-/// A volume of what is in VTK: every array of one or three numbers of its points and cells is a field under its own name.
+/// Volume of VTK data: every array of one or three numbers of its points and cells is a field under its own name.
 ///
-/// vtkImageData and vtkRectilinearGrid become grids that read the arrays where they are, in no time, if their numbers lie
-/// there as voxels do (not `copy`; 8-bit unsigned, 16-bit, int, float, double; not arrays of structures, which are copied).
-/// The arrays are kept as long as a field is, and must not change while one is: give a copy where the pipeline goes on
-/// (`copy`). Cells are voxels in their middles. What else there is (curvilinear, unstructured, with blank points or cells) goes
-/// the way of a file: through palpa-read (see read_volume.h), which resamples it and tells the error (`resampling`,
-/// `warnings`). Ghost cells that repeat a neighbour's are data like all others. Allocates; one thread at a time for one data
-/// set. Throws LoadError, one line, whose place is the data's class.
+/// vtkImageData and vtkRectilinearGrid become grids on the arrays in place, in constant time, if their memory layout is that of
+/// voxels (not `copy`; 8-bit unsigned, 16-bit, int, float, double; not arrays of structures, which are copied). The arrays are
+/// kept for the lifetime of the fields, and must not change meanwhile: pass a copy if the pipeline continues (`copy`). Cells
+/// become voxels at their centres. Other data (curvilinear, unstructured, with blank points or cells) are processed like a
+/// file: by palpa-read (see read_volume.h), which resamples them and reports the error (`resampling`, `warnings`). Ghost cells
+/// that repeat a neighbour's are ordinary data. Allocates; one thread at a time per data set. Throws LoadError, a line, whose
+/// place is the data's class.
 inline Volume from_vtk(vtkDataSet* data, const FromVtkOptions& options = {}) {
   if (!data) throw LoadError("vtkDataSet: is none; give one that its filter has updated");
   const std::string place = std::string(data->GetClassName()) + ": ";

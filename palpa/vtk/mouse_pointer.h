@@ -1,4 +1,4 @@
-// The mouse over anybody's renderer as a hand. Headers alone, for whatever VTK their user has.
+// Mouse over any renderer as a hand. Header-only, for any VTK of the user.
 #pragma once
 
 #include <vtkCallbackCommand.h>
@@ -20,18 +20,18 @@
 
 namespace palpa {
 
-/// Moves a `MouseHand` as the mouse moves over the picture, as far as that is at the camera's focal point, and with each notch
-/// of the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn the
-/// view, and the hand rests; the wheel is the hand's alone. Window's thread; allocates when it is made only.
+/// Moves a `MouseHand` with the mouse over the picture, by the distance at the camera's focal point, and by 2 mm per notch of
+/// the wheel away from the eye, or back. While a button is pressed the interactor's style has the mouse, to rotate the view,
+/// and the hand rests; the wheel always moves the hand. Window's thread; allocates at construction only.
 class MousePointer {
  public:
-  /// [hand m] that a notch of the wheel moves the hand. More: the way through a skull is a few jumps; less: many notches.
+  /// [hand m] motion per notch of the wheel. More: a skull takes a few jumps; less: many notches.
   static constexpr double notch_m = 0.002;
 
-  /// \param interactor     has its style already
-  /// \param renderer       whose camera is looked through
-  /// \param pointer        outlives this
-  /// \param hand_to_world  where the hand is in what the renderer shows: `scene.hand_to_world()` where that is the data's world
+  /// \param interactor     with its style set
+  /// \param renderer       with the camera
+  /// \param pointer        must outlive this object
+  /// \param hand_to_world  hand frame to the renderer's world: `scene.hand_to_world()` if that is the data's
   MousePointer(vtkRenderWindowInteractor* interactor, vtkRenderer* renderer, MouseHand& pointer,
                const Similarity& hand_to_world)
       : interactor_(interactor), renderer_(renderer), pointer_(pointer), map_(hand_to_world) {
@@ -39,7 +39,7 @@ class MousePointer {
     command_->SetCallback(
         [](vtkObject*, unsigned long event, void* self, void*) { static_cast<MousePointer*>(self)->follow(event); });
     for (const auto event : {vtkCommand::MouseMoveEvent, vtkCommand::LeaveEvent}) interactor->AddObserver(event, command_);
-    // In place of what the style makes of the wheel.
+    // Replaces the style's use of the wheel.
     for (const auto event : {vtkCommand::MouseWheelForwardEvent, vtkCommand::MouseWheelBackwardEvent})
       interactor->GetInteractorStyle()->AddObserver(event, command_);
     style_ = vtkInteractorStyle::SafeDownCast(interactor->GetInteractorStyle());
@@ -53,13 +53,13 @@ class MousePointer {
 
  private:
   void follow(unsigned long event) {
-    if (event == vtkCommand::LeaveEvent) return last_px_.reset();  // the mouse may come back anywhere
+    if (event == vtkCommand::LeaveEvent) return last_px_.reset();  // the mouse may return anywhere
     vtkCamera& camera = *renderer_->GetActiveCamera();
     std::array<double, 3> up{}, into{};
     camera.GetViewUp(up.data());
     camera.GetDirectionOfProjection(into.data());
     const Vec3 in{into[0], into[1], into[2]}, right = normalized(cross(in, {up[0], up[1], up[2]})), above = cross(right, in);
-    Vec3 way_m;  // in what the renderer shows
+    Vec3 way_m;  // in the renderer's world
     if (event == vtkCommand::MouseMoveEvent) {
       const std::array<int, 2> at_px{interactor_->GetEventPosition()[0], interactor_->GetEventPosition()[1]};
       const std::array<int, 2> before_px = last_px_.value_or(at_px);

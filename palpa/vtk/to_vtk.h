@@ -1,4 +1,4 @@
-// The way back: fields, paths and transfer functions as VTK has them. Headers alone, for whatever VTK their user has.
+// Fields, paths and transfer functions as VTK objects. Header-only, for any VTK of the user.
 #pragma once
 
 #include <vtkCellArray.h>
@@ -46,7 +46,7 @@ inline vtkSmartPointer<vtkDataArray> vtk_array(VoxelType type) {
   throw std::invalid_argument("the grid's type of voxel is unknown");
 }
 
-/// An image of this place without values; false where VTK's images cannot lie so (sheared, uneven).
+/// Sets the geometry of an image without values; false if no VTK image has it (sheared, uneven).
 inline bool place_image(const GridGeometry& grid, vtkImageData& image) {
   if (grid.is_rectilinear()) return false;
   const Mat3 steps = transposed(grid.index_to_world_m);
@@ -71,10 +71,10 @@ inline bool place_image(const GridGeometry& grid, vtkImageData& image) {
 
 }  // namespace detail
 
-/// A field as an image, with its values as scalars, or vectors. A grid keeps its voxels, in their own type where they need no
-/// scale (the values between them are VTK's, trilinear); what has none, or lies as no image of VTK can, is sampled over its
-/// box, NaN where it has no data. Allocates: the values are a copy. Any thread.
-/// \param samples  along the longest side, of what is sampled; >= 2
+/// Field as an image, with its values as scalars, or vectors. A grid keeps its voxels, in their own type if they need no scale
+/// (interpolated by VTK, trilinear); a field without voxels, or with a geometry that no VTK image has, is sampled over its box,
+/// NaN without data. Allocates: the values are a copy. Any thread.
+/// \param samples  along the longest side, if sampled; >= 2
 /// Throws std::invalid_argument, with a sentence, on fewer.
 inline vtkSmartPointer<vtkImageData> to_vtk(const Field& field, const std::string& name = "value", int samples = 128) {
   auto image = vtkSmartPointer<vtkImageData>::New();
@@ -139,7 +139,7 @@ inline vtkSmartPointer<vtkImageData> to_vtk(const Field& field, const std::strin
   return image;
 }
 
-/// What was felt, as one line through the proxy's places [m] and a vertex at each, with every column as an array: the same as
+/// Felt path as a line through the proxy's positions [m] and a vertex at each, with every column as an array, like
 /// `palpa export … .vtp`. Allocates; any thread.
 inline vtkSmartPointer<vtkPolyData> to_vtk(const FeltPath& path) {
   auto line = vtkSmartPointer<vtkPolyData>::New();
@@ -174,8 +174,9 @@ inline vtkSmartPointer<vtkPolyData> to_vtk(const FeltPath& path) {
   return line;
 }
 
-/// A transfer function as VTK's, for what is seen as it is felt: opacity by strength. Steps become as steep as doubles are.
-/// Allocates; any thread. \param factor  [1/N] or [1] of the results: 1 / 5 N makes 5 N opaque
+/// Transfer function as VTK's, to display as it is felt: opacity by strength. Steps become as steep as doubles allow.
+/// Allocates; any thread.
+/// \param factor  [1/N] or [1] of the results: 1 / 5 N makes 5 N opaque
 inline vtkSmartPointer<vtkPiecewiseFunction> to_vtk(const TransferFunction& curve, double factor = 1.0) {
   auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
   const auto& points = curve.points();
@@ -185,7 +186,7 @@ inline vtkSmartPointer<vtkPiecewiseFunction> to_vtk(const TransferFunction& curv
   const bool steps_begin = points.front().result != outside, steps_end = points.back().result != outside;
   if (steps_begin) function->AddPoint(std::nextafter(points.front().value, -infinity), factor * outside);
   for (std::size_t n = 0; n < points.size(); ++n) {
-    // VTK has one point at one value.
+    // VTK has one point per value.
     const bool above_a_step = n > 0 && points[n].value == points[n - 1].value;
     function->AddPoint(above_a_step ? std::nextafter(points[n].value, infinity) : points[n].value, factor * points[n].result);
   }
@@ -197,13 +198,14 @@ inline vtkSmartPointer<vtkPiecewiseFunction> to_vtk(const TransferFunction& curv
   return function;
 }
 
-/// A function of VTK's as a transfer function: straight pieces as they are, bent ones (midpoint, sharpness) as 32 straight
-/// ones. Beyond its points it is 0 where the function does not clamp. Where it does, its ends' results hold beyond, which must
-/// be the same at both, as a transfer function has one.
-/// Throws std::invalid_argument, with a sentence, on a function without points, one that clamps to two results, and on what
-/// TransferFunction refuses. Allocates; any thread. \param factor  [N] or [1] of VTK's values: 5 N where 1 is opaque
+/// VTK's function as a transfer function: straight pieces unchanged, bent ones (midpoint, sharpness) as 32 straight ones.
+/// Beyond its points it is 0 if the function does not clamp. If it does, the results of its ends extend, which must be equal,
+/// as a transfer function has only one.
+/// Throws std::invalid_argument, with a sentence, on a function without points, one that clamps to two results, and on points
+/// that TransferFunction refuses. Allocates; any thread.
+/// \param factor  [N] or [1] of VTK's values: 5 N for an opacity of 1
 inline TransferFunction transfer_function_from_vtk(vtkPiecewiseFunction& function, double factor = 1.0) {
-  constexpr int pieces = 32;  // of a bent piece. More: more points for each look; fewer: corners are felt
+  constexpr int pieces = 32;  // of a bent piece. More: slower lookups; fewer: corners are felt
   const int count = function.GetSize();
   if (count == 0) throw std::invalid_argument("vtkPiecewiseFunction: has no points; add one");
   std::vector<TransferFunction::Point> points;
