@@ -4,7 +4,7 @@
 
 namespace palpa {
 
-using namespace phantom;
+using namespace detail::phantom;
 
 Volume plane_field(double size_m) {
   check_length("the size of a plane's box", size_m);

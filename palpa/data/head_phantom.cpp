@@ -3,7 +3,7 @@
 
 namespace palpa {
 
-using namespace phantom;
+using namespace detail::phantom;
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include "palpa/data/timed_field.h"
 #include "palpa/data/volume.h"
 
-namespace palpa::phantom {
+namespace palpa::detail::phantom {
 
 /// Formula over its box; no data outside. `Law` returns a ScalarSample or a VectorSample.
 template <class Law>
@@ -199,4 +199,4 @@ inline void paint(ScalarSample& onto, double value_hu, const Distance& shape) no
   onto.value += a.w * (value_hu - onto.value);
 }
 
-}  // namespace palpa::phantom
+}  // namespace palpa::detail::phantom

@@ -17,7 +17,7 @@
 
 namespace palpa {
 
-using namespace scene_file;
+using namespace detail::scene_file;
 using detail::Finding;
 using detail::in_quotes;
 using detail::suggestion;
@@ -237,9 +237,9 @@ class Loader {
       table = nearest->as_table();
     }
     if (table) step(table->get(part.key));
-    return nearest ? scene_file::place_of(*nearest) : name_ + ":1:1";
+    return nearest ? detail::scene_file::place_of(*nearest) : name_ + ":1:1";
   }
-  static std::string place_of(const toml::node& node) { return scene_file::place_of(node); }
+  static std::string place_of(const toml::node& node) { return detail::scene_file::place_of(node); }
 
   std::string name_;
   std::filesystem::path folder_;

@@ -14,7 +14,7 @@
 #include "palpa/data/read_series.h"
 #include "palpa/data/timed_field.h"
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 using detail::in_quotes;
 
@@ -308,4 +308,4 @@ void VolumeLoader::open(const VolumePlan& plan, Scene& scene, std::vector<std::s
   for (const std::string& warning : added.volume.warnings) warnings.push_back(warning_of(plan, warning));
 }
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file

@@ -10,7 +10,7 @@
 #include "palpa/scene/load_scene.h"
 #include "palpa/scene/part_reader.h"
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 struct VolumePlan;
 
@@ -49,4 +49,4 @@ class VolumeLoader {
   std::vector<std::string> names_;
 };
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file

@@ -6,7 +6,7 @@
 #include "palpa/base/wording.h"
 #include "palpa/scene/scene_checks.h"
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 using detail::in_quotes;
 using detail::sentence_of;
@@ -142,4 +142,4 @@ void PartReader::named_tables(const toml::table& table, const Key& key, Paramete
   }
 }
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file

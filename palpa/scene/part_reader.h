@@ -9,7 +9,7 @@
 #include "palpa/scene/parts.h"
 #include "palpa/scene/toml_section.h"
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 using detail::Key;
 using detail::Keys;
@@ -61,4 +61,4 @@ Section read(const toml::table& table, std::string where, Part& part, const std:
   return section;
 }
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file

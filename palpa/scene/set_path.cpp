@@ -10,7 +10,7 @@
 #include "palpa/base/wording.h"
 #include "palpa/scene/toml_section.h"
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 using detail::in_quotes;
 using detail::suggestion;
@@ -92,4 +92,4 @@ toml::table& SetPath::item(toml::table& owner, const std::string& list, const st
   fail(place, "no " + kind + " " + in_quotes(name) + "; " + suggestion(name, names));
 }
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 /// Edits the tables of a scene before anything is read from them, so that every check applies to what was set. Throws
 /// SceneError at "--set PATH".
@@ -26,4 +26,4 @@ class SetPath {
   toml::table& root_;
 };
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file

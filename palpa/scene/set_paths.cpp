@@ -8,7 +8,7 @@
 
 namespace palpa {
 
-using namespace scene_file;
+using namespace detail::scene_file;
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include "palpa/data/length_unit.h"
 #include "palpa/scene/scene.h"
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 using detail::in_quotes;
 using detail::Key;
@@ -182,4 +182,4 @@ std::string text_of(const toml::node& node) {
   return {};
 }
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file

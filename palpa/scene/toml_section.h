@@ -11,7 +11,7 @@
 #include "palpa/base/wording.h"
 #include "palpa/scene/keys.h"
 
-namespace palpa::scene_file {
+namespace palpa::detail::scene_file {
 
 inline constexpr std::string_view set_mark = "--set ";  // stands for the file's name in values from --set
 
@@ -60,4 +60,4 @@ class Section {
   std::string where_;
 };
 
-}  // namespace palpa::scene_file
+}  // namespace palpa::detail::scene_file
