@@ -33,6 +33,8 @@ std::vector<Finding> field_findings(const Scene& scene, const SceneMode& mode, s
 /// Existence and kind of drawn fields: warnings, as the scene can be felt anyway.
 std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLayer>& layers);
 std::vector<Finding> time_findings(const Scene& scene);
+/// Ranges of the workspace's keys.
+std::vector<Finding> workspace_findings(const Workspace& workspace);
 /// All, warnings included.
 std::vector<Finding> findings(const Scene& scene);
 
