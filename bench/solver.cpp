@@ -297,8 +297,8 @@ class Figures {
   void at_most(const std::string& what, double value, double limit, const char* unit) {
     const bool met = value <= limit;
     char line[200];
-    std::snprintf(line, sizeof line, "%-7s %-66s %10.4g %s (asked: at most %g)", met ? "met" : "MISSED", what.c_str(), value, unit,
-                  limit);
+    std::snprintf(line, sizeof line, "%-7s %-66s %10.4g %s (asked: at most %g)", met ? "met" : "MISSED", what.c_str(), value,
+                  unit, limit);
     lines_.push_back(line);
     missed_ += !met;
   }
