@@ -1,7 +1,6 @@
-// What a balance costs: the exact law by family, number of primitives and stage, in scenes under a moving hand, and
-// beside the laws of earlier systems and general solvers.
+// What a balance costs: the exact law by family, number of primitives and stage, and in scenes under a moving hand.
 //
-//   bench_solver [--problems 200] [--family NAME] [--part scenes|families|baselines|general]
+//   bench_solver [--problems 200] [--family NAME] [--part scenes|families]
 //
 // Times are of `Solver::solve` alone, by the clock named at the top, less what that clock costs by itself. Each problem
 // is timed 3 times and the best kept; median, p99 and maximum are then taken over problems, so that they tell of hard
@@ -11,8 +10,6 @@
 // primitives; a quarter of that at 64, a tenth at 1000, a twentieth with evicted caches.
 //
 // The exit status is 1 if a figure asked for is missed or a solve allocates.
-#include <palpa/baseline/ikits_2003.h>
-#include <palpa/baseline/paper_2005.h>
 #include <palpa/solver/solver.h>
 
 #include <algorithm>
@@ -20,23 +17,16 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "interior_point.h"
 #include "solver_clock.h"
 #include "solver_scenes.h"
 #include "tests/solver/counted_allocations.h"
 #include "tests/solver/problem_families.h"
 #include "tests/solver/random_problems.h"
-#include "tests/solver/reference.h"
-#if PALPA_BENCH_IPOPT
-#include "solver_ipopt.h"
-#endif
 
 namespace {
 
@@ -96,10 +86,6 @@ class Values {
   }
   double median() const { return quantile(0.5); }
   double max() const { return quantile(1.0); }
-  double share_above(double limit) const {
-    const auto above = std::count_if(values_.begin(), values_.end(), [&](double v) { return v > limit; });
-    return values_.empty() ? 0.0 : static_cast<double>(above) / static_cast<double>(values_.size());
-  }
 
  private:
   mutable std::vector<double> values_;
@@ -309,16 +295,12 @@ class Figures {
  public:
   /// A figure with its limit, both in `unit`.
   void at_most(const std::string& what, double value, double limit, const char* unit) {
-    add(what, value, value <= limit, limit, unit, "at most");
-  }
-  void at_least(const std::string& what, double value, double limit, const char* unit) {
-    add(what, value, value >= limit, limit, unit, "at least");
-  }
-  /// A figure that nobody asked for.
-  void note(const std::string& what, double value, const char* unit) {
+    const bool met = value <= limit;
     char line[200];
-    std::snprintf(line, sizeof line, "%-7s %-66s %10.4g %s", "", what.c_str(), value, unit);
+    std::snprintf(line, sizeof line, "%-7s %-66s %10.4g %s (asked: at most %g)", met ? "met" : "MISSED", what.c_str(), value,
+                  unit, limit);
     lines_.push_back(line);
+    missed_ += !met;
   }
   int missed() const { return missed_; }
   void print() const {
@@ -327,14 +309,6 @@ class Figures {
   }
 
  private:
-  void add(const std::string& what, double value, bool met, double limit, const char* unit, const char* relation) {
-    char line[200];
-    std::snprintf(line, sizeof line, "%-7s %-66s %10.4g %s (asked: %s %g)", met ? "met" : "MISSED", what.c_str(), value, unit,
-                  relation, limit);
-    lines_.push_back(line);
-    missed_ += !met;
-  }
-
   std::vector<std::string> lines_;
   int missed_ = 0;
 };
@@ -389,139 +363,13 @@ void measure_families(Bench& bench, const Options& options, Figures& figures) {
   print_rows("", pooled);
 }
 
-/// Errors against the reference, and times.
-struct Compared {
-  Values time_ns, error_m;
-  int failed = 0;  ///< did not converge, by its own account
-};
-
-void print_compared(const char* name, int n, const Compared& c, const Compared& exact) {
-  std::printf("%-44s %4d | %9.0f %9.0f %10.0f | %8.3g %8.3g | %9.2e %9.2e %9.2e | %8.2f | %6d\n", name, n, c.time_ns.median(),
-              c.time_ns.quantile(0.99), c.time_ns.max(), c.time_ns.median() / exact.time_ns.median(),
-              c.time_ns.quantile(0.99) / exact.time_ns.quantile(0.99), c.error_m.median(), c.error_m.quantile(0.99),
-              c.error_m.max(), 100.0 * c.error_m.share_above(1e-6), c.failed);
-}
-
-void print_compared_head() {
-  std::printf("%-44s %4s | %9s %9s %10s | %8s %8s | %9s %9s %9s | %8s | %6s\n", "solver", "n", "median", "p99", "max [ns]",
-              "x median", "x p99", "error med", "p99", "max [m]", "> 1um %", "failed");
-}
-
-/// The laws of earlier systems on the same problems, cold. `pick` says which families.
-void measure_baselines(Bench& bench, const Options& options, const char* title,
-                       const std::function<bool(const Family&)>& pick) {
-  Solver exact(most_primitives);
-  baseline::Paper2005 paper(most_primitives);
-  baseline::Ikits2003 ikits(baseline::Ikits2003::Moves::added, most_primitives);
-  baseline::Ikits2003 sequential(baseline::Ikits2003::Moves::one_after_another, most_primitives);
-  const std::pair<const char*, Law*> laws[] = {
-      {"exact", &exact}, {"paper-2005", &paper}, {"ikits-2003", &ikits}, {"ikits-2003-sequential", &sequential}};
-  std::printf("\nEarlier systems' laws, cold and hot: %s\n", title);
-  print_compared_head();
-  for (const int n : sizes) {
-    std::array<Compared, std::size(laws)> all;
-    int uncertified = 0;
-    for (const Family& family : test::families()) {
-      if (family.is_new || !pick(family)) continue;
-      std::vector<Problem> problems = problems_of(family, n, std::max(1, count_for(options, n) / 8), false);
-      for (Problem& problem : problems_of(family, n, std::max(1, count_for(options, n) / 8), true)) {
-        problems.push_back(std::move(problem));
-      }
-      for (const Problem& problem : problems) {
-        const test::Reference reference = test::reference_balance(problem);
-        if (!reference.certified) {
-          ++uncertified;
-          continue;
-        }
-        for (std::size_t i = 0; i < std::size(laws); ++i) {
-          Balance balance;
-          all[i].time_ns.add(bench.cold_ns(*laws[i].second, problem, false, balance));
-          all[i].error_m.add(test::error_m(reference, balance.position_m));
-        }
-      }
-    }
-    for (std::size_t i = 0; i < std::size(laws); ++i) print_compared(laws[i].first, n, all[i], all[0]);
-    if (uncertified > 0) std::printf("  %d problems left out: the reference does not certify them\n", uncertified);
-  }
-  std::printf(
-      "times of earlier laws include the proven bound that each answer carries; of paper-2005 also the sweeps that it needs\n");
-}
-
-/// The best time [ns] of some calls.
-template <class Call>
-double best_ns(const Clock& clock, Call call) {
-  double best = 1e300;
-  for (int repeat = 0; repeat < repeats; ++repeat) {
-    const std::uint64_t begin = Clock::now();
-    call();
-    best = std::min(best, clock.ns_between(begin, Clock::now()));
-  }
-  return best;
-}
-
-void measure_general(Bench& bench, const Options& options, Figures& figures) {
-  constexpr int largest = 64;
-  std::printf("\nGeneral solvers, cold and hot, problems without drags, to 1e-8 of the problem's scale\n");
-#if PALPA_BENCH_IPOPT
-  std::printf(
-      "Ipopt: the smooth dual, sparse, exact derivatives; its set-up and allocations are in the time, which "
-      "at this size\nis bookkeeping (options by name, timers) more than arithmetic: our own shows what a lean method costs\n");
-#else
-  std::printf("Ipopt: not measured, libipopt was not found when this was built (Debian: coinor-libipopt-dev)\n");
-#endif
-  std::printf("interior point: our own, a dense conic method that knows nothing of the balance\n");
-  print_compared_head();
-  Solver solver(most_primitives);
-  bench::InteriorPoint own(largest);
-  for (const Family& family : test::families()) {
-    if (!is_ordinary(family) && std::string_view(family.name) != "mixture") continue;
-    for (const int n : sizes) {
-      if (n > largest) continue;
-      Compared exact, interior, ipopt;
-      for (const Problem& problem : problems_of(family, n, std::max(10, count_for(options, n) / 4), false)) {
-        const test::Reference reference = test::reference_balance(problem);
-        if (!reference.certified) continue;
-        Balance balance;
-        exact.time_ns.add(bench.cold_ns(solver, problem, false, balance));
-        exact.error_m.add(test::error_m(reference, balance.position_m));
-        bench::InteriorPoint::Answer answer;
-        const long before = test::allocations;
-        const double interior_ns = best_ns(bench.clock(), [&] { answer = own.balance_m(problem); });
-        if (test::allocations != before) std::printf("our own interior point allocated\n");
-        interior.time_ns.add(interior_ns);
-        interior.error_m.add(test::error_m(reference, answer.position_m));
-        interior.failed += !answer.converged;
-#if PALPA_BENCH_IPOPT
-        bench::IpoptAnswer general;
-        ipopt.time_ns.add(best_ns(bench.clock(), [&] { general = bench::balance_by_ipopt(problem, 1e-8); }));
-        ipopt.error_m.add(test::error_m(reference, general.position_m));
-        ipopt.failed += !general.converged;
-#endif
-      }
-      const std::string name = family.name;
-      print_compared((name + ": exact law").c_str(), n, exact, exact);
-      print_compared((name + ": interior point (our own)").c_str(), n, interior, exact);
-      if (!ipopt.time_ns.empty()) print_compared((name + ": Ipopt").c_str(), n, ipopt, exact);
-      if (n > 16 || !is_ordinary(family)) continue;
-      const std::string on = " / exact law, " + name + ", " + std::to_string(n) + " primitives, median";
-      const double of_interior = interior.time_ns.median() / exact.time_ns.median();
-      if (ipopt.time_ns.empty()) {
-        figures.at_least("our own interior point" + on, of_interior, 100, "x");
-      } else {
-        figures.at_least("Ipopt" + on, ipopt.time_ns.median() / exact.time_ns.median(), 100, "x");
-        figures.note("our own interior point" + on, of_interior, "x");
-      }
-    }
-  }
-}
-
 std::optional<Options> options_of(int argc, char** argv) {
   Options options;
   for (int i = 1; i < argc; ++i) {
     const std::string_view key = argv[i];
     if (key == "--part" && i + 1 < argc) {
       options.part = argv[++i];
-      constexpr std::string_view parts[] = {"scenes", "families", "baselines", "general"};
+      constexpr std::string_view parts[] = {"scenes", "families"};
       if (std::find(std::begin(parts), std::end(parts), options.part) == std::end(parts)) return std::nullopt;
     } else if (key == "--problems" && i + 1 < argc) {
       options.problems = std::atoi(argv[++i]);
@@ -541,7 +389,7 @@ std::optional<Options> options_of(int argc, char** argv) {
 int main(int argc, char** argv) {
   const std::optional<Options> options = options_of(argc, argv);
   if (!options) {
-    std::fputs("usage: bench_solver [--problems N] [--family NAME] [--part scenes|families|baselines|general]\n", stderr);
+    std::fputs("usage: bench_solver [--problems N] [--family NAME] [--part scenes|families]\n", stderr);
     return 2;
   }
   Bench bench;
@@ -554,11 +402,6 @@ int main(int argc, char** argv) {
   };
   if (asked("scenes")) measure_scenes(bench, figures);
   if (asked("families")) measure_families(bench, *options, figures);
-  if (asked("baselines")) {
-    measure_baselines(bench, *options, "ordinary families", is_ordinary);
-    measure_baselines(bench, *options, "degenerate families", [](const Family& family) { return !is_ordinary(family); });
-  }
-  if (asked("general")) measure_general(bench, *options, figures);
   figures.at_most("allocations in " + std::to_string(bench.solves()) + " solves", static_cast<double>(bench.allocations()), 0,
                   "");
   figures.print();

@@ -159,47 +159,62 @@ Shade shade_of(const FeltDifference& difference, std::size_t i) {
   return difference.told[i] != 0 ? Shade::told : difference.difference_n[i] > contact_force_n ? Shade::other : Shade::same;
 }
 
-/// The hand's way, seen along one axis of the hand.
-Drawing way_along(const Pair& pair, const char* title, const Vec3& right, const Vec3& up, double half_mm,
-                  const Vec3& middle_m) {
-  const auto point = [&](std::size_t i) {
+constexpr double view_width_px = 380.0, view_height_px = 400.0;  // of one of the three views of the hand's way
+
+/// The hand's way along two axes of the hand, as elements of an SVG. Titles are ours and need no escape.
+std::string way_along(const Pair& pair, const char* title, const Vec3& right, const Vec3& up, double half_mm,
+                      const Vec3& middle_m) {
+  constexpr double title_px = 26.0, margin_px = 6.0, side_px = view_height_px - title_px - 2.0 * margin_px;
+  const double px_per_mm = 0.5 * side_px / half_mm;
+  const auto mm = [&](std::size_t i) {
     const Vec3 from_m = pair.a(i).probe_m - middle_m;
-    return DrawingPoint{1e3 * dot(from_m, right), 1e3 * dot(from_m, up)};
+    return std::array{1e3 * dot(from_m, right), 1e3 * dot(from_m, up)};
   };
-  Drawing drawing{.title = title, .low = {-half_mm, -half_mm}, .high = {half_mm, half_mm}, .parts = {}};
+  const auto px = [&](const std::array<double, 2>& at_mm) {
+    return std::array{0.5 * view_width_px + px_per_mm * at_mm[0],
+                      view_height_px - margin_px - 0.5 * side_px - px_per_mm * at_mm[1]};
+  };
+  std::string shapes =
+      text("<text x=\"%.0f\" y=\"22\" text-anchor=\"middle\" font-size=\"14\" font-weight=\"bold\">%s</text>\n",
+           0.5 * view_width_px, title);
   struct Look {
     Shade shade;
-    palpa::CurveColor color;
-    float width_px;
+    const char* color;
+    int width_px;
   };
-  for (const Look& look : {Look{Shade::same, palpa::CurveColor::grey, 1.0F}, Look{Shade::other, palpa::CurveColor::sky, 2.0F},
-                           Look{Shade::told, palpa::CurveColor::vermilion, 3.0F}}) {
-    std::vector<DrawingPoint> line;
+  for (const Look& look :
+       {Look{Shade::same, "#787878", 1}, Look{Shade::other, "#3e9cd1", 2}, Look{Shade::told, "#d55e00", 3}}) {
+    std::vector<std::array<double, 2>> line;  // [mm]
     const auto draw = [&] {
-      if (line.size() > 1) drawing.path(line, look.color, Stroke::solid, look.width_px);
+      if (line.size() > 1) {
+        shapes += text("<polyline fill=\"none\" stroke=\"%s\" stroke-width=\"%d\" points=\"", look.color, look.width_px);
+        for (const auto& at_mm : line) shapes += text("%.2f,%.2f ", px(at_mm)[0], px(at_mm)[1]);
+        shapes += "\"/>\n";
+      }
       line.clear();
     };
     for (std::size_t i = 0; i < pair.ticks(); ++i) {
       if (!pair.a(i).usable || shade_of(pair.difference, i) != look.shade) {
-        if (pair.a(i).usable && !line.empty()) line.push_back(point(i));
+        if (pair.a(i).usable && !line.empty()) line.push_back(mm(i));
         draw();
         continue;
       }
-      const DrawingPoint next = point(i);
-      if (line.empty() || std::hypot(next.x_mm - line.back().x_mm, next.y_mm - line.back().y_mm) > drawn_apart_mm)
-        line.push_back(next);
+      const std::array<double, 2> next = mm(i);
+      if (line.empty() || std::hypot(next[0] - line.back()[0], next[1] - line.back()[1]) > drawn_apart_mm) line.push_back(next);
     }
     draw();
   }
   const double bar_mm = half_mm > 40.0 ? 20.0 : half_mm > 10.0 ? 10.0 : 2.0;
-  const DrawingPoint begin{-0.95 * half_mm, -0.95 * half_mm}, end{begin.x_mm + bar_mm, begin.y_mm};
-  drawing.path({begin, end}, palpa::CurveColor::black, Stroke::solid, 2.5F);
-  drawing.text({end.x_mm + 0.04 * half_mm, end.y_mm}, text("%.0f mm", bar_mm), -1);
+  const auto [x, y] = px({-0.95 * half_mm, -0.95 * half_mm});
+  const double end = x + px_per_mm * bar_mm;
+  shapes += text("<path stroke=\"#000000\" stroke-width=\"2.5\" d=\"M%.2f %.2fH%.2f\"/>\n", x, y, end);
+  shapes += text("<text x=\"%.2f\" y=\"%.2f\" font-size=\"13\">%.0f mm</text>\n", end + 8.0, y + 4.0, bar_mm);
   if (pair.difference.difference_n[pair.difference.largest] > 0.0) {
-    const DrawingPoint largest = point(pair.difference.largest);
-    drawing.ring(largest, palpa::CurveColor::black, 5.0F);
+    const auto at = px(mm(pair.difference.largest));
+    shapes += text("<circle cx=\"%.2f\" cy=\"%.2f\" r=\"5\" fill=\"#ffffff\" stroke=\"#000000\" stroke-width=\"1.6\"/>\n",
+                   at[0], at[1]);
   }
-  return drawing;
+  return shapes;
 }
 
 std::string where_markup(const Pair& pair, const ReportOptions& options) {
@@ -213,11 +228,19 @@ std::string where_markup(const Pair& pair, const ReportOptions& options) {
   if (!(low_m.x <= high_m.x)) return "<p class=\"soft\">It was never known where the hand was.</p>\n";
   const double half_mm = std::max(1.0, 0.55e3 * largest_component(high_m - low_m));
   const Vec3 middle_m = 0.5 * (low_m + high_m);
-  Sheet sheet{.columns = 3, .panels = {}};
-  sheet.panels.emplace_back(way_along(pair, "from where you sit", {1, 0, 0}, {0, 1, 0}, half_mm, middle_m));
-  sheet.panels.emplace_back(way_along(pair, "from the left, you at the right", {0, 0, 1}, {0, 1, 0}, half_mm, middle_m));
-  sheet.panels.emplace_back(way_along(pair, "from above, you below", {1, 0, 0}, {0, 0, -1}, half_mm, middle_m));
-  std::string svg = svg_of(sheet, 1140, 400, "where-");
+  std::string svg = text(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" viewBox=\"0 0 %.0f %.0f\" "
+      "font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n"
+      "<rect width=\"100%%\" height=\"100%%\" fill=\"#ffffff\"/>\n",
+      3.0 * view_width_px, view_height_px, 3.0 * view_width_px, view_height_px);
+  double left_px = 0.0;
+  for (const std::string& view : {way_along(pair, "from where you sit", {1, 0, 0}, {0, 1, 0}, half_mm, middle_m),
+                                  way_along(pair, "from the left, you at the right", {0, 0, 1}, {0, 1, 0}, half_mm, middle_m),
+                                  way_along(pair, "from above, you below", {1, 0, 0}, {0, 0, -1}, half_mm, middle_m)}) {
+    svg += text("<g transform=\"translate(%.0f 0)\" stroke-linejoin=\"round\">\n", left_px) + view + "</g>\n";
+    left_px += view_width_px;
+  }
+  svg += "</svg>\n";
   keep(options, "where.svg", svg);
   svg.insert(4, " role=\"img\" aria-label=\"The way of the hand from three sides, with the places where the two differ.\"");
   std::string out =

@@ -392,112 +392,6 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
   legend->GetBrush()->SetColor(255, 255, 255, 0);
 }
 
-/// A drawing as an item of a scene.
-class DrawingItem : public vtkContextItem {
- public:
-  static DrawingItem* New();
-  vtkTypeMacro(DrawingItem, vtkContextItem);
-
-  void set(const Drawing& drawing, const vtkRectf& place, float scale) {
-    drawing_ = drawing;
-    place_ = place;
-    scale_ = scale;
-  }
-
-  bool Paint(vtkContext2D* painter) override {
-    const float title_px = drawing_.title.empty() ? 0.0f : 26 * scale_;
-    if (!drawing_.title.empty()) {
-      set_text(painter, CurveColor::black, 14, 0, true);
-      painter->DrawString(place_.GetX() + place_.GetWidth() / 2, place_.GetY() + place_.GetHeight() - title_px / 2,
-                          drawing_.title);
-    }
-    const float width_mm = static_cast<float>(drawing_.high.x_mm - drawing_.low.x_mm);
-    const float height_mm = static_cast<float>(drawing_.high.y_mm - drawing_.low.y_mm);
-    px_per_mm_ = std::min(place_.GetWidth() / width_mm, (place_.GetHeight() - title_px) / height_mm);
-    left_ = place_.GetX() + (place_.GetWidth() - px_per_mm_ * width_mm) / 2;
-    bottom_ = place_.GetY() + (place_.GetHeight() - title_px - px_per_mm_ * height_mm) / 2;
-    for (const Drawing::Part& part : drawing_.parts) draw(painter, part);
-    return true;
-  }
-
- protected:
-  DrawingItem() = default;
-  ~DrawingItem() override = default;
-
- private:
-  std::array<float, 2> at(const DrawingPoint& point) const {
-    return {left_ + px_per_mm_ * static_cast<float>(point.x_mm - drawing_.low.x_mm),
-            bottom_ + px_per_mm_ * static_cast<float>(point.y_mm - drawing_.low.y_mm)};
-  }
-  void set_text(vtkContext2D* painter, CurveColor color, int size, int align, bool bold) const {
-    vtkTextProperty* text = painter->GetTextProp();
-    const auto& c = rgb(color);
-    text->SetColor(c[0] / 255.0, c[1] / 255.0, c[2] / 255.0);
-    text->SetFontFamilyToArial();
-    text->SetFontSize(static_cast<int>(static_cast<float>(size) * scale_));
-    text->SetBold(bold);
-    text->SetItalic(false);
-    text->SetOrientation(0.0);
-    text->SetJustification(align < 0 ? VTK_TEXT_LEFT : align > 0 ? VTK_TEXT_RIGHT : VTK_TEXT_CENTERED);
-    text->SetVerticalJustification(VTK_TEXT_CENTERED);
-  }
-  void draw(vtkContext2D* painter, const Drawing::Part& part) const {
-    const auto& c = rgb(part.color);
-    painter->GetPen()->SetColor(c[0], c[1], c[2], 255);
-    painter->GetPen()->SetWidth(part.width_px * scale_);
-    painter->GetPen()->SetLineType(line_type(part.stroke));
-    painter->GetBrush()->SetColor(c[0], c[1], c[2], 255);
-    std::vector<float> xy;
-    for (const DrawingPoint& point : part.points) {
-      const auto p = at(point);
-      xy.insert(xy.end(), p.begin(), p.end());
-    }
-    const int corners = static_cast<int>(part.points.size());
-    switch (part.shape) {
-      case Drawing::Shape::path: painter->DrawPoly(xy.data(), corners); break;
-      case Drawing::Shape::area:
-        painter->GetPen()->SetLineType(vtkPen::NO_PEN);
-        painter->GetBrush()->SetColor(c[0], c[1], c[2], 38);
-        painter->DrawPolygon(xy.data(), corners);
-        break;
-      case Drawing::Shape::arrow: draw_arrow(painter, xy); break;
-      case Drawing::Shape::dot:
-        painter->GetPen()->SetLineType(vtkPen::NO_PEN);
-        painter->DrawEllipse(xy[0], xy[1], part.radius_px * scale_, part.radius_px * scale_);
-        break;
-      case Drawing::Shape::ring:
-        painter->GetBrush()->SetColor(255, 255, 255, 255);
-        painter->DrawEllipse(xy[0], xy[1], part.radius_px * scale_, part.radius_px * scale_);
-        break;
-      case Drawing::Shape::text:
-        set_text(painter, part.color, 13, part.align, false);
-        painter->DrawString(xy[0], xy[1], part.text);
-        break;
-    }
-  }
-  void draw_arrow(vtkContext2D* painter, const std::vector<float>& xy) const {
-    const float dx = xy[2] - xy[0], dy = xy[3] - xy[1], length = std::hypot(dx, dy);
-    if (!(length > 0.0f)) return;
-    const float head = std::min(9.0f * scale_, 0.6f * length), ux = dx / length, uy = dy / length;
-    const float foot[] = {xy[2] - head * ux, xy[3] - head * uy};
-    painter->DrawLine(xy[0], xy[1], foot[0], foot[1]);
-    float corners[] = {xy[2],
-                       xy[3],
-                       foot[0] - 0.42f * head * uy,
-                       foot[1] + 0.42f * head * ux,
-                       foot[0] + 0.42f * head * uy,
-                       foot[1] - 0.42f * head * ux};
-    painter->GetPen()->SetLineType(vtkPen::NO_PEN);
-    painter->DrawPolygon(corners, 3);
-  }
-
-  Drawing drawing_;
-  vtkRectf place_;
-  float scale_ = 1.0f;
-  float px_per_mm_ = 1.0f, left_ = 0.0f, bottom_ = 0.0f;
-};
-vtkStandardNewMacro(DrawingItem);
-
 /// Half the width and height, each pixel the mean of four.
 Picture halved(const Picture& fine) {
   Picture picture{.width_px = fine.width_px / 2, .height_px = fine.height_px / 2, .rgb = {}};
@@ -530,36 +424,11 @@ void fill(vtkContextScene* scene, const Sheet& sheet, int width_px, int height_p
     const auto column = static_cast<float>(static_cast<int>(i) % columns);
     const auto row = static_cast<float>(rows - 1 - static_cast<int>(i) / columns);
     const vtkRectf place(column * width + margin, row * height + margin, width - 2 * margin, height - 2 * margin);
-    if (const auto* plot = std::get_if<Plot>(&sheet.panels[i])) {
-      add_chart(scene, *plot, place, scale);
-    } else {
-      vtkNew<DrawingItem> item;
-      item->set(std::get<Drawing>(sheet.panels[i]), place, scale);
-      scene->AddItem(item);
-    }
+    add_chart(scene, sheet.panels[i], place, scale);
   }
 }
 
 }  // namespace
-
-void Drawing::path(std::vector<DrawingPoint> points, CurveColor color, Stroke stroke, float width_px) {
-  parts.push_back({.shape = Shape::path, .points = std::move(points), .color = color, .stroke = stroke, .width_px = width_px});
-}
-void Drawing::area(std::vector<DrawingPoint> points, CurveColor color) {
-  parts.push_back({.shape = Shape::area, .points = std::move(points), .color = color});
-}
-void Drawing::arrow(DrawingPoint from, DrawingPoint to, CurveColor color, float width_px) {
-  parts.push_back({.shape = Shape::arrow, .points = {from, to}, .color = color, .width_px = width_px});
-}
-void Drawing::dot(DrawingPoint at, CurveColor color, float radius_px) {
-  parts.push_back({.shape = Shape::dot, .points = {at}, .color = color, .radius_px = radius_px});
-}
-void Drawing::ring(DrawingPoint at, CurveColor color, float radius_px) {
-  parts.push_back({.shape = Shape::ring, .points = {at}, .color = color, .radius_px = radius_px});
-}
-void Drawing::text(DrawingPoint at, std::string text, int align, CurveColor color) {
-  parts.push_back({.shape = Shape::text, .points = {at}, .color = color, .text = std::move(text), .align = align});
-}
 
 Series thinned(const Series& series, double x_low, double x_high, int columns) {
   const std::size_t size = std::min(series.xs.size(), series.ys.size());

@@ -1,11 +1,10 @@
-// Plots and drawings to scale, as SVG and as pictures.
+// Plots, as SVG and as pictures.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "palpa/view/picture.h"
@@ -46,50 +45,10 @@ struct Plot {
   bool y_log = false;                                  ///< the same for the y axis
 };
 
-/// A point of a drawing.
-struct DrawingPoint {
-  double x_mm = 0.0;  ///< to the right
-  double y_mm = 0.0;  ///< up
-};
-
-/// A drawing to scale: the same millimetres along both axes. Nothing is clipped: the whole of `low` … `high`
-/// is seen.
-struct Drawing {
-  enum class Shape : std::uint8_t { path, area, arrow, dot, ring, text };
-  struct Part {
-    Shape shape = Shape::path;
-    std::vector<DrawingPoint> points{};  ///< path, area: its corners; arrow: from, to; dot, ring, text: where
-    CurveColor color = CurveColor::black;
-    Stroke stroke = Stroke::solid;
-    float width_px = 1.6f;   ///< [px] of lines
-    float radius_px = 4.5f;  ///< [px] of dot and ring
-    std::string text{};
-    int align = 0;  ///< of a text: -1 begins at its point, 0 stands in the middle, 1 ends there
-  };
-
-  std::string title{};
-  DrawingPoint low{};
-  DrawingPoint high{};
-  std::vector<Part> parts{};
-
-  /// A line of `width_px` [px] through points.
-  void path(std::vector<DrawingPoint> points, CurveColor color = CurveColor::black, Stroke stroke = Stroke::solid,
-            float width_px = 1.6f);
-  /// Lightly filled.
-  void area(std::vector<DrawingPoint> points, CurveColor color);
-  /// A shaft of `width_px` [px] with its head at `to`.
-  void arrow(DrawingPoint from, DrawingPoint to, CurveColor color, float width_px = 2.2f);
-  /// A disc of `radius_px` [px].
-  void dot(DrawingPoint at, CurveColor color, float radius_px = 4.5f);
-  /// A circle of `radius_px` [px], white inside.
-  void ring(DrawingPoint at, CurveColor color, float radius_px = 4.5f);
-  void text(DrawingPoint at, std::string text, int align = 0, CurveColor color = CurveColor::black);
-};
-
-/// Plots and drawings side by side, row by row.
+/// Plots side by side, row by row.
 struct Sheet {
   int columns = 1;
-  std::vector<std::variant<Plot, Drawing>> panels;
+  std::vector<Plot> panels;
 };
 
 /// As an SVG element of `width_px` × `height_px`, which scales: the vector form of the same chart that

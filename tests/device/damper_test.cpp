@@ -1,4 +1,4 @@
-// The damper in a closed loop with a device: what its encoder leaves of the damping. bench_damper prints the same as a table.
+// The damper in a closed loop with a device: what its encoder leaves of the damping.
 #include <gtest/gtest.h>
 
 #include "tests/device/closed_loop.h"

@@ -1,9 +1,13 @@
 #!/bin/bash
 # docs/reproduction.md holds what its program prints, unchanged, and says something of every claim.
-# Usage: reproduction_test.sh SOURCE PROGRAM
+# Usage: reproduction_test.sh SOURCE PYTHON
 set -euo pipefail
 page=$1/docs/reproduction.md
-printed=$("$2")
+"$2" -c 'import numpy, matplotlib' || exit 77
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+printed=$("$2" "$1/tools/figures/reproduction.py" "$folder")
+[ -s "$folder/claims.svg" ] && [ -s "$folder/claims.png" ] || { echo "FAILED: its figure is not drawn" && exit 1; }
 on_page=$(sed -n '/^<!-- printed by/,/^<!-- end/p' "$page" | grep '^|')
 if [ "$printed" != "$on_page" ]; then
   diff <(echo "$on_page") <(echo "$printed") || true

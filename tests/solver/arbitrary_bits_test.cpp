@@ -1,5 +1,4 @@
-// Whatever bits come in, a finite and honest answer comes out. The long run is a mode of
-// bench_solver_accuracy.
+// Arbitrary bits as input: the answer is finite and within its bound.
 #include "tests/solver/arbitrary_bits.h"
 
 #include <gtest/gtest.h>

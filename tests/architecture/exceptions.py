@@ -1,0 +1,52 @@
+"""What check_sources.py allows although a promise says otherwise, and why."""
+
+# Namespaces whose numbers need no unit: nothing outside of their layer uses them.
+internal = r"\b(detail|phantom|scene_file)\b|namespace\s*$"
+# Headers of the loader of scenes, which is made of TOML; none is installed.
+knows_toml = ("palpa/scene/set_path.h", "palpa/scene/toml_section.h")
+# Functions of more than 60 lines, by file: most are one list of fields, keys, widgets, cases of a switch or bindings.
+longer = {
+    "palpa/report/words.cpp": "words_of",
+    "palpa/scene/first_flow.cpp": "vortices_of",
+    "palpa/solver/solver.cpp": "pose",
+    "palpa/study/check_places.cpp": "check_places",
+    "palpa/study/summary.cpp": "add to_json",
+    "palpa/trace/trace_toml.cpp": "read_header",
+    "palpa/view/layers.cpp": "draw_layer surface_of",
+    "palpa/view/plot.cpp": "add_chart",
+    "palpa/view/scene_picture.cpp": "scene_picture",
+    "palpa/vtk/to_vtk.h": "to_vtk",
+    "reader/dicom_files.cpp": "query",
+    "reader/metaimage.cpp": "MetaImageSource",
+    "reader/resample_error.cpp": "look",
+    "app/cli_run.cpp": "add_run",
+    "explorer/drawing.cpp": "draw_for_window",
+    "explorer/function_editor.cpp": "FunctionEditor show_functions",
+    "explorer/main_window.cpp": "MainWindow",
+    "explorer/main_window_actions.cpp": "make_actions",
+    "explorer/panel.cpp": "build",
+    "explorer/parameter_form.cpp": "editor_of",
+    "python/modes.cpp": "bind_modes",
+    "python/scene.cpp": "bind_scene bind_volumes",
+}
+
+# (what, words, folders, how else, {file: why it may})
+words = [
+    ("opens files", r"\b(?:fopen|freopen|fdopen|gzopen|openat|creat|mkstemp|mkostemp|tmpfile|memfd_create|mmap|linkat|renameat2?|"
+     r"[io]?fstream|filebuf|QFile|QSaveFile|QTemporaryFile|QImageWriter|copy_file|parse_file)\b|"
+     r"(?:(?<![\w>])|(?<=return )|\bfs|\bfilesystem)::(?:open|rename|link|symlink)\b",
+     ("palpa", "reader", "app", "explorer", "devices"), "palpa/base/input_file.h or new_file.h",
+     {"palpa/base/input_file.cpp": "the way in", "palpa/base/mapped_file.cpp": "the way in", "palpa/base/new_file.cpp": "the way out",
+      "palpa/trace/writer.cpp": "rows of a recording, which must be there when the process is killed",
+      "palpa/file/shared_memory.cpp": "memory that is shared with palpa-read", "palpa/file/protocol_memory.cpp": "the same, mapped",
+      "palpa/file/raw_file.cpp": "memory in large pages", "palpa/base/free_memory.cpp": "free memory by the system",
+      "palpa/file/reader_process.cpp": "state of palpa-read by the system", "reader/serve.cpp": "state of this process by the system",
+      "reader/sandbox.cpp": "whether the sandbox keeps a file closed"}),
+    ("obeys the locale", r"\b(?:v?s?n?printf(?<!\bprintf)|vsprintf|asprintf|strto(?:d|f|ld)|atof|sto(?:d|f|ld)|[sf]scanf|put_money|"
+     r"setprecision|[io]?stringstream)\b", ("palpa", "app", "explorer", "devices", "python"), "detail::text, to_chars or from_chars",
+     {"palpa/base/printed.cpp": "where printf is held to the C locale", "palpa/file/reader_process.cpp": "whole numbers",
+      "palpa/view/offscreen.cpp": "words of a sentence", "palpa/device/open_device.cpp": "toml++ writes numbers by to_chars",
+      "app/reference.cpp": "words of the command line", "devices/inverse3.cpp": "an address, in the classic locale",
+      "devices/inverse3_connection.cpp": "an address, in the classic locale"}),
+    ("writes to the terminal", r"\b(?:v?f?printf|f?puts|putchar|fwrite|cout|cerr)\b|fmt::print\b", ("app",), "print or tell (app/terminal.h)",
+     {"app/terminal.cpp": "where it is cleaned", "app/live_terminal.cpp": "where it is cleaned"})]

@@ -1,0 +1,21 @@
+#!/usr/bin/env python3
+"""Draws the figures of docs/pictures that no scene gives, as SVG and PNG: draw.py FOLDER [NAME]"""
+
+import sys
+
+import common
+import paper_figures  # noqa: F401
+import path_figures  # noqa: F401
+import reproduction  # noqa: F401
+import theory_figures  # noqa: F401
+
+if len(sys.argv) not in (2, 3):
+    sys.exit(__doc__)
+names = sys.argv[2:] or list(common.figures)
+if names[0] not in common.figures:
+    sys.exit(f"draw.py: {names[0]}: no figure has this name; there are {', '.join(common.figures)}")
+try:
+    for file in common.write(sys.argv[1], names):
+        print(file)
+except OSError as error:
+    sys.exit(f"draw.py: {error}; choose another folder")
