@@ -117,7 +117,7 @@ class Live {
   Live& operator=(const Live&) = delete;
 
   /// The latest tick, of any thread.
-  LiveView look() {
+  LiveView latest() {
     LiveRun& live = run();
     const std::lock_guard lock(held_->looking);
     return live.loop().latest();
@@ -236,6 +236,29 @@ py::dict account_of(const LoopStatistics& account) {
   return all;
 }
 
+void bind_mouse_hand(py::module_& module) {
+  py::class_<OwnPointer, std::shared_ptr<OwnPointer>>(
+      module, "MouseHand",
+      "A mouse as a hand, for palpa.live(scene, device=MouseHand()): a window moves it, the loop reads it. What resists "
+      "shows:\n"
+      "the more force there is against a motion, the less of it the hand takes over. Draw the proxy, not the probe.")
+      .def(py::init([](double radius_m, double largest_force_n) {
+             if (!(radius_m > 0.0) || !(largest_force_n > 0.0))
+               throw py::value_error("'radius_m' and 'largest_force_n' lie above 0");
+             return std::make_shared<OwnPointer>(MouseHand::Options{.radius_m = radius_m, .largest_force_n = largest_force_n});
+           }),
+           py::kw_only(), py::arg("radius_m") = 0.12, py::arg("largest_force_n") = 3.3)
+      .def(
+          "move", [](OwnPointer& pointer, const py::object& way_m) { pointer.hand.move(vector_of(way_m, "way_m")); },
+          py::arg("way_m"), "Moves the hand by this [m], hand frame. One thread.")
+      .def(
+          "put", [](OwnPointer& pointer, const py::object& at_m) { pointer.hand.put(vector_of(at_m, "at_m")); },
+          py::arg("at_m"), "Puts the hand there [m], hand frame, at once.")
+      .def(
+          "press", [](OwnPointer& pointer, std::uint32_t buttons) { pointer.hand.press(buttons); }, py::arg("buttons"),
+          "The buttons that are held, a bit each.");
+}
+
 }  // namespace
 
 void bind_live(py::module_& module) {
@@ -278,27 +301,7 @@ void bind_live(py::module_& module) {
     const py::gil_scoped_acquire acquire;
     act();
   });
-
-  py::class_<OwnPointer, std::shared_ptr<OwnPointer>>(
-      module, "MouseHand",
-      "A mouse as a hand, for palpa.live(scene, device=MouseHand()): a window moves it, the loop reads it. What resists "
-      "shows:\n"
-      "the more force there is against a motion, the less of it the hand takes over. Draw the proxy, not the probe.")
-      .def(py::init([](double radius_m, double largest_force_n) {
-             if (!(radius_m > 0.0) || !(largest_force_n > 0.0))
-               throw py::value_error("'radius_m' and 'largest_force_n' lie above 0");
-             return std::make_shared<OwnPointer>(MouseHand::Options{.radius_m = radius_m, .largest_force_n = largest_force_n});
-           }),
-           py::kw_only(), py::arg("radius_m") = 0.12, py::arg("largest_force_n") = 3.3)
-      .def(
-          "move", [](OwnPointer& pointer, const py::object& way_m) { pointer.hand.move(vector_of(way_m, "way_m")); },
-          py::arg("way_m"), "Moves the hand by this [m], hand frame. One thread.")
-      .def(
-          "put", [](OwnPointer& pointer, const py::object& at_m) { pointer.hand.put(vector_of(at_m, "at_m")); },
-          py::arg("at_m"), "Puts the hand there [m], hand frame, at once.")
-      .def(
-          "press", [](OwnPointer& pointer, std::uint32_t buttons) { pointer.hand.press(buttons); }, py::arg("buttons"),
-          "The buttons that are held, a bit each.");
+  bind_mouse_hand(module);
 }
 
 }  // namespace palpa::python

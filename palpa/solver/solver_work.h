@@ -136,14 +136,14 @@ class Solver::Work {
         kept_corners_(std::make_unique<Corner[]>(capacity / 2)),
         best_forces_n_(std::make_unique<Vec3[]>(capacity)) {}
 
-  /// Sets a problem and its initial forces, in the order of the set.
+  /// Sets a problem and its initial forces, in the order of the set. \param k [N/m], \param T [s] of Solver::solve
   void pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m, double k,
             double T) noexcept;
   void solve() noexcept;
   /// Writes the best balance and its forces, in the order of the set; stores the proxy's motion for the next warm start.
   void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noexcept;
 
-  /// Buffer for forces in the order of the set, free until `solve`.
+  /// Buffer for forces [N] in the order of the set, free until `solve`.
   Vec3* spare_forces() noexcept { return best_forces_n_.get(); }
 
  private:

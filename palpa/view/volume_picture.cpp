@@ -341,6 +341,14 @@ Picture streamline_picture(const Volume& volume, std::size_t field, const Statis
   return scene_picture(scene, {}, {}, {.width_px = width_px, .height_px = height_px});
 }
 
+// All colours of a map from left to right.
+void paint_bar(Picture& picture, const ColorMap& colors, int left, int top, double width, int height) {
+  for (int x = 0; x < static_cast<int>(width); ++x) {
+    const double value = colors.low() + (x + 0.5) / width * (colors.high() - colors.low());
+    for (int y = 0; y < height; ++y) set_pixel(picture, left + x, top + y, rgb(colors.at(value).color));
+  }
+}
+
 }  // namespace
 
 double file_unit_m(const Volume& volume) {
@@ -402,13 +410,8 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
 
   Picture picture = window.draw();
   slices.paint(picture);
-  for (int x = 0; x < static_cast<int>(bar_width); ++x) {
-    const double value = colors.low() + (x + 0.5) / bar_width * (colors.high() - colors.low());
-    for (int y = 0; y < static_cast<int>(0.9 * em); ++y) {
-      set_pixel(picture, static_cast<int>(bar_left) + x, static_cast<int>(height - row_y - 0.45 * em) + y,
-                rgb(colors.at(value).color));
-    }
-  }
+  paint_bar(picture, colors, static_cast<int>(bar_left), static_cast<int>(height - row_y - 0.45 * em), bar_width,
+            static_cast<int>(0.9 * em));
   paste(picture, histogram_picture(values, label, histogram_width, lower_height), 0, lower_top);
   if (as.second) {
     slices.paint_again(picture, *as.second,

@@ -8,7 +8,7 @@ knows_toml = ("palpa/scene/set_path.h", "palpa/scene/toml_section.h")
 longer = {
     "palpa/report/words.cpp": "words_of",
     "palpa/scene/first_flow.cpp": "vortices_of",
-    "palpa/solver/solver.cpp": "pose",
+    "palpa/solver/problem.cpp": "pose",
     "palpa/study/check_places.cpp": "check_places",
     "palpa/study/summary.cpp": "add to_json",
     "palpa/trace/trace_toml.cpp": "read_header",
