@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "palpa/baseline/law.h"
 #include "palpa/session/damper.h"
 #include "palpa/session/path_tolerances.h"
 
@@ -23,14 +22,14 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 
 }  // namespace
 
-ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, Steps steps)
+ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, Steps steps)
     : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
       time_(scene.time),
       modes_(live, scene, map),
       crossings_(live, modes_.watches(), modes_.fields()),
       policy_(crossings_.policy()),
       event_(crossings_.event()),
-      model_(live, baseline::law(scene.law), modes_, scene.coupling.stiffness_n_per_m, work_),
+      model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m, work_),
       contacts_(live, modes_.size()),
       state_(live.add<PathState>()),
       queue_(live.add<ProbeQueue>()),

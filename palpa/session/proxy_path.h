@@ -43,7 +43,7 @@ struct Walk {
 class ProxyPath {
  public:
   /// Uses the scene's law, which must exist. \param live  keeps the state of the walk
-  ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, Steps steps);
+  ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, Steps steps);
 
   /// Clears the state; the next walk begins at its probe.
   void reset() noexcept;

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "palpa/baseline/law.h"
 #include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/coupling_force.h"
@@ -33,10 +34,10 @@ Steps steps_of(std::string_view law) noexcept {
 
 class Session::State {
  public:
-  State(const Scene& given, Steps steps, double encoder_step_m)
+  State(const Scene& given, std::unique_ptr<Law> law, Steps steps, double encoder_step_m)
       : scene((given.check(), given)),
         map(scene.hand_to_world()),
-        path(live, scene, map, steps),
+        path(live, scene, map, law ? std::move(law) : baseline::law(scene.law), steps),
         coupling_force(live.add<CouplingForce>()),
         held_j(live.add<double>()),
         ledger(scene.modes().size()),
@@ -170,10 +171,14 @@ std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
 const int Session::most_work = tick_work::most;
 
 Session::Session(const Scene& scene, double encoder_step_m)
-    : Session(std::make_unique<State>(scene, steps_of(scene.law), encoder_step_m)) {}
+    : Session(std::make_unique<State>(scene, nullptr, steps_of(scene.law), encoder_step_m)) {}
+Session::Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m)
+    : Session(std::make_unique<State>(scene, std::move(law), Steps::refined, encoder_step_m)) {}
 Session::Session(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
 
-Session Session::in_one_step(const Scene& scene) { return Session(std::make_unique<State>(scene, Steps::one_at_proxy, 0.0)); }
+Session Session::in_one_step(const Scene& scene) {
+  return Session(std::make_unique<State>(scene, std::make_unique<Solver>(), Steps::one_at_proxy, 0.0));
+}
 
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;

@@ -78,6 +78,8 @@ class Session {
   /// Balances by `scene.law`. Laws of earlier systems move the proxy in one step a tick, as these systems did.
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
+  /// Balances by `law`, along the path of the exact law, not by the law that the scene names.
+  Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m = 0.0);
   /// Session of the exact law that moves the proxy in one step a tick: its differences from `Session(scene)` come from the
   /// path, not from the balance. For studies.
   static Session in_one_step(const Scene& scene);

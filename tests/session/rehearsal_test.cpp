@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "palpa/session/proxy_path.h"
+#include "palpa/session/session.h"
 #include "palpa/solver/solver.h"
 #include "tests/session/busy_scene.h"
 #include "tests/session/hands.h"
@@ -27,10 +27,6 @@ class Forgetful : public Law {
   Solver solver_;
 };
 
-std::unique_ptr<ProxyPath> path_by_forgetful(StateArena& live, const Scene& scene, const Similarity& hand_to_world) {
-  return std::make_unique<ProxyPath>(live, scene, hand_to_world, std::make_unique<Forgetful>());
-}
-
 struct Case {
   bool moves;
   bool as_grid;
@@ -40,7 +36,8 @@ class Rehearsal : public testing::TestWithParam<Case> {
  protected:
   Session session(double encoder_step_m = 1e-5) const {
     const auto [moves, as_grid] = GetParam();
-    return {moves ? test::busy_moving_scene(as_grid) : test::busy_scene(as_grid), path_by_forgetful, encoder_step_m};
+    return {moves ? test::busy_moving_scene(as_grid) : test::busy_scene(as_grid), std::make_unique<Forgetful>(),
+            encoder_step_m};
   }
   // A hand that jerks now and then, so that ticks wait and steps are left unfinished, and is lost once in a while.
   Probe probe(int tick) const {

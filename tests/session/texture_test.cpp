@@ -284,7 +284,7 @@ TEST(Texture, SamplesOfDetailAreItsOwn) {
       EXPECT_EQ(seen.value, own.value);
     }
     EXPECT_EQ(samples.depth_m(1, hand_m), samples.depth_m(0, hand_m));
-    EXPECT_EQ(samples.certificate(1, hand_m).radius_m, 0.0);
+    EXPECT_EQ(samples.lipschitz_bound(1, hand_m).radius_m, 0.0);
   }
 }
 

@@ -210,7 +210,7 @@ TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
 
 TEST(Elastic, FeetAreKeptByPrimitiveAndFoundByMode) {
   ElasticContacts feet;
-  EXPECT_EQ(feet.way_m({3, 0}), Vec3{});
+  EXPECT_EQ(feet.offset_m({3, 0}), Vec3{});
   for (std::uint16_t mode = 0; mode < 5; ++mode) {
     for (std::uint16_t slot = 0; slot < mode; ++slot) feet.put({{mode, slot}, {1.0 * mode, 1.0 * slot, 0.0}, 0.5});
   }
@@ -219,8 +219,8 @@ TEST(Elastic, FeetAreKeptByPrimitiveAndFoundByMode) {
     EXPECT_EQ(feet.of(mode).size(), mode < 5 ? mode : 0u);
     for (const Foot& foot : feet.of(mode)) EXPECT_EQ(foot.id.mode, mode);
   }
-  EXPECT_EQ(feet.way_m({4, 2}), (Vec3{4.0, 2.0, 0.0}));
-  EXPECT_EQ(feet.way_m({2, 2}), Vec3{});
+  EXPECT_EQ(feet.offset_m({4, 2}), (Vec3{4.0, 2.0, 0.0}));
+  EXPECT_EQ(feet.offset_m({2, 2}), Vec3{});
   for (std::uint16_t slot = 0; slot < 100; ++slot) feet.put({{9, slot}, {1.0, 1.0, 1.0}, 0.5});
   EXPECT_EQ(feet.of(4).size(), 4u);  // those behind are left out
   EXPECT_LT(feet.of(9).size(), 100u);
