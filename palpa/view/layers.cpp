@@ -4,17 +4,13 @@
 #include <vtkActorCollection.h>
 #include <vtkCellArray.h>
 #include <vtkColorTransferFunction.h>
-#include <vtkFloatArray.h>
-#include <vtkFlyingEdges3D.h>
 #include <vtkGPUVolumeRayCastMapper.h>
-#include <vtkIdTypeArray.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPiecewiseFunction.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
-#include <vtkPolyDataConnectivityFilter.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
@@ -34,6 +30,7 @@
 #include "palpa/data/sampled.h"
 #include "palpa/data/volume.h"
 #include "palpa/scene/scene_checks.h"
+#include "palpa/view/layer_surface.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
 #include "palpa/vtk/to_vtk.h"
@@ -114,131 +111,6 @@ class Images {
  private:
   std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
 };
-
-/// [1] Parts with fewer triangles than this share of the largest part's are left out. More: limbs are lost; less: tables and
-/// rests are drawn.
-constexpr double least_part = 0.3;
-
-/// The surface without parts that are small beside the largest: in scans these are tables, rests and specks.
-vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface) {
-  vtkNew<vtkPolyDataConnectivityFilter> parts;
-  parts->SetInputData(surface);
-  parts->SetExtractionModeToAllRegions();
-  parts->Update();
-  if (parts->GetNumberOfExtractedRegions() < 2) return surface;
-  vtkIdTypeArray& sizes = *parts->GetRegionSizes();
-  double range[2];
-  sizes.GetRange(range);
-  parts->SetExtractionModeToSpecifiedRegions();
-  for (vtkIdType part = 0; part < sizes.GetNumberOfValues(); ++part) {
-    if (static_cast<double>(sizes.GetValue(part)) >= least_part * range[1]) parts->AddSpecifiedRegion(static_cast<int>(part));
-  }
-  parts->Update();
-  return parts->GetOutput();
-}
-
-Vec3 point_of(vtkPoints& points, vtkIdType i) {
-  double p[3];
-  points.GetPoint(i, p);
-  return {p[0], p[1], p[2]};
-}
-
-/// Averages the normals over the triangles around each point, a few times: those of a trilinear interpolant
-/// jump from cell to cell, which shows as rings.
-void calm_normals(vtkPolyData& surface) {
-  if (surface.GetNumberOfPolys() == 0) return;
-  auto& normals = *vtkFloatArray::FastDownCast(surface.GetPointData()->GetNormals());
-  auto* n = normals.GetPointer(0);
-  const auto count = static_cast<std::size_t>(3 * normals.GetNumberOfTuples());
-  std::vector<float> sum(count);
-  vtkIdType size = 0;
-  const vtkIdType* corners = nullptr;
-  for (int round = 0; round < 8; ++round) {
-    std::fill(sum.begin(), sum.end(), 0.0F);
-    for (vtkIdType cell = 0; cell < surface.GetPolys()->GetNumberOfCells(); ++cell) {
-      surface.GetPolys()->GetCellAtId(cell, size, corners);
-      for (int axis = 0; axis < 3; ++axis) {
-        float all = 0.0F;
-        for (vtkIdType i = 0; i < size; ++i) all += n[3 * corners[i] + axis];
-        for (vtkIdType i = 0; i < size; ++i) sum[static_cast<std::size_t>(3 * corners[i] + axis)] += all;
-      }
-    }
-    for (std::size_t i = 0; i < count; i += 3) {
-      const Vec3 unit = normalized({sum[i], sum[i + 1], sum[i + 2]});
-      if (norm_squared(unit) == 0.0) continue;
-      n[i] = static_cast<float>(unit.x);
-      n[i + 1] = static_cast<float>(unit.y);
-      n[i + 2] = static_cast<float>(unit.z);
-    }
-  }
-}
-
-/// The surface of `image` at `level`, without triangles that touch places without data. All triangles are turned to the side
-/// that is outside for most of them.
-vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field, double level) {
-  vtkNew<vtkFlyingEdges3D> contour;
-  contour->SetInputData(image);
-  contour->SetValue(0, level);
-  contour->ComputeNormalsOn();
-  contour->ComputeScalarsOff();
-  contour->Update();
-  vtkPolyData& raw = *contour->GetOutput();
-  auto surface = vtkSmartPointer<vtkPolyData>::New();
-  if (raw.GetNumberOfPoints() == 0) return surface;
-
-  vtkPoints& points = *raw.GetPoints();
-  vtkDataArray& normals = *raw.GetPointData()->GetNormals();
-  const vtkIdType count = points.GetNumberOfPoints();
-  std::vector<char> usable(static_cast<std::size_t>(count), 1);
-  Vec3 middle;
-  double used = 0.0;
-  for (vtkIdType i = 0; i < count; ++i) {
-    const Vec3 p = point_of(points, i);
-    usable[static_cast<std::size_t>(i)] = is_finite(p);
-    if (!is_finite(p)) {
-      points.SetPoint(i, 0.0, 0.0, 0.0);
-      normals.SetTuple3(i, 0.0, 0.0, 1.0);
-      continue;
-    }
-    middle += p;
-    used += 1.0;
-    double n[3];
-    normals.GetTuple(i, n);
-    if (is_finite(Vec3{n[0], n[1], n[2]})) continue;
-    const Vec3 down = -normalized(field.scalar(p).gradient);  // beside a place without data
-    normals.SetTuple3(i, down.x, down.y, down.z);
-  }
-  if (used == 0.0) return surface;
-  middle = middle / used;
-
-  vtkNew<vtkCellArray> cells;
-  double outward = 0.0;
-  vtkIdType size = 0;
-  const vtkIdType* corners = nullptr;
-  for (vtkIdType cell = 0; cell < raw.GetPolys()->GetNumberOfCells(); ++cell) {
-    raw.GetPolys()->GetCellAtId(cell, size, corners);
-    if (!std::all_of(corners, corners + size, [&](vtkIdType i) { return usable[static_cast<std::size_t>(i)]; })) continue;
-    cells->InsertNextCell(size, corners);
-    const Vec3 a = point_of(points, corners[0]) - middle;
-    const Vec3 b = point_of(points, corners[1]) - middle;
-    const Vec3 c = point_of(points, corners[2]) - middle;
-    outward += dot(a, cross(b, c));
-  }
-  surface->SetPoints(&points);
-  surface->SetPolys(cells);
-  surface->GetPointData()->SetNormals(&normals);
-  calm_normals(*surface);
-  if (outward < 0.0) {
-    surface->BuildCells();
-    for (vtkIdType cell = 0; cell < surface->GetNumberOfCells(); ++cell) surface->ReverseCell(cell);
-    for (vtkIdType i = 0; i < count; ++i) {
-      double n[3];
-      normals.GetTuple(i, n);
-      normals.SetTuple3(i, -n[0], -n[1], -n[2]);
-    }
-  }
-  return surface;
-}
 
 /// What the field is called: by its file, unless that has no word of its own for it and the scene has (first scenes call
 /// their volume "data").
@@ -326,43 +198,6 @@ void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, cons
     vtkNew<vtkActor> actor;
     actor->SetMapper(mapper);
     actor->GetProperty()->LightingOff();
-    renderer->AddActor(actor);
-  }
-}
-
-vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color) {
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(surface);
-  auto actor = vtkSmartPointer<vtkActor>::New();
-  actor->SetMapper(mapper);
-  vtkProperty& property = *actor->GetProperty();
-  property.SetColor(color.red, color.green, color.blue);
-  property.SetAmbient(surface_ambient);
-  property.SetDiffuse(1.0 - surface_ambient);
-  property.SetSpecular(0.1);
-  property.SetSpecularPower(30);
-  return actor;
-}
-
-/// [1] Opacity of a translucent surface where the line of sight grazes it; face on it is the layer's. More: rims hide what is
-/// inside; less: the shape is hard to see.
-constexpr double rim_opacity = 0.85;
-
-/// The part of a translucent surface that is nearest to the viewer.
-void draw_shell(vtkRenderer* renderer, const Shell& shell, const Vec3& towards) {
-  if (!shell.surface->GetPointData()->GetNormals()) return;  // nothing there
-  shade(shell, towards);
-  // The surface is drawn twice: first invisibly, for its depths, then in its colour, of which only the nearest part passes the
-  // depth test. Both must be "opaque", because only in that pass VTK draws actors in the order in which they were added.
-  for (const double seen : {0.0, 1.0}) {
-    const vtkSmartPointer<vtkActor> actor = actor_of(shell.surface, shell.color);
-    actor->GetProperty()->SetOpacity(seen);
-    if (seen == 0.0) {
-      // Light on what is not seen would cost as much as on what is.
-      actor->GetProperty()->LightingOff();
-      actor->GetMapper()->ScalarVisibilityOff();
-    }
-    actor->ForceOpaqueOn();
     renderer->AddActor(actor);
   }
 }
@@ -594,23 +429,6 @@ SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& lay
     look.opacity = 0.6;
   }
   return look;
-}
-
-void shade(const Shell& shell, const Vec3& towards) {
-  vtkPointData& points = *shell.surface->GetPointData();
-  vtkDataArray& normals = *points.GetNormals();
-  vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetNumberOfComponents(4);
-  colors->SetNumberOfTuples(normals.GetNumberOfTuples());
-  const double rim = std::max(rim_opacity, shell.opacity);
-  for (vtkIdType i = 0; i < normals.GetNumberOfTuples(); ++i) {
-    double n[3];
-    normals.GetTuple(i, n);
-    const double aside = 1.0 - std::min(std::abs(dot({n[0], n[1], n[2]}, towards)), 1.0);
-    colors->SetTuple4(i, 255.0 * shell.color.red, 255.0 * shell.color.green, 255.0 * shell.color.blue,
-                      255.0 * (shell.opacity + (rim - shell.opacity) * aside * aside * aside));
-  }
-  points.SetScalars(colors);
 }
 
 LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,

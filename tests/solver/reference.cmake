@@ -15,5 +15,6 @@ if(NOT PALPA_HAS_FLOAT128 AND NOT PALPA_HAS_QUAD_LONG_DOUBLE)
     "the tests and benchmarks of the solver against the reference are left out")
   return()
 endif()
-add_library(palpa_balance_reference STATIC EXCLUDE_FROM_ALL ${CMAKE_CURRENT_LIST_DIR}/reference.cpp)
+add_library(palpa_balance_reference STATIC EXCLUDE_FROM_ALL
+  ${CMAKE_CURRENT_LIST_DIR}/reference.cpp ${CMAKE_CURRENT_LIST_DIR}/reference_bound.cpp)
 target_link_libraries(palpa_balance_reference PRIVATE palpa_rules PUBLIC palpa_problems)

@@ -1,66 +1,32 @@
-// Laws of traces: what is written reads back to the bit, a trace that was cut off reads as far as it is
-// whole, and two traces are the same exactly where every value is.
+// Laws of traces: what is written is in the files as documented, and reads back to the bit.
 #include "palpa/trace/trace.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/resource.h>
 
 #include <bit>
-#include <cstring>
-#include <fstream>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <sstream>
 
 #include "palpa/base/sanitized.h"
+#include "tests/trace/trace_fixture.h"
 
 namespace palpa {
 namespace trace_test {
 
 namespace fs = std::filesystem;
+using test::error_of;
+using test::first_line;
+using test::plain_frame;
+using test::set_text;
+using test::text_of;
+using test::Trace;
+using test::write_plain;
 using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
-
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-void set_text(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
-std::string first_line(const fs::path& file) {
-  const std::string text = text_of(file);
-  return text.substr(0, text.find('\n'));
-}
-
-template <class Action>
-std::string error_of(Action action) {
-  try {
-    action();
-  } catch (const LoadError& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
-
-class Trace : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "palpa-trace-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    root_ = name;
-  }
-  void TearDown() override { fs::remove_all(root_); }
-  fs::path folder(const std::string& name = "trace") const { return root_ / name; }
-
-  static constexpr const char* scene = "palpa = 1\n# \xc3\xa9 byte for byte\r\n\n";
-
- private:
-  fs::path root_;
-};
 
 bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) || (std::isnan(a) && std::isnan(b));
@@ -107,19 +73,6 @@ TickFrame random_frame(AnyDouble& any, std::int64_t tick) {
   frame.guard = static_cast<GuardState>(any.integer() % 3);
   frame.buttons = static_cast<std::uint32_t>(any.integer());
   return frame;
-}
-
-// A plain tick number `i` whose values differ from tick to tick.
-TickFrame plain_frame(std::int64_t i) {
-  TickFrame frame{.tick = i, .t_s = static_cast<double>(i) / 1000, .dt_s = 1e-3};
-  frame.result.probe_m = {0.0, 0.001 * static_cast<double>(i), 1.0 / 3.0};
-  frame.result.force_n = frame.command_n = {0.0, 0.5, 0.0};
-  return frame;
-}
-
-void write_plain(TraceWriter& writer, std::int64_t from, std::int64_t to) {
-  const ModeForce modes[] = {{.force_n = {0, 0, 1}, .primitives = 2}, {.split_shared = true}};
-  for (std::int64_t i = from; i < to; ++i) writer.append(plain_frame(i), modes, {}, {}, {});
 }
 
 // ---- what stands in the files ----
@@ -386,226 +339,6 @@ TEST_F(Trace, ColumnsMayStandInAnyOrderAmongOthersThatAreUnknown) {
   ASSERT_EQ(ticks.size(), 3u);
   EXPECT_EQ(ticks[2].frame.result.probe_m, plain_frame(2).result.probe_m);
   EXPECT_EQ(ticks[2].frame.command_n, (Vec3{0.0, 0.5, 0.0}));
-}
-
-// ---- errors ----
-
-TEST_F(Trace, AFolderThatCannotBeMadeIsRefused) {
-  fs::create_directory(folder());
-  const auto write_to = [&](const fs::path& where) { return error_of([&] { TraceWriter(where, {}, scene, {}); }); };
-  EXPECT_THAT(write_to(folder()), AllOf(HasSubstr("exists already"), HasSubstr("; name a new folder")));
-  EXPECT_THAT(write_to(folder() / "no" / "parent"), HasSubstr("parent folder does not exist"));
-  set_text(folder() / "file", "");
-  EXPECT_THAT(write_to(folder() / "file" / "trace"), HasSubstr("cannot be written"));
-}
-
-TEST_F(Trace, AFolderThatIsNoTraceIsRefused) {
-  const auto read = [&] { return error_of([&] { TraceReader reader(folder()); }); };
-  EXPECT_THAT(read(), HasSubstr("is no trace"));
-  fs::create_directory(folder());
-  EXPECT_THAT(read(), HasSubstr("is no trace"));
-  set_text(folder() / "trace.toml", "complete = tru");
-  EXPECT_THAT(read(), HasSubstr("trace.toml:1:"));
-  set_text(folder() / "trace.toml", "complete = true\nformat = 2\ndt_s = 0.001\n");
-  EXPECT_THAT(read(), HasSubstr("format 2"));
-  for (const char* no_whole_number : {"1.0", "1e308", "-1e308", "nan", "9223372036854775807", "true", "\"1\""}) {
-    set_text(folder() / "trace.toml", std::string("complete = true\nformat = ") + no_whole_number + "\ndt_s = 0.001\n");
-    EXPECT_THAT(read(), HasSubstr("this palpa reads format 1")) << no_whole_number;
-  }
-  set_text(folder() / "trace.toml", "complete = true\nformat = 1\n");
-  EXPECT_THAT(read(), HasSubstr("dt_s"));
-  set_text(folder() / "trace.toml", "complete = true\nformat = 1\ndt_s = 0.001\n");
-  EXPECT_THAT(read(), HasSubstr("scene.toml"));
-}
-
-TEST_F(Trace, BadRowsAreNamedByFileAndLine) {
-  {
-    TraceWriter writer(folder(), {}, scene, {});
-    write_plain(writer, 0, 3);
-    writer.finish();
-  }
-  const std::string good = text_of(folder() / "ticks.csv");
-  const auto read_with = [&](const std::string& from, const std::string& to) {
-    std::string text = good;
-    text.replace(text.find(from), from.size(), to);
-    set_text(folder() / "ticks.csv", text);
-    return error_of([&] { TraceReader(folder()).ticks(); });
-  };
-  EXPECT_THAT(read_with("\n1,0.001,", "\n1,0.001x,"), AllOf(HasSubstr("ticks.csv:3: "), HasSubstr("'0.001x'")));
-  EXPECT_THAT(read_with("\n1,0.001,", "\n1,,"), HasSubstr("ticks.csv:3: "));
-  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 44 cells; the header has 43"));
-  EXPECT_THAT(read_with("resting", "sleeping"), AllOf(HasSubstr("ticks.csv:2: "), HasSubstr("'sleeping'")));
-  EXPECT_THAT(read_with("force_y_n", "force_y_lb"), AllOf(HasSubstr("ticks.csv:1: "), HasSubstr("'force_y_n' is missing")));
-  EXPECT_THAT(read_with(good, std::string(3'000'000, 'x')), HasSubstr("ticks.csv:1: the line is longer"));
-}
-
-TEST_F(Trace, RecordingsFromBeforeTheEnergyTableAreStillRead) {
-  fs::create_directories(folder());
-  for (const char* name : {"new", "old"}) {
-    TraceWriter writer(folder() / name, {}, scene, {});
-    write_plain(writer, 0, 5);
-    writer.finish();
-  }
-  const std::string whole = text_of(folder() / "old/ticks.csv");
-  std::string cut;
-  for (std::size_t at = 0; at < whole.size();) {
-    std::string line = whole.substr(at, whole.find('\n', at) - at);
-    at += line.size() + 1;
-    for (int column = 0; column < 4; ++column) line.erase(line.rfind(','));
-    cut += line + "\n";
-  }
-  set_text(folder() / "old/ticks.csv", cut);
-  const TraceReader old(folder() / "old");
-  EXPECT_FALSE(old.tells_energy());
-  EXPECT_TRUE(TraceReader(folder() / "new").tells_energy());
-  ASSERT_EQ(old.ticks().size(), 5u);
-  EXPECT_EQ(old.ticks()[3].frame.result.proxy_m, TraceReader(folder() / "new").ticks()[3].frame.result.proxy_m);
-  EXPECT_TRUE(compare_traces(folder() / "old", folder() / "new").same);
-}
-
-// A limit on file size stands for a full disk: write fails in the same way.
-class SmallFiles {
- public:
-  explicit SmallFiles(rlim_t bytes) {
-    old_handler_ = ::signal(SIGXFSZ, SIG_IGN);
-    ::getrlimit(RLIMIT_FSIZE, &old_);
-    const rlimit small{bytes, old_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &small);
-  }
-  ~SmallFiles() {
-    ::setrlimit(RLIMIT_FSIZE, &old_);
-    ::signal(SIGXFSZ, old_handler_);
-  }
-
- private:
-  rlimit old_{};
-  void (*old_handler_)(int);
-};
-
-TEST_F(Trace, AFullDiskIsSaidAndLeavesATraceThatIsNotComplete) {
-  TraceWriter writer(folder(), {}, scene, {"a", "b"});
-  std::string said;
-  std::string said_at_finish;
-  {
-    const SmallFiles full(20'000);
-    said = error_of([&] { write_plain(writer, 0, 100'000); });
-    said_at_finish = error_of([&] { writer.finish(); });
-  }
-  EXPECT_THAT(said, AllOf(HasSubstr("cannot be written (File too large); make room")));
-  EXPECT_EQ(said_at_finish, said);
-  const TraceReader reader(folder());
-  EXPECT_FALSE(reader.header().complete);
-  EXPECT_GT(reader.ticks().size(), 10u);
-}
-
-TEST_F(Trace, AFullDiskAtTheLastMomentIsSaidByFinish) {
-  TraceWriter writer(folder(), {}, scene, {"a", "b"});
-  write_plain(writer, 0, 100);
-  {
-    const SmallFiles full(10'000);
-    EXPECT_THAT(error_of([&] { writer.finish(); }), HasSubstr("cannot be written"));
-  }
-  EXPECT_FALSE(TraceReader(folder()).header().complete);
-}
-
-TEST_F(Trace, NothingIsLeftWhereNotEvenTheBeginningFits) {
-  const SmallFiles full(10);
-  EXPECT_THAT(error_of([&] { TraceWriter(folder(), {}, scene, {}); }), HasSubstr("cannot be written"));
-  EXPECT_FALSE(fs::exists(folder()));
-}
-
-// ---- traces that were cut off, and comparison ----
-
-class Comparison : public Trace {
- protected:
-  void record(const std::string& name, std::int64_t ticks, bool finish = true) {
-    TraceWriter writer(folder(name), {}, scene, {"a", "b"});
-    write_plain(writer, 0, ticks);
-    if (finish) writer.finish();
-  }
-  void cut(const std::string& name, const char* file, std::size_t bytes) { fs::resize_file(folder(name) / file, bytes); }
-  TraceDifference compare() { return compare_traces(folder("recorded"), folder("again")); }
-};
-
-TEST_F(Comparison, ATraceIsTheSameAsItsTwin) {
-  record("recorded", 50);
-  record("again", 50);
-  set_text(folder("again") / "timing.csv", "other clocks\n");
-  const TraceDifference difference = compare();
-  EXPECT_TRUE(difference.same) << difference.where;
-  EXPECT_EQ(difference.ticks, 50);
-}
-
-TEST_F(Comparison, ADifferenceIsNamedByFileLineAndColumn) {
-  record("recorded", 50);
-  record("again", 50);
-  for (const auto& [file, from, to, where] :
-       {std::tuple{"ticks.csv", "\n20,0.02,0.001,0,0.02,", "\n20,0.02,0.001,0,0.25,",
-                   "ticks.csv:22: column probe_y_m: 0.02 against 0.25"},
-        std::tuple{"modes.csv", "\n7,b,0,0,0,0,0,0,1", "\n7,b,0,0,0,0,0,0,0", "modes.csv:17: column split_shared: 1 against 0"},
-        std::tuple{"scene.toml", "byte", "BYTE", "scene.toml"}}) {
-    const std::string good = text_of(folder("again") / file);
-    std::string bad = good;
-    ASSERT_NE(bad.find(from), std::string::npos);
-    bad.replace(bad.find(from), std::strlen(from), to);
-    set_text(folder("again") / file, bad);
-    EXPECT_FALSE(compare().same);
-    EXPECT_THAT(compare().where, HasSubstr(where));
-    set_text(folder("again") / file, good);
-  }
-  EXPECT_TRUE(compare().same);
-}
-
-TEST_F(Comparison, ACompleteTraceMustEndWhereItsTwinEnds) {
-  record("recorded", 50);
-  record("again", 49);
-  EXPECT_THAT(compare().where, HasSubstr("ticks.csv:51: the recording goes on"));
-  fs::remove_all(folder("again"));
-  record("again", 51);
-  EXPECT_THAT(compare().where, HasSubstr("ticks.csv:52: the recording ends"));
-}
-
-TEST_F(Comparison, AnUnfinishedTraceIsReadAndComparedToItsLastWholeLine) {
-  record("recorded", 50, false);
-  record("again", 50);
-  EXPECT_FALSE(TraceReader(folder("recorded")).header().complete);
-  const std::string whole = text_of(folder("recorded") / "ticks.csv");
-  // The very end, in the middle of a row, just behind a row, in the header, and nothing at all.
-  for (std::size_t bytes = 0; bytes <= whole.size(); bytes += bytes < 600 ? 1 : 37) {
-    set_text(folder("recorded") / "ticks.csv", whole.substr(0, bytes));
-    const std::int64_t lines = std::count(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes), '\n');
-    const std::int64_t ticks = std::max<std::int64_t>(0, lines - 1);
-    ASSERT_EQ(TraceReader(folder("recorded")).ticks().size(), static_cast<std::size_t>(ticks));
-    const TraceDifference difference = compare();
-    ASSERT_TRUE(difference.same) << difference.where;
-    ASSERT_EQ(difference.ticks, ticks);
-  }
-}
-
-TEST_F(Comparison, AnUnfinishedTraceOfWhichOtherFilesWentFurtherIsComparedToItsLastTick) {
-  record("recorded", 50, false);
-  record("again", 20);
-  cut("recorded", "ticks.csv", text_of(folder("again") / "ticks.csv").size());
-  EXPECT_TRUE(compare().same) << compare().where;
-  // What was felt again has to reach as far, though.
-  fs::remove_all(folder("again"));
-  record("again", 19);
-  EXPECT_FALSE(compare().same);
-}
-
-TEST_F(Comparison, AnUnfinishedTraceWithoutAnyCsvIsTheSameAsAny) {
-  record("recorded", 3, false);
-  record("again", 0);
-  for (const char* file : {"ticks.csv", "modes.csv", "events.csv", "timing.csv"}) fs::remove(folder("recorded") / file);
-  EXPECT_TRUE(compare().same) << compare().where;
-  EXPECT_EQ(compare().ticks, 0);
-}
-
-TEST_F(Comparison, ACompleteTraceThatLostAFileIsDifferent) {
-  record("recorded", 3);
-  record("again", 3);
-  fs::remove(folder("recorded") / "modes.csv");
-  EXPECT_THAT(compare().where, HasSubstr("modes.csv: is missing"));
 }
 
 }  // namespace trace_test

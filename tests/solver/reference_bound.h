@@ -1,0 +1,13 @@
+// The bound that proves a balance, at 113 bits.
+#pragma once
+
+#include <vector>
+
+#include "tests/solver/reference_geometry.h"
+
+namespace palpa::test::reference {
+
+/// (ρ + √(ρ² + 4kε))/(2k) for the forces of the primitives, in their order; those of directed ones are not read.
+Quad bound_of(const Problem& problem, const V<Quad>& x_m, std::vector<V<Quad>> forces);
+
+}  // namespace palpa::test::reference
