@@ -143,7 +143,7 @@ TEST_F(Raw, ALookAtALargeFileReadsOneRowInMany) {
     EXPECT_EQ(field.scalar(large.to_world({at(0), at(1), at(2)})).value, 7.0);
     const Vec3 from_m = large.to_world({at(0), at(1), 0}), to_m = large.to_world({at(0), at(1), 10});
     const ValueRange all{-1.0, 100.0};
-    EXPECT_TRUE(field.stretch(from_m, to_m, 0.31, all).inside);
+    EXPECT_TRUE(field.piece_along(from_m, to_m, 0.31, all).inside);
     EXPECT_EQ(field.value_ranges()[0].max, options_.preview ? 0.0 : 7.0);
     EXPECT_EQ(all_warnings(volume).find("one row of voxels in 25") != std::string::npos, options_.preview);
   });
