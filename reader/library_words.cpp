@@ -30,7 +30,7 @@ const std::set<std::string_view>& words() {
       "blocks", "bounds", "box", "buffer", "byte", "bytes", "bz2", "case", "cell", "cells", "character", "characters", "char",
       "column", "component", "components", "compressed", "compression", "connectivity", "contents", "coordinates", "count",
       "data", "dataset", "datasets", "detached", "dictionary", "dimension", "dimensions", "directory", "dictionaries", "double",
-      "element", "elements", "encoding", "endian", "entry", "eof", "extent", "value_ranges", "face", "faces", "field", "fields",
+      "element", "elements", "encoding", "endian", "entry", "eof", "extent", "extents", "face", "faces", "field", "fields",
       "file", "files", "float", "floats", "format", "ghost", "grid", "gzip", "header", "image", "index", "input", "int",
       "integer", "key", "key/value", "keyword", "kind", "kinds", "level", "line", "lines", "list", "little", "long", "magic",
       "matrix", "memory", "mesh", "name", "names", "normals", "number", "numbers", "object", "offset", "offsets", "order",

@@ -67,6 +67,7 @@ struct Resampling {
   friend bool operator==(const Resampling&, const Resampling&) = default;
 };
 
+/// A named field of a volume.
 struct VolumeField {
   std::string name;  ///< plain word; in scenes `volume.field`
   std::string unit;  ///< a label ("HU", "cm/s"), empty if unknown; converts nothing

@@ -10,6 +10,7 @@
 
 namespace palpa {
 
+/// Limits of a device.
 struct DeviceLimits {
   double max_force_n = 10.0;
   bool has_motors = true;  ///< false: no force acts on the hand; a force is only displayed, and steers

@@ -138,7 +138,7 @@ void write_vti(const WrittenVolume& volume, const fs::path& file, detail::Existi
   text += "<ImageData WholeExtent=\"" + extent + "\" Origin=\"" + list(volume.grid.origin_m, " ") + "\" Spacing=\"" +
           list(spacing_m, " ") + "\" Direction=\"" + list(direction.row[0], " ") + " " + list(direction.row[1], " ") + " " +
           list(direction.row[2], " ") + "\">\n";
-  text += "<Piece ValueRange=\"" + extent + "\">\n<PointData>\n";
+  text += "<Piece Extent=\"" + extent + "\">\n<PointData>\n";
   NewFile whole(file, existing);
   whole.write(text);
   for (const WrittenField& field : volume.fields) {

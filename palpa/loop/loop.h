@@ -163,6 +163,7 @@ struct LiveOptions {
   bool goes_on_at_border = false;    ///< a handle at the border of its workspace moves the probe on
 };
 
+/// Counters and times of a live loop.
 struct LoopStatistics {
   struct Times {
     double mean_us = 0.0, p50_us = 0.0, p99_us = 0.0, p999_us = 0.0, max_us = 0.0;

@@ -13,12 +13,14 @@
 
 namespace palpa {
 
+/// Options of loading a scene.
 struct SceneOptions {
   std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
   std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
   bool thin_parts = false;  ///< also warns of thin parts that the smoothing filter loses; reads all voxels for each level
 };
 
+/// A loaded scene with its text and warnings.
 struct LoadedScene {
   Scene scene;
   std::string text;                   ///< the file, byte for byte

@@ -48,6 +48,7 @@ class SceneError : public LoadError {
   using LoadError::LoadError;
 };
 
+/// A volume of a scene.
 struct SceneVolume {
   std::string name;
   Volume volume;  ///< posed: its fields are in the world of the scene
@@ -75,6 +76,7 @@ struct ViewLayer {
   friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
 };
 
+/// A mode of a scene.
 struct SceneMode {
   std::string name;
   Mode mode;

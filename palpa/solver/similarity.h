@@ -48,6 +48,7 @@ bool is_usable(const Similarity& map) noexcept;
 /// \param axis     [1] of any length above 0
 /// \param turn_deg  [°] finite
 Mat3 rotation_about(const Vec3& axis, double turn_deg) noexcept;
+/// Axis and angle of a rotation.
 struct AxisTurn {
   Vec3 axis{0, 0, 1};     ///< [1] of length 1
   double turn_deg = 0.0;  ///< 0…180

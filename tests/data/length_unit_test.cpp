@@ -43,7 +43,7 @@ TEST(LengthUnit, SymbolsOfEveryAlphabetAndOtherSystems) {
   for (const char* angstrom : {"angstrom", "Angstroms", "\u00c5", "\u212b", "A\u030a", "\u00c5ngstr\u00f6m", "A"})
     EXPECT_DOUBLE_EQ(metres(angstrom), 1e-10) << angstrom;
   for (const char* inch : {"in", "inch", "Inches", "IN."}) EXPECT_DOUBLE_EQ(metres(inch), 0.0254) << inch;
-  for (const char* foot : {"ft", "foot", "ElasticContacts"}) EXPECT_DOUBLE_EQ(metres(foot), 12 * 0.0254) << foot;
+  for (const char* foot : {"ft", "foot", "Feet"}) EXPECT_DOUBLE_EQ(metres(foot), 12 * 0.0254) << foot;
   EXPECT_DOUBLE_EQ(metres("yard"), 36 * 0.0254);
   EXPECT_DOUBLE_EQ(metres("miles"), 5280 * 12 * 0.0254);
   EXPECT_DOUBLE_EQ(metres("MM"), 1e-3);

@@ -92,7 +92,7 @@ TEST_F(BadInput, ClaimsOfATrillionVoxels) {
   expect_refused(
       "a.vti",
       "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"0.1\" byte_order=\"LittleEndian\"><ImageData "
-      "WholeExtent=\"0 9999 0 9999 0 9999\" Origin=\"0 0 0\" Spacing=\"1 1 1\"><Piece ValueRange=\"0 9999 0 9999 0 "
+      "WholeExtent=\"0 9999 0 9999 0 9999\" Origin=\"0 0 0\" Spacing=\"1 1 1\"><Piece Extent=\"0 9999 0 9999 0 "
       "9999\"><PointData>"
       "<DataArray type=\"UInt8\" Name=\"a\" format=\"ascii\">1</DataArray></PointData></Piece></ImageData></VTKFile>",
       "claims 10000 × 10000 × 10000 voxels");
@@ -113,7 +113,7 @@ TEST_F(BadInput, SmallFilesThatClaimMuch) {
   expect_refused("c.nrrd", claims + "ascii\n\n1 2 3\n", "is shorter than its header says");
   expect_refused("d.mha", "ObjectType = Image\nNDims = 1e308\nDimSize = 2 2 2\nElementType = MET_UCHAR\n", "NDims");
   const std::string piece =
-      "<Piece ValueRange=\"0 1 0 1 0 1\"><PointData><DataArray type=\"Float64\" Name=\"p\" "
+      "<Piece Extent=\"0 1 0 1 0 1\"><PointData><DataArray type=\"Float64\" Name=\"p\" "
       "format=\"ascii\" NumberOfComponents=\"";
   const std::string image = "<VTKFile type=\"ImageData\" version=\"1.0\"><ImageData WholeExtent=\"0 1 0 1 0 1\">" + piece;
   const std::string rest = "\">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>";
@@ -123,7 +123,7 @@ TEST_F(BadInput, SmallFilesThatClaimMuch) {
            "<PPointData><PDataArray type=\"" +
            type +
            "\" Name=\"p\"/></PPointData>"
-           "<Piece ValueRange=\"0 1 0 1 0 1\" Source=\"e.vti\"/></PImageData></VTKFile>";
+           "<Piece Extent=\"0 1 0 1 0 1\" Source=\"e.vti\"/></PImageData></VTKFile>";
   };
   expect_refused("e.pvti", whole("Float64"), "correct its NumberOfComponents");
   // VTK would copy as many bytes as the file says of what the piece has.

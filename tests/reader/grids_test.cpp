@@ -76,7 +76,7 @@ TEST_F(Grids, RectilinearPlanesAndTheCentresOfTheirCells) {
   for (const double v : zs) z += number(v);
   coordinates += array("x", x) + array("y", y) + array("z", z) + "</Coordinates>";
   // Indices begin at 3, 4, 5: coordinates say where the planes lie, whatever they are called.
-  const std::string piece = "<Piece ValueRange=\"3 7 4 7 5 7\"><PointData>" + array("p", point_values()) +
+  const std::string piece = "<Piece Extent=\"3 7 4 7 5 7\"><PointData>" + array("p", point_values()) +
                             "</PointData><CellData>" + array("c", cell_values()) + "</CellData>" + coordinates + "</Piece>";
   const Volume xml = read(folder_.write("a.vtr", file_of("RectilinearGrid", "3 7 4 7 5 7", piece)));
   const Volume legacy = read(folder_.write(
@@ -98,7 +98,7 @@ std::string structured(const std::string& more, const std::function<Vec3(const V
     const Vec3 b = bend(p);
     return number(b.x) + number(b.y) + number(b.z);
   });
-  return "<Piece ValueRange=\"0 4 0 3 0 2\">" + more + "<Points>" + array("points", points, 3) + "</Points></Piece>";
+  return "<Piece Extent=\"0 4 0 3 0 2\">" + more + "<Points>" + array("points", points, 3) + "</Points></Piece>";
 }
 
 TEST_F(Grids, AStructuredGridOfStraightPlanesIsRectilinear) {
@@ -219,7 +219,7 @@ TEST_F(Grids, PiecesInFilesOfTheirOwn) {
       numbers += number(value);
     }
     return "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData WholeExtent=\"" + extent +
-           "\" Origin=\"8.5 19 20\" Spacing=\"0.5 0.25 2\"><Piece ValueRange=\"" + extent + "\"><PointData>" +
+           "\" Origin=\"8.5 19 20\" Spacing=\"0.5 0.25 2\"><Piece Extent=\"" + extent + "\"><PointData>" +
            array("a", numbers) + "</PointData></Piece></ImageData></VTKFile>";
   };
   folder_.write("low.vti", part("3 7 4 7 5 8", 0, 4));
@@ -230,13 +230,13 @@ TEST_F(Grids, PiecesInFilesOfTheirOwn) {
            "Name=\"a\"/></PPointData>" +
            pieces + "</PImageData></VTKFile>";
   };
-  const std::string low = "<Piece ValueRange=\"3 7 4 7 5 8\" Source=\"low.vti\"/>";
-  const std::string high = "<Piece ValueRange=\"3 7 4 7 8 10\" Source=\"high.vti\"/>";
+  const std::string low = "<Piece Extent=\"3 7 4 7 5 8\" Source=\"low.vti\"/>";
+  const std::string high = "<Piece Extent=\"3 7 4 7 8 10\" Source=\"high.vti\"/>";
   const Volume volume = read(folder_.write("a.pvti", whole(low + high)));
   expect_linear(*volume.fields[0].field, grid, metres);
   EXPECT_EQ(volume.files.size(), 3U);
   EXPECT_NE(error_of([&] { read(folder_.write("b.pvti", whole(low))); }).find("do not fill"), std::string::npos);
-  const std::string missing = "<Piece ValueRange=\"3 7 4 7 8 10\" Source=\"lost.vti\"/>";
+  const std::string missing = "<Piece Extent=\"3 7 4 7 8 10\" Source=\"lost.vti\"/>";
   EXPECT_NE(error_of([&] { read(folder_.write("c.pvti", whole(low + missing))); }).find("lost.vti"), std::string::npos);
 
   folder_.write("part.vtu", file_of("UnstructuredGrid", "", unstructured(1.0)));
@@ -272,7 +272,7 @@ TEST_F(Grids, VectorsAlongTheGridTurnWithIt) {
   const fs::path file = folder_.write(
       "a.vti",
       "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData WholeExtent=\"0 1 0 1 0 1\" "
-      "Origin=\"0 0 0\" Spacing=\"1 2 3\" Direction=\"0 -1 0 1 0 0 0 0 1\"><Piece ValueRange=\"0 1 0 1 0 1\"><PointData>" +
+      "Origin=\"0 0 0\" Spacing=\"1 2 3\" Direction=\"0 -1 0 1 0 0 0 0 1\"><Piece Extent=\"0 1 0 1 0 1\"><PointData>" +
           array("v", vectors, 3) + "</PointData></Piece></ImageData></VTKFile>");
   VolumeRequest request;
   EXPECT_EQ(read(file, request).fields[0].field->vector({-1, 0.5, 1}).value, (Vec3{1, 0, 3}));

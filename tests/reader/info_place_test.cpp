@@ -59,7 +59,7 @@ TEST_F(InfoPlace, APlaneAmongUnevenOnesIsItsIndex) {
   const fs::path file =
       folder_.write("r.vtr",
                     "<?xml version=\"1.0\"?><VTKFile type=\"RectilinearGrid\" version=\"1.0\" "
-                    "byte_order=\"LittleEndian\"><RectilinearGrid WholeExtent=\"0 3 0 1 0 1\"><Piece ValueRange=\"0 3 0 1 0 "
+                    "byte_order=\"LittleEndian\"><RectilinearGrid WholeExtent=\"0 3 0 1 0 1\"><Piece Extent=\"0 3 0 1 0 "
                     "1\"><PointData><DataArray type=\"Float32\" Name=\"p\" format=\"ascii\">0 1 2 3 0 1 2 3 0 1 2 3 0 1 2 "
                     "3</DataArray></PointData><Coordinates><DataArray type=\"Float32\" Name=\"x\" format=\"ascii\">0 1 3 "
                     "7</DataArray><DataArray type=\"Float32\" Name=\"y\" format=\"ascii\">0 1</DataArray><DataArray "

@@ -25,7 +25,7 @@ class Info : public ReaderTest {
     return folder_.write(
         "a.vti",
         "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData "
-        "WholeExtent=\"0 1 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 2 4\"><Piece ValueRange=\"0 1 0 1 0 1\"><PointData>"
+        "WholeExtent=\"0 1 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 2 4\"><Piece Extent=\"0 1 0 1 0 1\"><PointData>"
         "<DataArray type=\"Float32\" Name=\"p\" format=\"ascii\">0 1 0 1 0 1 0 1</DataArray>"
         "<DataArray type=\"Int16\" Name=\"u\" NumberOfComponents=\"3\" format=\"ascii\">"
         "1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 9</DataArray>"
@@ -49,7 +49,7 @@ std::string bent_grid() {
   };
   return "<VTKFile type=\"StructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><StructuredGrid WholeExtent=\"0 4 0 3 0 "
          "3\">"
-         "<Piece ValueRange=\"0 4 0 3 0 3\"><Points>" +
+         "<Piece Extent=\"0 4 0 3 0 3\"><Points>" +
          array("points", 3, points) + "</Points><PointData>" + array("p", 1, values) +
          "</PointData></Piece></StructuredGrid></VTKFile>";
 }

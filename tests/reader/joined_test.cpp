@@ -24,7 +24,7 @@ class Joined : public ReaderTest {
     }
     std::string text =
         "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData "
-        "WholeExtent=\"0 2 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 2 4\"><Piece ValueRange=\"0 2 0 1 0 1\"><PointData>";
+        "WholeExtent=\"0 2 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 2 4\"><Piece Extent=\"0 2 0 1 0 1\"><PointData>";
     for (std::size_t c = 0; c < 3; ++c)
       text += "<DataArray type=\"" + type + "\" Name=\"" + names[c] + "\" format=\"ascii\">" + arrays[c] + "</DataArray>";
     text +=

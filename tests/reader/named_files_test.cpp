@@ -33,7 +33,7 @@ class NamedFiles : public ReaderTest {
                          "<?xml version=\"1.0\"?>\n<VTKFile type=\"PImageData\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
                          "<PImageData WholeExtent=\"0 3 0 3 0 3\" GhostLevel=\"0\" Origin=\"0 0 0\" Spacing=\"1 1 1\">\n"
                          "<PPointData><PDataArray type=\"UInt8\" Name=\"a\"/></PPointData>\n"
-                         "<Piece ValueRange=\"0 3 0 3 0 3\" Source=\"" +
+                         "<Piece Extent=\"0 3 0 3 0 3\" Source=\"" +
                              piece + "\"/>\n</PImageData>\n</VTKFile>\n");
   }
   void expect_refused(const fs::path& file, const std::string& words) {

@@ -24,7 +24,7 @@ std::string xml(const std::string& kind, const std::string& piece) {
   const std::string extent = "0 3 0 2 0 2";
   return "<VTKFile type=\"" + kind + "\" version=\"1.0\" byte_order=\"LittleEndian\"><" + kind +
          (cells ? "><Piece NumberOfPoints=\"36\" NumberOfCells=\"12\">"
-                : " WholeExtent=\"" + extent + "\"><Piece ValueRange=\"" + extent + "\">") +
+                : " WholeExtent=\"" + extent + "\"><Piece Extent=\"" + extent + "\">") +
          piece + "<PointData>" + array("p", text_of_numbers(36, 0.5)) + "</PointData></Piece></" + kind + "></VTKFile>";
 }
 
@@ -79,7 +79,7 @@ SetToDamage vtk_in_pieces(const std::string& end, const std::string& kind, const
                 "<VTKFile type=\"P" + kind + "\" version=\"1.0\" byte_order=\"LittleEndian\"><P" + kind + " GhostLevel=\"0\"" +
                     (cells ? "" : " WholeExtent=\"0 3 0 2 0 2\" Spacing=\"0.5 0.5 0.5\"") +
                     "><PPointData><PDataArray type=\"Float64\" Name=\"p\"/></PPointData>" + all + "<Piece " +
-                    (cells ? "" : "ValueRange=\"0 3 0 2 0 2\" ") + "Source=\"piece." + end + "\"/></P" + kind + "></VTKFile>");
+                    (cells ? "" : "Extent=\"0 3 0 2 0 2\" ") + "Source=\"piece." + end + "\"/></P" + kind + "></VTKFile>");
           },
           {"piece." + end}};
 }

@@ -47,7 +47,7 @@ TEST_F(Vtk, ExtentsNeedNotBeginAtZeroAndDirectionIsKept) {
   const Offset o = offset_grid();
   const std::string numbers = numbers_of(linear_voxels<double>(o.grid, metres));
   const Volume volume = read(folder_.write("a.vti", vti(o.attributes, "3 8 4 8 5 8",
-                                                        "<Piece ValueRange=\"3 8 4 8 5 8\"><PointData>" +
+                                                        "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" +
                                                             ascii_array("a", "Float64", numbers) + "</PointData></Piece>") +
                                                         "</VTKFile>"));
   EXPECT_TRUE(warns_of(volume, "metres are taken"));
@@ -61,7 +61,7 @@ TEST_F(Vtk, AppendedNumbersDoNotBeginInTheHeader) {
   const auto file = [&](const std::string& offset, bool with_data) {
     return folder_.write(
         "a.vti", vti("Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"", "0 5 0 4 0 3",
-                     "<Piece ValueRange=\"0 5 0 4 0 3\"><PointData><DataArray type=\"Float64\" Name=\"a\" format=\"appended\" "
+                     "<Piece Extent=\"0 5 0 4 0 3\"><PointData><DataArray type=\"Float64\" Name=\"a\" format=\"appended\" "
                      "offset=\"" +
                          offset + "\"/></PointData></Piece>") +
                      (with_data ? "<AppendedData encoding=\"raw\">_" + bytes_of(static_cast<std::uint64_t>(voxels.size())) +
@@ -83,7 +83,7 @@ TEST_F(Vtk, CellDataLieAtTheCentresOfCells) {
   const Volume volume = read(folder_.write(
       "a.vti",
       vti(o.attributes, "3 8 4 8 5 8",
-          "<Piece ValueRange=\"3 8 4 8 5 8\"><PointData>" +
+          "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" +
               ascii_array("a", "Float64", numbers_of(linear_voxels<double>(o.grid, metres))) + "</PointData><CellData>" +
               ascii_array("a", "Float64", numbers_of(linear_voxels<double>(cells, metres, false, other))) +
               "</CellData></Piece>") +
@@ -97,7 +97,7 @@ TEST_F(Vtk, CellDataLieAtTheCentresOfCells) {
 
 TEST_F(Vtk, DamagedFieldDataAreNotLookedAt) {
   const Offset o = offset_grid();
-  const std::string piece = "<Piece ValueRange=\"3 8 4 8 5 8\"><PointData>" +
+  const std::string piece = "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" +
                             ascii_array("a", "Float64", numbers_of(linear_voxels<double>(o.grid, metres))) +
                             "</PointData></Piece>";
   for (const std::string array :
@@ -118,7 +118,7 @@ TEST_F(Vtk, PiecesMustFillTheGrid) {
   low.dims[2] = 3, high.dims[2] = 2;
   high.origin = o.grid.at({0, 0, 2});
   const auto piece = [&](const std::string& extent, const FileGrid& grid) {
-    return "<Piece ValueRange=\"" + extent + "\"><PointData>" +
+    return "<Piece Extent=\"" + extent + "\"><PointData>" +
            ascii_array("a", "Float64", numbers_of(linear_voxels<double>(grid, metres))) + "</PointData></Piece>";
   };
   const std::string first = piece("3 8 4 8 5 7", low), second = piece("3 8 4 8 7 8", high);
@@ -136,7 +136,7 @@ TEST_F(Vtk, AppendedDataOfEitherByteOrderAndTheirLoss) {
     const std::string voxels = linear_voxels<float>(o.grid, metres, big);
     const std::string start =
         vti(o.attributes, "3 8 4 8 5 8",
-            "<Piece ValueRange=\"3 8 4 8 5 8\"><PointData><DataArray type=\"Float32\" Name=\"a\" format=\"appended\" "
+            "<Piece Extent=\"3 8 4 8 5 8\"><PointData><DataArray type=\"Float32\" Name=\"a\" format=\"appended\" "
             "offset=\"0\"/></PointData></Piece>",
             big ? "BigEndian" : "LittleEndian") +
         "<AppendedData encoding=\"raw\">_";
@@ -157,7 +157,7 @@ TEST_F(Vtk, ArraysThatCannotBeFeltAreLeftOutAndSaid) {
                              ascii_array("big", "Int64", some(8)) + ascii_array("wind", "Int16", some(24), 3);
   const std::string attributes = "Origin=\"0 0 0\" Spacing=\"1 1 1\"";
   const auto file = [&](const std::string& inside) {
-    return vti(attributes, "0 1 0 1 0 1", "<Piece ValueRange=\"0 1 0 1 0 1\"><PointData>" + inside + "</PointData></Piece>") +
+    return vti(attributes, "0 1 0 1 0 1", "<Piece Extent=\"0 1 0 1 0 1\"><PointData>" + inside + "</PointData></Piece>") +
            "</VTKFile>";
   };
   const Volume volume = read(folder_.write("a.vti", file(arrays)));
@@ -179,7 +179,7 @@ TEST_F(Vtk, RequestsTakeAndRenameArrays) {
   const std::string attributes = "Origin=\"0 0 0\" Spacing=\"1 1 1\"";
   const fs::path file = folder_.write(
       "a.vti", vti(attributes, "0 1 0 1 0 1",
-                   "<Piece ValueRange=\"0 1 0 1 0 1\"><PointData>" + ascii_array("p", "Float32", "1 1 1 1 1 1 1 1") +
+                   "<Piece Extent=\"0 1 0 1 0 1\"><PointData>" + ascii_array("p", "Float32", "1 1 1 1 1 1 1 1") +
                        ascii_array("q [m/s]", "Float32", "2 2 2 2 2 2 2 2") + ascii_array("r", "Float32", "3 3 3 3 3 3 3 3") +
                        "</PointData></Piece>") +
                    "</VTKFile>");

@@ -33,7 +33,7 @@ std::string legacy(const std::string& title, const std::string& numbers, const s
 
 std::string vti(const std::string& before, const std::string& tag, const std::string& array) {
   return before + tag +
-         "<ImageData WholeExtent=\"0 5 0 4 0 3\" Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"><Piece ValueRange=\"0 5 0 4 0 "
+         "<ImageData WholeExtent=\"0 5 0 4 0 3\" Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"><Piece Extent=\"0 5 0 4 0 "
          "3\"><PointData>" +
          array + "</PointData></Piece></ImageData></VTKFile>";
 }
