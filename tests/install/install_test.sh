@@ -121,7 +121,7 @@ if ldd "$work/alone_build/alone" | grep -q palpa; then fail "core needs a shared
 
 step "symbols of other libraries stay inside"
 library=$(find "$work" -name 'libpalpa.so.*' -type f | head -1)
-if nm -D -C --defined-only "$library" | cut -d' ' -f3- | grep -E '^(typeinfo |vtable |guard variable )?(for |name for )?(toml|nlohmann|std)::'; then fail "libpalpa exports symbols of other libraries"; fi
+if nm -D --defined-only "$library" | grep -E ' _Z(T[ISTV])?(N|NK|St)?(4toml|8nlohmann|St|Sa|Ss)'; then fail "libpalpa exports symbols of other libraries"; fi
 nm -D --defined-only "$library" | grep -q _ZN5palpa7Session4tick || fail "libpalpa exports no Session::tick"
 
 step "components and versions that are not there"
