@@ -92,7 +92,10 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
   const double k = scene.coupling.stiffness_n_per_m;
   LawComparison result;
   std::vector<Asked> asked;
-  for (const std::string& name : laws) asked.push_back({baseline::law(name), {}});
+  for (const std::string& name : laws) {
+    with_law(given, name).check();
+    asked.push_back({baseline::law(name), {}});
+  }
 
   std::vector<Felt> exact;
   exact.reserve(probes.size());

@@ -269,9 +269,9 @@ def test_a_length_of_the_world_is_no_size_of_a_picture():
         with pytest.raises(ValueError, match="metres of the hand.*divided by"):
             palpa.FeltActors(renderer, wrong, scene.hand_to_world())
     actors = palpa.FeltActors(renderer, 0.08, scene.hand_to_world())
-    with pytest.raises(AttributeError, match="no attribute 'unit_m'"):
-        actors.unit_m = 0.1
-    with pytest.raises(TypeError, match="'unit_m' takes a number, not str"):
+    with pytest.raises(AttributeError, match="no attribute 'view_half_height_hand_m'"):
+        actors.view_half_height_hand_m = 0.1
+    with pytest.raises(TypeError, match="'view_half_height_hand_m' takes a number, not str"):
         palpa.FeltActors(renderer, "0.08")
     for wrong in (scene, np.eye(3), "identity"):
         with pytest.raises(TypeError, match="'hand_to_world' takes a matrix of shape"):
