@@ -33,6 +33,11 @@ Scene with_law(Scene scene, const std::string& law) {
   return scene;
 }
 
+std::unique_ptr<Law> law_of(const Scene& scene) {
+  scene.check();
+  return baseline::law(scene.law);
+}
+
 // Earlier systems had no elastic levels.
 Scene with_rigid_levels(Scene scene) {
   for (const SceneMode& mode : std::vector<SceneMode>(scene.modes().begin(), scene.modes().end())) {
@@ -92,10 +97,7 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
   const double k = scene.coupling.stiffness_n_per_m;
   LawComparison result;
   std::vector<Asked> asked;
-  for (const std::string& name : laws) {
-    with_law(given, name).check();
-    asked.push_back({baseline::law(name), {}});
-  }
+  for (const std::string& name : laws) asked.push_back({law_of(with_law(scene, name)), {}});
 
   std::vector<Felt> exact;
   exact.reserve(probes.size());
