@@ -113,6 +113,30 @@ has_options() {
   for option in "$@"; do grep -q "^${option%%=*}:[A-Z]*=${option#*=}\$" "$folder/CMakeCache.txt" || return 1; done
 }
 
+# Reads what a build prints. Of its steps "[12/340] Building …" a terminal shows how many are done and about how long the others
+# take, on one line that is written over; elsewhere there is such a line every half minute. All else is passed on as it is.
+follow_build() {
+  local line step=0 steps left begin=$SECONDS said=$SECONDS terminal=false
+  if [ -t 1 ]; then terminal=true; fi
+  while IFS= read -r line || [ -n "$line" ]; do
+    if [[ $line =~ ^\[([0-9]+)/([0-9]+)\]\  ]]; then
+      step=${BASH_REMATCH[1]} steps=${BASH_REMATCH[2]}
+      left=$(((SECONDS - begin) * (steps - step) / (step > 0 ? step : 1)))
+      if [ $left -ge 90 ]; then left="$(((left + 30) / 60)) min"; else left="$left s"; fi
+      if $terminal; then
+        printf '\r\033[K%s of %s steps done, about %s left' "$step" "$steps" "$left"
+      elif [ $((SECONDS - said)) -ge 30 ]; then
+        said=$SECONDS
+        say "$step of $steps steps done, about $left left"
+      fi
+    else
+      if $terminal && [ "$step" != 0 ]; then printf '\r\033[K'; fi
+      say "$line"
+    fi
+  done
+  if $terminal && [ "$step" != 0 ]; then printf '\r\033[K'; fi
+}
+
 # build PRESET "NEEDS" "AT FIRST" TARGET…: builds the targets of a preset. NEEDS are options that the folder
 # must have; those AT FIRST only spare a fresh folder work and are left as they are in one that exists.
 build() {
@@ -130,5 +154,6 @@ build() {
       fail "CMake could not configure build/$preset (above: its last words, all of them in $folder/configure.log)"
     fi
   fi
-  "${launcher[@]}" cmake --build "$folder" --parallel "$jobs" --target "$@" || fail "build/$preset did not compile"
+  "${launcher[@]}" cmake --build "$folder" --parallel "$jobs" --target "$@" 2>&1 | follow_build
+  [ "${PIPESTATUS[0]}" = 0 ] || fail "build/$preset did not compile (above: what the compiler said)"
 }

@@ -489,6 +489,49 @@ TEST(Pages, NameTestsThatAreThere) {
   EXPECT_GT(statements, 20);
 }
 
+std::ptrdiff_t words_in(const std::string& text) {
+  std::istringstream words(text);
+  return std::distance(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
+}
+
+/// The paragraphs and cells of tables in a page that are too long to be read, and the cells with too many links.
+std::vector<std::string> too_long(const std::string& markdown) {
+  constexpr std::ptrdiff_t most_of_a_paragraph = 250, most_of_a_cell = 100, most_links = 10;
+  static const std::regex link(R"re(\]\()re");
+  std::vector<std::string> found;
+  std::istringstream lines(markdown);
+  bool in_code = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("```")) in_code = !in_code;
+    if (in_code) continue;
+    const bool is_row = line.starts_with("|");
+    std::istringstream parts(line);
+    for (std::string part; std::getline(parts, part, is_row ? '|' : '\n');) {
+      const auto links = std::distance(std::sregex_iterator(part.begin(), part.end(), link), std::sregex_iterator());
+      if (words_in(part) > (is_row ? most_of_a_cell : most_of_a_paragraph) || (is_row && links > most_links))
+        found.push_back(part.substr(0, 60));
+    }
+  }
+  return found;
+}
+
+TEST(Pages, ALongCellAndALongParagraphAreSeen) {
+  std::string words, links;
+  for (int n = 0; n < 101; ++n) words += "word ";
+  for (int n = 0; n < 11; ++n) links += "[a](b) ";
+  EXPECT_THAT(too_long("| " + words + "| b |\n"), SizeIs(1));
+  EXPECT_THAT(too_long("| a | " + links + "|\n"), SizeIs(1));
+  EXPECT_THAT(too_long(words + links + "\n"), IsEmpty());
+  EXPECT_THAT(too_long(words + words + words + "\n"), SizeIs(1));
+  EXPECT_THAT(too_long("```\n" + words + words + words + "\n```\n"), IsEmpty());
+}
+
+TEST(Pages, HaveNoCellAndNoParagraphThatIsTooLong) {
+  std::vector<std::string> pages = files_under("docs", {".md"});
+  pages.insert(pages.end(), {"README.md", "CONTRIBUTING.md"});
+  for (const std::string& page : pages) EXPECT_THAT(too_long(text_of(repository() / page)), IsEmpty()) << page;
+}
+
 TEST(Pages, GiveAReasonForEveryPackage) {
   const std::string reasons = text_of(repository() / "docs/dependencies.md");
   std::istringstream lines(text_of(repository() / "packages.txt"));

@@ -67,6 +67,10 @@ case "\$*" in
     ;;
   --build*)
     mkdir -p "\$2/bin"
+    echo "[1/3] Building one.o"
+    echo "one.cpp:1: warning: of a compiler"
+    echo "[2/3] Building two.o"
+    [ ! -e "$here/damaged" ] || { echo "FAILED: two.o"; exit 1; }
     printf '#!/bin/bash\necho "palpa \$*" >>"$here/calls"\n' >"\$2/bin/palpa"
     chmod +x "\$2/bin/palpa"
     ;;
@@ -113,6 +117,8 @@ expect "--yes installs the core group" called 'apt-get install --yes --no-instal
 expect "… without VTK, ITK or tests" never_called 'apt-get install.*(vtk|insight|gtest)'
 expect "… as root without sudo" never_called '^sudo'
 expect "… builds the core preset without tests" called 'cmake --preset core -DPALPA_TESTS=OFF'
+expect "… does not print every step" eval '! said "Building one.o"'
+expect "… but what the compiler says" said "one.cpp:1: warning: of a compiler"
 expect "… runs the main job" called 'palpa demo'
 expect "… exits 0" exited 0
 
@@ -178,6 +184,23 @@ run demo --core --yes
 expect "apt's failure is shown" said "no route to host"
 expect "… exit 2" exited 2
 expect "… nothing is built" never_called '^cmake'
+
+fresh_machine
+touch "$here/damaged"
+run demo --core --yes
+expect "what does not compile is shown" said "FAILED: two.o"
+expect "… exit 2" exited 2
+expect "… and nothing is run" never_called '^palpa'
+
+fresh_machine
+# On a terminal, by the function itself: script(1) is the terminal.
+if command -v script >/dev/null; then
+  printf '[1/4] a\n[2/4] b\nwords of a compiler\n[4/4] c\n' >"$here/steps"
+  script -qec "bash -c 'root=. command=x arguments= assume_yes=true preset=x; . $here/palpa/tools/setup.sh; follow_build <$here/steps'" /dev/null \
+    >"$here/said" 2>&1 </dev/null
+  expect "a terminal is shown the steps done and the time left" said "2 of 4 steps done, about 0 s left"
+  expect "… and what the compiler says" said "words of a compiler"
+fi
 
 fresh_machine
 rm "$here/bin/apt-get" "$here/bin/dpkg-query"
