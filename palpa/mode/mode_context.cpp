@@ -301,15 +301,26 @@ double ModeContext::border_share(double strength_n) const noexcept {
   return share;
 }
 
+// Of the proxy and the feet of the mode's levels that give way the one counts that is nearest to a border: a foot that left the
+// data would take its level with it.
 double ModeContext::bordered_n(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double whole_n = strength_n * mask(), felt_n = std::min(whole_n, most_n);
-  const double gentle_n = std::max(0.0, 0.5 * stiffness_n_per_m * depth_m());
-  if (gentle_n >= felt_n) return whole_n;
-  const double share = std::max(0.0, border_share(felt_n));
-  if (share >= 1.0) return whole_n;
-  is_faded_ = true;
-  return std::max(gentle_n, share * felt_n);
+  const auto left_at = [&](const ModeContext& there) {
+    const double gentle_n = std::max(0.0, 0.5 * stiffness_n_per_m * there.depth_m());
+    if (gentle_n >= felt_n) return whole_n;
+    const double share = std::max(0.0, there.border_share(felt_n));
+    if (share >= 1.0) return whole_n;
+    is_faded_ = true;
+    return std::max(gentle_n, share * felt_n);
+  };
+  double least_n = left_at(*this);
+  for (const Foot& foot : feet) {
+    ModeContext at_foot = *this;
+    at_foot.at_m += foot.way_m;
+    least_n = std::min(least_n, left_at(at_foot));
+  }
+  return least_n;
 }
 
 double ModeContext::newtons(const Strength& strength) const noexcept {
