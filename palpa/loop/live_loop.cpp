@@ -55,6 +55,18 @@ LoopAccount::Times times_of(const TimeHistogram& histogram) {
           .max_us = histogram.max_us()};
 }
 
+/// At the end of a loop its device has no force, also where an observer's exception ends it.
+class EndAtNoForce {
+ public:
+  explicit EndAtNoForce(Device& device) noexcept : device_(device) {}
+  ~EndAtNoForce() { device_.write({}); }
+  EndAtNoForce(const EndAtNoForce&) = delete;
+  EndAtNoForce& operator=(const EndAtNoForce&) = delete;
+
+ private:
+  Device& device_;
+};
+
 // One thread counts, any may read.
 class Counter {
  public:
@@ -169,6 +181,7 @@ void LiveLoop::State::rehearse(double deadline_s, double period_s) noexcept {
 
 void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& observer) {
   DrivenDevice driven(device);
+  const EndAtNoForce end(device);
   const double period_s = 1.0 / options.rate_hz;
   const double begin_s = clock.now_s() + period_s;
   double last_s = begin_s;
@@ -218,7 +231,6 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
     if (prepared != before) scene.give_back(before);
     ++number;
   }
-  device.write({});
 }
 
 LiveLoop::LiveLoop(LiveScene& scene, Device& device, const LiveOptions& options, Recorder* recorder, LoopClock* clock)

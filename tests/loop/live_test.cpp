@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -129,6 +130,51 @@ TEST(LiveLoop, MissedTicksAreSkippedAndCountedAndNeverBunched) {
   EXPECT_EQ(loop.account().missed, missed);
   EXPECT_EQ(loop.account().ticks, static_cast<std::int64_t>(frames.size()));
   EXPECT_NEAR(loop.account().late.p50_us, 100.0, 2.0);
+}
+
+/// A handle of which the last word is seen, and that holds it for ever.
+class HandleWithAMemory final : public Device {
+ public:
+  explicit HandleWithAMemory(Device& hand) : hand_(hand) {}
+  std::string name() const override { return "with a memory"; }
+  DeviceLimits limits() const override { return hand_.limits(); }
+  DeviceState read() noexcept override { return hand_.read(); }
+  bool write(const Vec3& force_n) noexcept override {
+    last_word_n = force_n;
+    return hand_.write(force_n);
+  }
+  bool rests() const noexcept override { return last_word_n == Vec3{}; }
+  Vec3 last_word_n;
+
+ private:
+  Device& hand_;
+};
+
+// However it ends: at its duration, told to stop, or by an exception of its observer's that the program catches.
+TEST(LiveLoop, EndsAtNoForceHoweverItEnds) {
+  enum class End { duration, stop, exception };
+  for (const End end : {End::duration, End::stop, End::exception}) {
+    LiveScene live(test::head_scene());
+    const auto hand = stroking_hand();
+    HandleWithAMemory device(*hand);
+    SimulatedTime clock(hand.get());
+    LiveLoop loop(live, device, {.duration_s = 2.0, .guard = limit_alone()}, nullptr, &clock);
+    std::atomic<bool> stop{false};
+    double felt_n = 0.0;
+    try {
+      loop.run(stop, [&](const TickFrame& frame, const Session&) {
+        if (norm(frame.command_n) < 0.5 && felt_n == 0.0) return;
+        felt_n = norm(device.last_word_n);
+        stop = end == End::stop;
+        if (end == End::exception) throw std::runtime_error("of the observer");
+      });
+      EXPECT_NE(end, End::exception);
+    } catch (const std::runtime_error&) {
+      EXPECT_EQ(end, End::exception);
+    }
+    EXPECT_GT(felt_n, 0.0);
+    EXPECT_EQ(device.last_word_n, Vec3{}) << static_cast<int>(end);
+  }
 }
 
 TEST(LiveLoop, ThreeMissedTicksTakeTheForceAway) {
