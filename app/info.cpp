@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 
+#include "app/info_kind.h"
 #include "app/info_text.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
@@ -100,8 +101,9 @@ void draw(const Facts& facts, const fs::path& file, detail::Existing existing) {
   if (!field) throw LoadError(facts.name + ": has no field that varies; there is nothing to draw");
   const Progress progress("drawing " + file.string());
   const fs::path named = fs::path(facts.name).has_filename() ? fs::path(facts.name) : fs::path(facts.name).parent_path();
-  pictures_for(file.string())
-      .volume(facts.file.volume, *field, facts.values[*field], named.filename().string() + ": " + facts.what, file, existing);
+  const std::string tilt = gantry_tilt(facts);
+  const std::string title = named.filename().string() + ": " + facts.what + (tilt.empty() ? "" : ", " + tilt);
+  pictures_for(file.string()).volume(facts.file.volume, *field, facts.values[*field], title, file, existing);
 }
 
 /// Makes scene and picture of a volume, and says on stderr what was written and what to do next.

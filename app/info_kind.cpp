@@ -237,6 +237,13 @@ bool looks_like_scan(const Facts& facts) {
   return false;
 }
 
+std::string gantry_tilt(const Facts& facts) {
+  const Volume& volume = facts.file.volume;
+  // Slices of a CT are sheared by nothing else.
+  if (volume.format != "dicom" || volume.modality != "CT" || !(facts.placed.sheared_deg > least_shear_deg)) return {};
+  return fmt::format("gantry tilt of {:.3g}°", facts.placed.sheared_deg);
+}
+
 std::string kind_of(const Facts& facts) {
   const Volume& volume = facts.file.volume;
   const std::string in_frames = facts.file.frames > 1 && !facts.directions ? fmt::format(", {} frames", facts.file.frames) : "";

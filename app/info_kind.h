@@ -16,6 +16,11 @@ std::string kind_of(const Facts& facts);
 /// Whether it is a scan of a body, by the same signs as `kind_of`, even if the file does not say how a patient lies in it.
 bool looks_like_scan(const Facts& facts);
 
+/// [deg] What is sheared by less is only rounded.
+inline constexpr double least_shear_deg = 0.1;
+/// "gantry tilt of 18.5°", by which the slices of a CT are sheared; empty where they are not.
+std::string gantry_tilt(const Facts& facts);
+
 /// The field as a label map; without labels if it is none, or if not all of its voxels were looked at.
 LabelMap labels_in(const Volume& volume, const VolumeField& field, const Statistics& values);
 

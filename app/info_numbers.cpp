@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "palpa/volume/length_unit.h"
+
 namespace palpa::app {
 namespace {
 
@@ -19,8 +21,20 @@ Unit unit_for(double metres) {
   return metres > 0.0 ? Unit{1e-10, "Å"} : Unit{1.0, "m"};
 }
 
-/// The unit for lengths in a volume: millimetres for patients and for files in millimetres, else one that fits its size.
+/// Whether lengths are the file's own numbers: no unit of length is known, and no patient lies in it, who is told in
+/// millimetres.
+bool in_file_units(const Facts& facts) { return facts.file.volume.length_unit_assumed && !facts.file.volume.medical_frame; }
+
+/// The unit of the file's own numbers.
+Unit file_unit(const Facts& facts) {
+  const auto assumed = detail::length_unit(facts.file.volume.length_unit);
+  return {assumed ? assumed->metres : 1.0, "file units"};
+}
+
+/// The unit for lengths in a volume: that of the file's numbers where none is known, millimetres for patients and for files in
+/// millimetres, else one that fits its size.
 Unit unit_of(const Facts& facts) {
+  if (in_file_units(facts)) return file_unit(facts);
   if (facts.file.volume.medical_frame || facts.file.volume.length_unit == "mm") return {1e-3, "mm"};
   return unit_for(largest_component(facts.placed.size_m));
 }
@@ -46,13 +60,24 @@ std::string length_words(double metres) {
 }
 
 std::string length_words(const Facts& facts, double metres) {
+  if (in_file_units(facts)) return rounded_words(metres / file_unit(facts).metres) + " " + file_unit(facts).name;
   return facts.file.volume.medical_frame ? fmt::format("{:.4g} mm", 1e3 * metres) : length_words(metres);
 }
 
 std::string sides_words(const Facts& facts, const Vec3& sides_m) {
+  if (in_file_units(facts)) {
+    const Vec3 sides = (1.0 / file_unit(facts).metres) * sides_m;
+    return rounded_words(sides.x) + " × " + rounded_words(sides.y) + " × " + rounded_words(sides.z) + " file units";
+  }
   const Unit unit = facts.file.volume.medical_frame ? Unit{1e-3, "mm"} : unit_for(largest_component(sides_m));
   const auto side = [&](double metres) { return fmt::format("{:.4g} {}", metres / unit.metres, unit.name); };
   return side(sides_m.x) + " × " + side(sides_m.y) + " × " + side(sides_m.z);
+}
+
+std::string assumed_words(const Facts& facts) {
+  const Volume& volume = facts.file.volume;
+  if (!volume.length_unit_assumed) return {};
+  return (in_file_units(facts) ? ", taken as " : ", if the file's lengths are in ") + volume.length_unit;
 }
 
 std::string in_one_unit(const Facts& facts, const Vec3& world_m) {

@@ -13,10 +13,13 @@ std::string rounded_words(double value);
 std::string rounded_words(double value, double span);
 /// A length [m] in the unit in which people would say it: "245 mm".
 std::string length_words(double metres);
-/// A length in a volume [m]: in millimetres if that is a patient's.
+/// A length in a volume [m]: in millimetres if that is a patient's, "0.5 file units" where no unit of length is known.
 std::string length_words(const Facts& facts, double metres);
-/// "3.33 m × 3.63 m × 1.14 m": the sides of a box [m], all in the unit of the longest.
+/// "3.33 m × 3.63 m × 1.14 m": the sides of a box [m], all in the unit of the longest; "3.33 × 3.63 × 1.14 file units" where no
+/// unit of length is known.
 std::string sides_words(const Facts& facts, const Vec3& sides_m);
+/// ", taken as m": which unit was assumed for the file's lengths; empty where none was.
+std::string assumed_words(const Facts& facts);
 /// "(-5, 16, 7) mm": a position [m] in the unit that fits the data.
 std::string in_one_unit(const Facts& facts, const Vec3& world_m);
 

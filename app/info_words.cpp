@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/info_kind.h"
 #include "app/info_numbers.h"
 #include "app/info_text.h"
 #include "app/terminal.h"
@@ -106,17 +107,16 @@ void print_placement(const Facts& facts) {
                       n[1] == 1 && n[2] == 1 ? rounded_words(static_cast<double>(n[0])) + " points in cells of any shape"
                                              : fmt::format("{} × {} × {} points along curved lines", n[0], n[1], n[2])));
   }
-  print(fmt::format("  size      {}{}, {} in memory\n", sides_words(facts, placed.size_m),
-                    volume.length_unit_assumed ? ", if the file's lengths are in " + volume.length_unit : "",
+  print(fmt::format("  size      {}{}, {} in memory\n", sides_words(facts, placed.size_m), assumed_words(facts),
                     text_of_bytes(facts.memory_bytes)));
   const char* to = volume.medical_frame ? "to " : "along ";
   std::string turned;
   if (placed.oblique_deg > 0.5) turned += fmt::format(", oblique by {:.3g}°", placed.oblique_deg);
-  // Slices of a CT are sheared by nothing else.
-  const bool is_tilt = volume.format == "dicom" && volume.modality == "CT";
-  if (placed.sheared_deg > 0.1) {
-    turned += fmt::format(", sheared by {}{:.3g}°", is_tilt ? "a gantry tilt of " : "", placed.sheared_deg);
-  }
+  const std::string tilt = gantry_tilt(facts);
+  if (!tilt.empty())
+    turned += ", sheared by a " + tilt;
+  else if (placed.sheared_deg > least_shear_deg)
+    turned += fmt::format(", sheared by {:.3g}°", placed.sheared_deg);
   if (placed.mirrored) turned += ", left-handed";
   print(fmt::format("  axes      i {}{}, j {}{}, k {}{}{}{}\n", to, placed.towards[0], to, placed.towards[1], to,
                     placed.towards[2], volume.medical_frame ? ": " + placed.letters : "", turned));

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "palpa/loop/loop.h"
+#include "palpa/mode/modes.h"
 #include "palpa/report/html.h"
 #include "palpa/report/numbers.h"
 #include "palpa/report/words.h"
@@ -110,7 +112,15 @@ Json json_of_paths(const Recorded& recorded, std::size_t most_points) {
   return stretches;
 }
 
-Json json_of(const Recorded& recorded, const RecordedMoment& moment) {
+/// Whether a primitive is of a level that cannot be pressed through: what it bears was recorded as more than any spring pulls.
+bool holds(const PlacedPrimitive& placed, const Recorded& recorded, const Scene* scene) {
+  const std::size_t mode = placed.primitive.id.mode;
+  return scene && mode < scene->modes().size() && scene->modes()[mode].mode.as<SurfaceAndFriction>() &&
+         (placed.primitive.kind == PrimitiveKind::plane || placed.primitive.kind == PrimitiveKind::corner) &&
+         placed.primitive.strength_n > let_through_n(*scene, recorded.header.device_max_force_n);
+}
+
+Json json_of(const Recorded& recorded, const RecordedMoment& moment, const Scene* scene) {
   const TickFrame& frame = recorded.ticks[moment.row];
   Json modes = Json::array();
   for (const auto& pushes : recorded.pushes) modes.push_back(rounded(norm(pushes[moment.row].force_n), 4));
@@ -123,6 +133,7 @@ Json json_of(const Recorded& recorded, const RecordedMoment& moment) {
                           {"along", unit(primitive.direction)},
                           {"strength", rounded(primitive.strength_n, 4)},
                           {"force", rounded(norm(placed.force_n), 4)}});
+    if (holds(placed, recorded, scene)) primitives.back()["holds"] = true;
     if (primitive.drag_ns_per_m > 0.0) primitives.back()["drag"] = rounded(primitive.drag_ns_per_m, 4);
   }
   const auto newtons = [](const Vec3& f_n) -> Json { return {rounded(f_n.x, 4), rounded(f_n.y, 4), rounded(f_n.z, 4)}; };
@@ -197,7 +208,7 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
   view["path"] = json_of_paths(recorded, options.most_path_points);
   view["events"] = json_of_events(recorded, options.most_events);
   Json looked = Json::array();
-  for (const RecordedMoment& moment : moments) looked.push_back(json_of(recorded, moment));
+  for (const RecordedMoment& moment : moments) looked.push_back(json_of(recorded, moment, scene));
   view["moments"] = std::move(looked);
   if (const auto busiest = busiest_row(recorded)) view["first_look_s"] = rounded(recorded.ticks[*busiest].t_s, 8);
   return view.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -259,10 +259,11 @@ const View3d = (() => {
     }
   };
 
-  /** The force of a primitive: of its strength, or its strength and what its drag adds. */
+  /** The force of a primitive: of its strength, or its strength and what its drag adds, or by a level that holds all of it. */
   const forceWords = (primitive) => {
     const {force, strength, drag} = primitive;
     const round = (newtons) => Math.round(1e3 * newtons) / 1e3;
+    if (primitive.holds) return Report.digits(force) + ' N (it holds)';
     if (!drag || round(force) <= round(strength))
       return Report.digits(force) + (strength > 0 ? ' of ' + Report.digits(strength) : '') + ' N';
     if (!(strength > 0)) return Report.digits(force) + ' N (drag)';

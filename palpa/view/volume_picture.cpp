@@ -18,6 +18,7 @@
 #include "palpa/view/offscreen.h"
 #include "palpa/view/picture.h"
 #include "palpa/view/plot.h"
+#include "palpa/volume/length_unit.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -50,6 +51,23 @@ std::string direction_words(bool medical, int axis, double sign) {
 }
 
 std::string millimetre_words(double m) { return detail::text("%.1f mm", 1e3 * std::abs(m)); }
+
+/// How lengths of a volume are written: in the unit that fits one of them, or as the file's own numbers where no unit is known.
+class LengthWords {
+ public:
+  explicit LengthWords(const Volume& volume) {
+    if (!volume.length_unit_assumed || volume.medical_frame) return;
+    const auto assumed = detail::length_unit(volume.length_unit);
+    file_unit_m_ = assumed ? assumed->metres : 1.0;
+  }
+  std::string of(double length_m, double like_m = 0.0) const {
+    if (file_unit_m_ > 0.0) return detail::number_words(length_m / file_unit_m_) + " file units";
+    return detail::length_words(length_m, like_m);
+  }
+
+ private:
+  double file_unit_m_ = 0.0;  // 0: a unit is known
+};
 
 /// The window for a second look: bone after windows of soft parts, soft tissue after bone and lung.
 CtWindow beside(const CtWindow& window) {
@@ -169,12 +187,13 @@ Shown shown_as(const Volume& volume, const VolumeField& shown, const Statistics&
 
 class Slices {
  public:
-  Slices(const Field& field, bool medical, Shades shades, const Place& place, double em_px)
+  Slices(const Volume& volume, const Field& field, Shades shades, const Place& place, double em_px)
       : field_(field),
-        medical_(medical),
+        medical_(volume.medical_frame),
+        lengths_(volume),
         box_(field.bounds_m()),
         shades_(std::move(shades)),
-        cuts_(medical ? medical_cuts : plain_cuts),
+        cuts_(medical_ ? medical_cuts : plain_cuts),
         em_px_(em_px) {
     const double width_px = place.width / 3.0 - 4.0 * em_px, height_px = place.height - 3.0 * em_px;
     px_per_m_ = 1e300;
@@ -206,7 +225,7 @@ class Slices {
       const bool is_zero = std::abs(at_m) < 1e-6 * unit_m;  // but for rounding
       const std::string where = medical_ ? direction_words(true, cut.across, at_m) + " " + millimetre_words(at_m)
                                          : std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
-                                               (is_zero ? "0" : detail::length_words(std::abs(at_m), unit_m));
+                                               (is_zero ? "0" : lengths_.of(std::abs(at_m), unit_m));
       canvas.text(std::string(cut.name) + ", " + where, x, up_px(p.top) + 1.6 * em_px_, Side::middle, 0.9, true);
       canvas.text(direction_words(medical_, cut.right, cut.right_sign), p.left + p.width + 0.5 * em_px_, y, Side::left);
       canvas.text(direction_words(medical_, cut.right, -cut.right_sign), p.left - 0.5 * em_px_, y, Side::right);
@@ -267,6 +286,7 @@ class Slices {
 
   const Field& field_;
   bool medical_;
+  LengthWords lengths_;
   Box box_;
   Shades shades_;
   std::array<Cut, 3> cuts_;
@@ -353,7 +373,7 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   const double em = canvas.em_px();
   const int lower_top = static_cast<int>(0.60 * height);
   const Shown as = shown_as(volume, shown, values);
-  const Slices slices(*shown.field, volume.medical_frame, as.first,
+  const Slices slices(volume, *shown.field, as.first,
                       {0, static_cast<int>(2.2 * em), width, lower_top - static_cast<int>(5.8 * em)}, em);
   canvas.text(canvas.fitted(title, width - 2.0 * em, 1.1, true), 0.5 * width, height - 1.1 * em, Side::middle, 1.1, true);
   slices.draw_words(canvas);
@@ -372,7 +392,7 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
   const double length_px = length_m * slices.px_per_m();
   canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});
-  canvas.text(detail::length_words(length_m), 0.04 * width + length_px + 0.6 * em, row_y, Side::left, 0.9);
+  canvas.text(LengthWords(volume).of(length_m), 0.04 * width + length_px + 0.6 * em, row_y, Side::left, 0.9);
 
   const bool two_parts = flow || as.second;
   const int lower_height = height - lower_top, histogram_width = two_parts ? width / 2 : width;

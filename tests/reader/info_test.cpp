@@ -116,7 +116,7 @@ TEST_F(Info, SeveralFilesAreAList) {
 TEST_F(Info, TheTableSaysWhatIsInTheFile) {
   const fs::path file = two_arrays();
   const std::string table = printed({.files = {file}, .json = false, .at_m = {{1.25, 3, 5}}, .read = {}});
-  for (const std::string& part : {file.string(), std::string("vti"), std::string("2 × 2 × 2 voxels of 1 m × 2 m × 4 m"),
+  for (const std::string& part : {file.string(), std::string("vti"), std::string("2 × 2 × 2 voxels of 1 × 2 × 4 file units"),
                                   std::string("int16×3"), std::string("p = 0.25")}) {
     EXPECT_NE(table.find(part), std::string::npos) << part << " in\n" << table;
   }
