@@ -225,22 +225,19 @@ namespace {
 
 /// Places in memory as doubles, and the shape without its last axis.
 struct Places {
-  py::array_t<double, py::array::c_style> points_m;
+  Numbers points_m;
   std::vector<py::ssize_t> shape;
   std::int64_t count = 1;
 };
 
 Places places_of(const py::object& points_m) {
-  auto points = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(points_m);
-  if (!points) {
-    PyErr_Clear();
-    throw py::type_error("'points_m' takes an array of numbers of shape (…, 3)");
-  }
-  if (points.ndim() == 0 || points.shape(points.ndim() - 1) != 3) {
-    throw py::value_error("'points_m' has the shape " + py::str(points.attr("shape")).cast<std::string>() +
+  const auto points = numbers_of(points_m);
+  if (!points) throw py::type_error("'points_m' takes an array of numbers of shape (…, 3)");
+  if (points->ndim() == 0 || points->shape(points->ndim() - 1) != 3) {
+    throw py::value_error("'points_m' has the shape " + py::str(points->attr("shape")).cast<std::string>() +
                           "; its last axis is of 3: x, y, z");
   }
-  Places places{std::move(points), {}, 1};
+  Places places{*points, {}, 1};
   for (py::ssize_t a = 0; a + 1 < places.points_m.ndim(); ++a) {
     places.shape.push_back(places.points_m.shape(a));
     places.count *= places.points_m.shape(a);

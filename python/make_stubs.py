@@ -95,6 +95,8 @@ def is_said(thing):
 
 
 def property_type(cls, name, thing):
+    if name == "needs":
+        return "Sequence[str]"
     if thing.fget is not None and is_bound(thing.fget):
         returned = re.search(r"-> (.*)", thing.fget.__doc__ or "")
         return in_python(returned[0])[3:] if returned else "Any"

@@ -34,6 +34,8 @@ constexpr double state_lifetime_s = 0.05;
 constexpr std::chrono::milliseconds shortest_interval{1};
 // Between two tries of code that raises. Longer: later back; shorter: more in vain.
 constexpr std::chrono::milliseconds retry_interval{100};
+// Between two looks at whether the code returns. Longer: it is released later; shorter: more work.
+constexpr std::chrono::milliseconds look_interval{10};
 // For code that does not return, at the end. Longer: a program ends later; shorter: a slow device is not closed.
 constexpr std::chrono::seconds longest_end{1};
 constexpr std::size_t most_told = 8;  // [1] sentences; more: the same again and again
@@ -61,6 +63,7 @@ DeviceState state_of(const py::object& returned) {
     state.valid = true;
   }
   state.valid = state.valid && is_finite(state.position_m);
+  if (!state.valid) state.buttons = 0;  // of a handle that is not there none is held
   if (state.velocity_m_per_s && !is_finite(*state.velocity_m_per_s)) state.velocity_m_per_s.reset();
   return state;
 }
@@ -87,7 +90,8 @@ struct OwnDevice::Shared {
   py::object device;  // by its thread alone, with the interpreter's lock
   Latest<Wish> wishes;
   Latest<DeviceState> states;
-  std::atomic<bool> ends{false}, is_linked{true};
+  std::atomic<bool> ends{false}, is_linked{true}, rests{false};
+  std::atomic<Clock::rep> since{0};  // when the exchange under way began; 0: there is none
   mutable std::mutex guards;
   std::condition_variable over;
   bool is_over = false;
@@ -98,13 +102,31 @@ struct OwnDevice::Shared {
     if (told.size() < most_told && std::ranges::find(told, sentence) == told.end()) told.push_back(std::move(sentence));
   }
   /// Calls `write`. With the interpreter's lock; raises what it raises.
-  void write(const Vec3& force_n) const { device.attr("write")(array_of(force_n)); }
+  void write(const Vec3& force_n) {
+    rests = false;
+    device.attr("write")(array_of(force_n));
+    rests = norm(force_n) == 0.0;
+  }
   bool exchange(const Wish& wish, bool may_push);
-  void release() noexcept;
+  void write_zero() noexcept;
+  bool ended() const {
+    const std::lock_guard lock(guards);
+    return is_over;
+  }
+
+  /// An exchange with Python's code, as long as it lives.
+  struct Busy {
+    explicit Busy(Shared& shared) : since(shared.since) { since = Clock::now().time_since_epoch().count(); }
+    ~Busy() { since = 0; }
+    Busy(const Busy&) = delete;
+    Busy& operator=(const Busy&) = delete;
+    std::atomic<Clock::rep>& since;
+  };
 };
 
 // One exchange; false where Python's code raised.
 bool OwnDevice::Shared::exchange(const Wish& wish, bool may_push) {
+  const Busy busy(*this);
   const py::gil_scoped_acquire acquire;
   try {
     DeviceState state = state_of(device.attr("read")());
@@ -122,12 +144,12 @@ bool OwnDevice::Shared::exchange(const Wish& wish, bool may_push) {
     tell(std::string("the device's own code raised ") + error.what());
   }
   states.give({.time_s = seconds(Clock::now()), .fault = "the device's own code raised an exception"});
-  release();
+  write_zero();
   return false;
 }
 
 // Zero force, whatever is wrong. With the interpreter's lock.
-void OwnDevice::Shared::release() noexcept {
+void OwnDevice::Shared::write_zero() noexcept {
   try {
     write({});
   } catch (const std::exception&) {  // told of already, or the very reason why it is released
@@ -139,7 +161,9 @@ void OwnDevice::run(const std::shared_ptr<Shared>& shared) {
   while (!shared->ends) {
     const Clock::time_point begin = Clock::now();
     // After a failure the first exchange sends nothing: the loop has to have seen the fault first.
-    const bool went_well = shared->exchange(shared->wishes.take(), is_well);
+    const Shared::Wish wish = shared->wishes.take();
+    if (norm(wish.force_n) > 0.0) shared->rests = false;
+    const bool went_well = shared->exchange(wish, is_well);
     shared->is_linked = went_well;
     is_well = went_well;
     const auto interval = went_well ? std::chrono::milliseconds(shortest_interval) : retry_interval;
@@ -147,8 +171,9 @@ void OwnDevice::run(const std::shared_ptr<Shared>& shared) {
       std::this_thread::sleep_until(std::min(until, Clock::now() + std::chrono::milliseconds(5)));
   }
   {
+    const Shared::Busy busy(*shared);
     const py::gil_scoped_acquire acquire;
-    shared->release();
+    shared->write_zero();
     try {
       if (py::hasattr(shared->device, "close")) shared->device.attr("close")();
     } catch (const std::exception& error) {
@@ -161,10 +186,30 @@ void OwnDevice::run(const std::shared_ptr<Shared>& shared) {
   shared->over.notify_all();
 }
 
+// Calls `release` of a device whose code does not return, once for each time.
+void OwnDevice::watch(const std::shared_ptr<Shared>& shared) {
+  constexpr auto longest = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(state_lifetime_s));
+  for (Clock::rep released = 0; !shared->ended(); std::this_thread::sleep_for(look_interval)) {
+    const Clock::rep since = shared->since;
+    const bool hangs = since != 0 && Clock::now().time_since_epoch().count() - since > longest.count();
+    if (!hangs || since == released || !Py_IsInitialized()) continue;
+    const py::gil_scoped_acquire acquire;
+    if (shared->since != since || !shared->device) continue;  // it returned
+    released = since;
+    try {
+      shared->device.attr("release")();
+    } catch (const std::exception& error) {
+      const std::string what = error.what();
+      shared->tell("the device's own 'release' raised " + what.substr(0, what.find('\n')));
+    }
+  }
+}
+
 OwnDevice::OwnDevice(py::object device) : limits_(limits_of(device)), shared_(std::make_shared<Shared>()) {
   name_ = type_name(device);
   shared_->device = std::move(device);
   std::thread([shared = shared_] { run(shared); }).detach();
+  std::thread([shared = shared_] { watch(shared); }).detach();
 }
 
 OwnDevice::~OwnDevice() { end(); }
@@ -183,6 +228,7 @@ DeviceState OwnDevice::read() noexcept {
   DeviceState state = shared_->states.take();
   if (state.valid && seconds(Clock::now()) - state.time_s > state_lifetime_s) {
     state.valid = false;
+    state.buttons = 0;
     state.fault = "the device's own code does not return";
   }
   return state;
@@ -192,6 +238,8 @@ bool OwnDevice::write(const Vec3& force_n) noexcept {
   shared_->wishes.give({is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{}, Clock::now()});
   return shared_->is_linked.load(std::memory_order_relaxed);
 }
+
+bool OwnDevice::rests() const noexcept { return shared_->rests.load(std::memory_order_relaxed); }
 
 std::vector<std::string> OwnDevice::told() const {
   const std::lock_guard lock(shared_->guards);
@@ -210,7 +258,8 @@ double in_range(double value, const char* name, bool may_be_zero) {
 class Guarded {
  public:
   Guarded(const Scene& scene, const DeviceLimits& limits, std::uint32_t dead_man_buttons)
-      : session_(within(scene, limits), baseline::path, limits.encoder_step_m),
+      : has_motors_(limits.has_motors),
+        session_(within(scene, limits), baseline::path, limits.encoder_step_m),
         guarded_(session_, options(limits, scene, dead_man_buttons)) {}
 
   TickFrame tick(const py::object& position_m, double dt_s, const py::object& velocity_m_per_s, bool valid,
@@ -222,6 +271,7 @@ class Guarded {
     std::uint32_t circumstances = 0;
     if (fault || std::exchange(has_failed_, false)) circumstances |= bit_of(Circumstance::device_fault);
     if (panics_) circumstances |= bit_of(Circumstance::panic);
+    if (has_motors_ && dt_s > state_lifetime_s) circumstances |= bit_of(Circumstance::late);
     if (std::exchange(resumes_, false)) circumstances |= bit_of(Circumstance::resume);
     ModeFailure failure;
     const ModeFailure::Watch watch(failure);
@@ -244,6 +294,7 @@ class Guarded {
     options.dead_man_buttons = dead_man_buttons;
     return options;
   }
+  bool has_motors_ = true;
   Session session_;
   GuardedSession guarded_;
   std::int64_t ticks_ = 0;
@@ -335,6 +386,7 @@ void bind_devices(py::module_& module) {
            py::arg("valid") = true, py::arg("buttons") = 0, py::arg("fault") = false,
            "One update; returns a GuardedTick, whose command_n is what may be sent.\n\n"
            "position_m, dt_s, velocity_m_per_s, valid, buttons: as of Session.tick. fault: the device has one.\n"
+           "A step above 0.05 s is late, for motors held the last force meanwhile: no force, then the gate and the ramp.\n"
            "Where a mode in Python raises, so does this, and the next tick counts as one after a fault: send zero then.")
       .def("panic", &Guarded::panic, "No force from the next tick on, until `resume`.")
       .def("resume", &Guarded::resume, "Lets it go on after a panic, with the gate and the ramp of a start.");

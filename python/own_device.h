@@ -14,7 +14,8 @@ namespace palpa::python {
 /// An object of Python's with `limits`, `read()` and `write(force_n)` (palpa.Device) as a device. A thread of its own calls the
 /// two, one exchange after the other, a thousand times a second at most; the loop only gives and takes a value, so that it
 /// never waits for the interpreter. Where Python's code raises, or does not return for 50 ms, the device has a fault: the guard
-/// then takes the force away, and nothing but zero is written until a whole exchange has gone well. A force that the loop did
+/// then takes the force away, and nothing but zero is written until a whole exchange has gone well. Where it does not return
+/// another thread calls `release()`, by which the device may let go without that code. A force that the loop did
 /// not write anew for 20 ms is not written any more either.
 class OwnDevice final : public Device {
  public:
@@ -27,6 +28,7 @@ class OwnDevice final : public Device {
   DeviceLimits limits() const override { return limits_; }
   DeviceState read() noexcept override;
   bool write(const Vec3& force_n) noexcept override;
+  bool rests() const noexcept override;
 
   /// Has zero written and the device closed by its thread, and waits for that at most a second: code that does not return
   /// keeps its thread. Without the interpreter's lock; of later calls none does anything.
@@ -37,6 +39,7 @@ class OwnDevice final : public Device {
  private:
   struct Shared;
   static void run(const std::shared_ptr<Shared>& shared);
+  static void watch(const std::shared_ptr<Shared>& shared);
 
   std::string name_;
   DeviceLimits limits_;

@@ -5,6 +5,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -79,6 +80,7 @@ std::optional<std::int64_t> whole_number_of(py::handle value) {
 std::optional<double> maybe_number(py::handle value) {
   if (PyFloat_Check(value.ptr())) return PyFloat_AS_DOUBLE(value.ptr());
   if (PyBool_Check(value.ptr()) || value.is_none()) return {};
+  if (std::string_view(Py_TYPE(value.ptr())->tp_name) == "MaskedConstant") return std::numeric_limits<double>::quiet_NaN();
   const double number = PyFloat_AsDouble(value.ptr());
   if (number == -1.0 && PyErr_Occurred()) {
     if (!PyErr_ExceptionMatches(PyExc_TypeError)) throw py::error_already_set();
@@ -418,6 +420,43 @@ double number_of(py::handle value, std::string_view name) {
   refuse_type(name, "a number", value);
 }
 
+std::optional<Numbers> numbers_of(py::handle given) {
+  constexpr std::string_view numeric = "buifO";  // kinds of types of numpy
+  try {
+    py::object array = py::reinterpret_borrow<py::object>(given);
+    const bool is_plain = reinterpret_cast<PyObject*>(Py_TYPE(array.ptr())) ==
+                          reinterpret_cast<PyObject*>(py::detail::npy_api::get().PyArray_Type_);
+    if (!is_plain && py::isinstance<py::array>(array) &&
+        py::module_::import("numpy").attr("ma").attr("isMaskedArray")(array).cast<bool>())
+      array = array.attr("astype")("float64").attr("filled")(std::numeric_limits<double>::quiet_NaN());
+    const py::array read = py::array::ensure(array);
+    if (!read || numeric.find(read.dtype().kind()) == std::string_view::npos) {
+      PyErr_Clear();
+      return {};
+    }
+    Numbers numbers = Numbers::ensure(read);
+    if (numbers) return numbers;
+    PyErr_Clear();
+  } catch (const py::error_already_set&) {  // of a type that is no number
+  }
+  return {};
+}
+
+Numbers rows_of(py::handle given, std::string_view name, py::ssize_t columns) {
+  const auto numbers = numbers_of(given);
+  if (!numbers || numbers->ndim() != (columns == 1 ? 1 : 2) || (columns != 1 && numbers->shape(1) != columns)) {
+    throw py::type_error(detail::in_quotes(name) + " takes an array of numbers of shape " + (columns == 1 ? "(n,)" : "(n, 3)"));
+  }
+  return *numbers;
+}
+
+double time_step_of(py::handle given) {
+  const double step_s = number_of(given, "dt_s");
+  if (step_s > 0.0 && step_s <= 1.0) return step_s;
+  throw py::value_error("'dt_s' is " + detail::toml_number(step_s) +
+                        "; a time step is in seconds, above 0 and at most 1: 1e-3 is a millisecond");
+}
+
 Vec3 vector_of(py::handle value, std::string_view name) {
   double numbers[3];
   const auto refuse = [&] {
@@ -433,10 +472,9 @@ Vec3 vector_of(py::handle value, std::string_view name) {
       numbers[i] = *number;
     }
   } else if (py::isinstance<py::array>(value)) {
-    const auto array = py::array_t<double, py::array::forcecast>::ensure(value);
-    if (!array) PyErr_Clear();
-    if (!array || array.ndim() != 1 || array.shape(0) != 3) refuse();
-    for (int i = 0; i < 3; ++i) numbers[i] = array.at(i);
+    const auto array = numbers_of(value);
+    if (!array || array->ndim() != 1 || array->shape(0) != 3) refuse();
+    for (int i = 0; i < 3; ++i) numbers[i] = array->at(i);
   } else {
     const auto several = maybe_numbers(value);
     if (!several || several->size() != 3) refuse();
@@ -477,6 +515,16 @@ py::tuple points_of(const TransferFunction& curve) {
   return py::tuple(points);
 }
 
+void check_range(const Strength&) {}  // a mode's parameter says it
+void check_range(const Mask& mask) {
+  const auto check = [](double factor) {
+    if (factor < 0.0 || factor > 1.0)
+      throw py::value_error("Mask: a factor is " + detail::toml_number(factor) + "; it lies between 0 and 1");
+  };
+  for (const TransferFunction::Point& point : mask.curve.points()) check(point.result);
+  check(mask.curve.outside());
+}
+
 /// A class of functions of a field: of, points, outside.
 template <class T>
 void bind_function(py::module_& module, const char* name, const char* doc) {
@@ -485,6 +533,7 @@ void bind_function(py::module_& module, const char* name, const char* doc) {
              T made;
              made.of = FieldRef{of};
              made.curve = transfer_function(points, outside);
+             check_range(made);
              return made;
            }),
            py::kw_only(), py::arg("of"), py::arg("points"), py::arg("outside") = 0.0)
@@ -505,6 +554,8 @@ void bind_function(py::module_& module, const char* name, const char* doc) {
 }  // namespace
 
 void bind_parameters(py::module_& module) {
+  module.def("numbers_of", [](const py::object& given) { return numbers_of(given); });
+  module.def("time_step_of", [](const py::object& given) { return time_step_of(given); });
   py::class_<Part, PartPtr>(module, "Part")
       .def("get", [](const PartPtr& part, const std::string& name) { return value_of(part, name); })
       .def("set", [](Part& part, const std::string& name, const py::object& value) { set_value(part, name, value); })

@@ -132,21 +132,24 @@ void bind_volumes(py::module_& module) {
     return interruptible(
         [&](const std::atomic<bool>&, std::stop_token stop) { return read_volume(*request, {.stop = std::move(stop)}); });
   });
-  module.def("array_volume", [](const py::object& array, const py::object& spacing_m, const std::array<double, 9>& axes,
-                                const py::object& origin_m, const std::optional<std::array<std::vector<double>, 3>>& planes_m,
-                                const std::string& unit, bool copy) {
-    PlacedArray placed{.planes_m = planes_m};
-    const Vec3 s = vector_of(spacing_m, "spacing_m");
-    for (const double each_m : {s.x, s.y, s.z}) {
-      if (!(each_m > 0.0))
-        throw py::value_error("'spacing_m' is " + detail::toml_number(each_m) +
-                              "; it lies above 0, a reversed array has reversed axes");
-    }
-    for (std::size_t r = 0; r < 3; ++r)
-      placed.steps_m.row[r] = {axes[3 * r] * s.x, axes[3 * r + 1] * s.y, axes[3 * r + 2] * s.z};
-    if (!origin_m.is_none()) placed.origin_m = vector_of(origin_m, "origin_m");
-    return array_volume(array, placed, unit, copy);
-  });
+  module.def(
+      "array_volume",
+      [](const py::object& array, const py::object& spacing_m, const std::array<double, 9>& axes, const py::object& origin_m,
+         const std::optional<std::array<std::vector<double>, 3>>& planes_m, const std::string& unit, bool copy) {
+        PlacedArray placed{.planes_m = planes_m};
+        const Vec3 s = vector_of(spacing_m, "spacing_m");
+        for (const double each_m : {s.x, s.y, s.z}) {
+          if (!(each_m > 0.0))
+            throw py::value_error("'spacing_m' is " + detail::toml_number(each_m) +
+                                  "; it lies above 0, a reversed array has reversed axes");
+        }
+        for (std::size_t r = 0; r < 3; ++r)
+          placed.steps_m.row[r] = {axes[3 * r] * s.x, axes[3 * r + 1] * s.y, axes[3 * r + 2] * s.z};
+        if (!origin_m.is_none()) placed.origin_m = vector_of(origin_m, "origin_m");
+        return array_volume(array, placed, unit, copy);
+      },
+      py::arg("array"), py::arg("spacing_m"), py::arg("axes"), py::arg("origin_m"), py::arg("planes_m"), py::arg("unit"),
+      py::arg("copy"));
   module.def("in_other_unit", [](Volume volume, double metres_per_unit) {
     volume.files.clear();
     volume.request.reset();
@@ -224,7 +227,10 @@ void bind_scene(py::module_& module) {
             scene.law = law;
           },
           "name of the law that finds the balance: one of palpa.laws()")
-      .def_readwrite("needs", &Scene::needs, "types of modes that plug-ins must bring")
+      .def_property(
+          "needs", [](const Scene& scene) { return py::tuple(py::cast(scene.needs)); },
+          [](Scene& scene, const std::vector<std::string>& needs) { scene.needs = needs; },
+          "types of modes that plug-ins must bring")
       .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::coupling); })
       .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::workspace); })
       .def("_time", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::time); })

@@ -104,36 +104,20 @@ Tick tick(FeltSession& felt, const py::object& position_m, double dt_s, const py
   return made;
 }
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-/// Rows of `columns` numbers.
-Numbers rows_of(const py::object& given, const char* name, py::ssize_t columns) {
-  Numbers numbers = Numbers::ensure(given);
-  if (!numbers) PyErr_Clear();
-  const bool fits = numbers && numbers.ndim() == (columns == 1 ? 1 : 2) && (columns == 1 || numbers.shape(1) == columns);
-  if (!fits) {
-    throw py::type_error(std::string("'") + name + "' takes an array of numbers of shape " +
-                         (columns == 1 ? "(n,)" : "(n, 3)"));
-  }
-  return numbers;
-}
-
 /// Time steps for so many ticks: one number for all, or a number for each.
 Numbers steps_of(const py::object& dt_s, py::ssize_t count) {
   const bool is_one = PyNumber_Check(dt_s.ptr()) && (!py::isinstance<py::array>(dt_s) || dt_s.cast<py::array>().ndim() == 0);
-  Numbers steps = is_one ? Numbers(count) : rows_of(dt_s, "dt_s", 1);
+  if (is_one) {
+    Numbers steps(count);
+    std::fill_n(steps.mutable_data(), count, time_step_of(dt_s));
+    return steps;
+  }
+  Numbers steps = rows_of(dt_s, "dt_s", 1);
   if (steps.shape(0) != count)
     throw py::value_error("'dt_s' has " + std::to_string(steps.shape(0)) + " time steps for " + std::to_string(count) +
                           " positions");
-  const double one_s = is_one ? number_of(dt_s, "dt_s") : 0.0;
-  if (is_one) std::fill_n(steps.mutable_data(), count, one_s);
-  const auto refuse = [](double step_s) {
-    throw py::value_error("'dt_s' is " + detail::toml_number(step_s) +
-                          "; a time step is in seconds, above 0 and at most 1: 1e-3 is a millisecond");
-  };
-  if (is_one && !(one_s > 0.0 && one_s <= 1.0)) refuse(one_s);
   for (const double step_s : std::span(steps.data(), static_cast<std::size_t>(count))) {
-    if (!(step_s > 0.0 && step_s <= 1.0)) refuse(step_s);
+    if (!(step_s > 0.0 && step_s <= 1.0)) time_step_of(py::float_(step_s));  // raises
   }
   return steps;
 }
@@ -286,6 +270,9 @@ void bind_session(py::module_& module) {
                           "It holds a snapshot of the scene (voxels shared). Each thread needs a session of its own.\n"
                           "encoder_step_m: [m] position step of the device, 0 if none.")
       .def(py::init([](const Scene& scene, double encoder_step_m) {
+             if (!(encoder_step_m >= 0.0 && encoder_step_m < 1.0))
+               throw py::value_error("Session: 'encoder_step_m' is " + detail::toml_number(encoder_step_m) +
+                                     "; it is a length in metres, 0 where there is no encoder, below 1");
              const Scene copy = scene;
              const py::gil_scoped_release release;
              return std::make_unique<FeltSession>(copy, encoder_step_m);

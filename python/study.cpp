@@ -20,15 +20,10 @@ namespace palpa::python {
 namespace {
 
 namespace fs = std::filesystem;
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-/// Rows of three numbers.
-Numbers rows_of(const py::object& positions_m) {
-  Numbers positions = Numbers::ensure(positions_m);
-  if (!positions) PyErr_Clear();
-  if (!positions || positions.ndim() != 2 || positions.shape(1) != 3)
-    throw py::type_error("'positions_m' takes an array of numbers of shape (n, 3)");
-  return positions;
+bool flag_of(py::handle value, const std::string& name) {
+  if (PyBool_Check(value.ptr())) return value.cast<bool>();
+  throw py::type_error(detail::in_quotes(name) + " takes True or False, not " +
+                       value.get_type().attr("__name__").cast<std::string>());
 }
 
 Place place_of(const std::string& word) {
@@ -42,15 +37,17 @@ Place place_of(const std::string& word) {
 
 /// A hand at given positions.
 std::shared_ptr<const Target> positions_of(py::handle given, const py::object& dt_s) {
-  const Numbers rows = rows_of(py::reinterpret_borrow<py::object>(given));
+  const Numbers rows = rows_of(given, "positions_m", 3);
   std::vector<Vec3> positions_m;
   positions_m.reserve(static_cast<std::size_t>(rows.shape(0)));
   for (py::ssize_t n = 0; n < rows.shape(0); ++n) positions_m.push_back({rows.at(n, 0), rows.at(n, 1), rows.at(n, 2)});
-  return sampled_target(positions_m, number_of(dt_s, "dt_s"));
+  return sampled_target(positions_m, time_step_of(dt_s));
 }
 
-py::tuple compare(const Scene& given, const py::object& positions_m, double dt_s, const std::vector<std::string>& laws) {
-  const Numbers positions = rows_of(positions_m);
+py::tuple compare(const Scene& given, const py::object& positions_m, const py::object& time_step,
+                  const std::vector<std::string>& laws) {
+  const double dt_s = time_step_of(time_step);
+  const Numbers positions = rows_of(positions_m, "positions_m", 3);
   std::vector<Probe> probes;
   for (py::ssize_t n = 0; n < positions.shape(0); ++n)
     probes.push_back({.position_m = {positions.at(n, 0), positions.at(n, 1), positions.at(n, 2)}});
@@ -92,7 +89,7 @@ RunOptions run_options(const py::dict& given) {
     else if (name == "positions_m")
       options.target = positions_of(value, given["dt_s"]);
     else if (name == "primitives")
-      options.primitives = value.cast<bool>();
+      options.primitives = flag_of(value, name);
     else if (name == "data")
       options.scene_options.data_folders = value.cast<std::vector<fs::path>>();
     else if (name == "plugins")

@@ -23,6 +23,12 @@ def _version():
     return re.search(r"project\(palpa VERSION ([0-9.]+)", (source / "CMakeLists.txt").read_text())[1]
 
 
+def _numpy():
+    """Which numpy the module can be loaded beside: pybind11 knows numpy 2 from its version 2.12 on."""
+    version = re.search(r'pybind11 = "(\d+)\.(\d+)', (source / "build/wheel/python/palpa/_version.py").read_text())
+    return "numpy>=1.24" if tuple(map(int, version.groups())) >= (2, 12) else "numpy>=1.24,<2"
+
+
 def _installed(tree):
     """The package with its library, built and installed into a folder."""
     build = source / "build/wheel"
@@ -58,7 +64,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         shutil.copy(source / "LICENSE", tree / information)
         (tree / information / "METADATA").write_text(
             f"Metadata-Version: 2.1\nName: palpa\nVersion: {version}\nSummary: Touch volumetric data\nLicense: Apache-2.0\n"
-            "Requires-Python: >=3.11\nRequires-Dist: numpy\n")
+            f"Requires-Python: >=3.11\nRequires-Dist: {_numpy()}\n")
         (tree / information / "WHEEL").write_text(
             f"Wheel-Version: 1.0\nGenerator: palpa\nRoot-Is-Purelib: false\nTag: {python}-{python}-{platform}\n")
         record = []

@@ -45,8 +45,9 @@ void put_array(NewFile& file, const std::string& name, int components, const std
 
 void write_vtp(const FeltPath& path, NewFile& file) {
   file.write(detail::vtk_xml_begin("PolyData"));
-  file.write("<PolyData>\n<Piece NumberOfPoints=\"" + std::to_string(path.ticks()) +
-             "\" NumberOfVerts=\"0\" NumberOfLines=\"1\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n"
+  file.write("<PolyData>\n<Piece NumberOfPoints=\"" + std::to_string(path.ticks()) + "\" NumberOfVerts=\"" +
+             std::to_string(path.ticks()) +
+             "\" NumberOfLines=\"1\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n"
              "<PointData Vectors=\"force_n\">\n");
   for (const FeltColumn& column : path.columns) {
     if (column.name == "proxy_m") continue;
@@ -58,9 +59,13 @@ void write_vtp(const FeltPath& path, NewFile& file) {
   }
   file.write("</PointData>\n<Points>\n");
   put_array(file, "proxy_m", 3, path.column("proxy_m").values);
-  file.write("</Points>\n<Lines>\n");
-  std::vector<std::int64_t> points(path.ticks());
-  for (std::size_t n = 0; n < points.size(); ++n) points[n] = static_cast<std::int64_t>(n);
+  std::vector<std::int64_t> points(path.ticks()), ends(path.ticks());
+  for (std::size_t n = 0; n < points.size(); ++n) points[n] = static_cast<std::int64_t>(n), ends[n] = points[n] + 1;
+  // A vertex for each tick beside the line: filters that choose cells, as Threshold does, can choose ticks.
+  file.write("</Points>\n<Verts>\n");
+  put_array(file, "connectivity", 1, points);
+  put_array(file, "offsets", 1, ends);
+  file.write("</Verts>\n<Lines>\n");
   put_array(file, "connectivity", 1, points);
   put_array(file, "offsets", 1, std::vector<std::int64_t>{static_cast<std::int64_t>(points.size())});
   file.write("</Lines>\n</Piece>\n</PolyData>\n</VTKFile>\n");

@@ -139,8 +139,8 @@ inline vtkSmartPointer<vtkImageData> to_vtk(const Field& field, const std::strin
   return image;
 }
 
-/// What was felt, as one line through the proxy's places [m] with every column as an array: the same as `palpa export …
-/// .vtp`. Allocates; any thread.
+/// What was felt, as one line through the proxy's places [m] and a vertex at each, with every column as an array: the same as
+/// `palpa export … .vtp`. Allocates; any thread.
 inline vtkSmartPointer<vtkPolyData> to_vtk(const FeltPath& path) {
   auto line = vtkSmartPointer<vtkPolyData>::New();
   const auto ticks = static_cast<vtkIdType>(path.ticks());
@@ -166,10 +166,11 @@ inline vtkSmartPointer<vtkPolyData> to_vtk(const FeltPath& path) {
     }
   }
   line->GetPointData()->SetActiveVectors("force_n");
-  vtkNew<vtkCellArray> lines;
+  vtkNew<vtkCellArray> lines, vertices;
   lines->InsertNextCell(static_cast<int>(ticks));
-  for (vtkIdType n = 0; n < ticks; ++n) lines->InsertCellPoint(n);
+  for (vtkIdType n = 0; n < ticks; ++n) lines->InsertCellPoint(n), vertices->InsertNextCell(1, &n);
   line->SetLines(lines);
+  line->SetVerts(vertices);
   return line;
 }
 

@@ -16,8 +16,6 @@ import os as _os
 import pathlib as _pathlib
 import sys as _sys
 
-from ._version import version as __version__
-
 
 def _why_not_here():
     """Why the module that binds the library cannot be loaded by this interpreter; empty: not known."""
@@ -25,24 +23,41 @@ def _why_not_here():
     import importlib.util
     import re
 
+    here = _pathlib.Path(__file__).absolute().parent
+    ours = f"{_sys.implementation.name} {_sys.version_info[0]}.{_sys.version_info[1]}"
+    if not any((here / f"_palpa{suffix}").exists() for suffix in importlib.machinery.EXTENSION_SUFFIXES):
+        for file in here.glob("_palpa.*"):
+            made_for = re.search(r"\.cpython-3(\d+)-", file.name)
+            if made_for:
+                builds = f", or build it for this one (-DPython_EXECUTABLE={_sys.executable})" if _sys.version_info >= (3, 11) else ""
+                return (f"palpa was built for CPython 3.{made_for[1]}, this is {ours} ({_sys.executable}); use "
+                        f"python3.{made_for[1]}{builds}")
+        if not (here / "_version.py").exists():
+            return (f"palpa: {here} holds the package's sources, without the module that is built of them; PYTHONPATH takes the folder "
+                    "'python' of the build folder, build/release/python")
+        return f"palpa: its module _palpa is not built in {here}; cmake --build makes it as palpa_python"
     if importlib.util.find_spec("numpy") is None:
         return (f"palpa needs numpy, which {_sys.executable} has not; install it there (Debian's own python3: "
                 "apt install python3-numpy)")
-    here = _pathlib.Path(__file__).parent
-    if any((here / f"_palpa{suffix}").exists() for suffix in importlib.machinery.EXTENSION_SUFFIXES):
-        return ""
-    ours = f"{_sys.implementation.name} {_sys.version_info[0]}.{_sys.version_info[1]}"
-    for file in here.glob("_palpa.*"):
-        if made_for := re.search(r"\.cpython-3(\d+)-", file.name):
-            return (f"palpa was built for CPython 3.{made_for[1]}, this is {ours} ({_sys.executable}); use python3.{made_for[1]}, or "
-                    f"build it for this one (-DPython_EXECUTABLE={_sys.executable})")
-    return f"palpa: its module _palpa is not built in {here}; cmake --build makes it as palpa_python"
+    return ""
+
+
+def _check_numpy(of, pybind11):
+    """Raises ImportError beside a numpy that the module cannot read: pybind11 knows numpy 2 from its version 2.12 on."""
+    if int(of.split(".")[0]) >= 2 and tuple(map(int, pybind11.split(".")[:2])) < (2, 12):
+        raise ImportError(f"palpa was built with pybind11 {pybind11}, which reads arrays of numpy 1 only, and this is numpy {of}; "
+                          "install \"numpy<2\", or build palpa with pybind11 2.12 or later", name="palpa")
 
 
 try:
+    from ._version import pybind11 as _pybind11, version as __version__
+    import numpy as _numpy
+
+    _check_numpy(_numpy.__version__, _pybind11)
     from . import _palpa
 except ImportError as _error:
-    if _why := _why_not_here():
+    _why = _why_not_here()
+    if _why:
         raise ImportError(_why, name="palpa") from None
     raise
 
@@ -62,7 +77,7 @@ from ._live import Live, live
 from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
 from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, Workspace, array_volume, load_scene,
                      read_volume)
-from ._parameters import Named as _Named
+from ._parameters import Named as _Named, say_what_cannot_be_set as _say_what_cannot_be_set
 from ._session import Ticks, modes as _modes_of_session, ticks as _ticks
 from ._trace import LawComparison, Replay, Trace, compare_laws, run
 from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_vtk
@@ -75,6 +90,9 @@ Session.ticks, Session.modes = _ticks, _modes_of_session
 Volume.fields = property(lambda volume: _Named("the volume", "field", volume._fields()), doc="its fields by name")
 Session.scene = property(lambda session: Scene(_of=session._scene()), doc="the scene that is felt: a copy")
 
+for _thing in list(vars().values()):
+    if isinstance(_thing, type) and _thing.__module__ == "palpa._palpa" and not issubclass(_thing, Exception):
+        _say_what_cannot_be_set(_thing)
 for _name, _thing in list(vars().items()):  # known by their public name
     if getattr(_thing, "__module__", "").startswith("palpa._"):
         try:

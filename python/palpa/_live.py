@@ -109,7 +109,8 @@ class Live(Strict):
         return self
 
     def __exit__(self, *error: object) -> None:
-        self.stop()
+        if not self._live.is_forked():  # it goes on in the process that it belongs to
+            self.stop()
 
 
 def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | Pointer | Device | None = None,
@@ -132,6 +133,8 @@ def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | Poin
         raise TypeError(f"'device' takes a name, a palpa.Pointer or a palpa.Device, not {type(device).__name__}")
     if own is not None and getattr(own, "_is_held", False):
         raise ValueError("'device' is held by another live scene; stop that first")
+    if hand is not None and not isinstance(hand, (str, PathLike)):
+        raise TypeError(f"'hand' takes 'sim:…' or the path of a recorded hand, not {type(hand).__name__}; palpa.run feels positions")
     given = dict(rate_hz=rate_hz) if hand is None else _hand_given(hand, None, rate_hz, place, fit)
     folder, temporary = _new_folder(out)
     given.update(device=device if isinstance(device, str) else None, duration_s=duration_s, out=folder, hold=hold,

@@ -7,7 +7,7 @@ from os import PathLike
 from typing import Any
 
 from . import _palpa
-from ._parameters import Parameters, class_name, make_class
+from ._parameters import Parameters, Strict, class_name, make_class
 
 
 class Mode:
@@ -39,17 +39,24 @@ class Mode:
         raise NotImplementedError(f"{type(self).__name__} has no method 'place(self, here, out)'")
 
     def _to_part(self):
-        return _palpa.python_mode(self, [(name, getattr(self, name)) for name in self.fields], bool(self.strict))
+        fields = _names_of(self.fields, "fields")
+        for name in fields:
+            if not isinstance(getattr(self, name, None), str):
+                raise TypeError(f"{type(self).__name__}: 'fields' has {name!r}, an attribute with the name of a field; it is "
+                                + (type(getattr(self, name)).__name__ if hasattr(self, name) else "not there"))
+        return _palpa.python_mode(self, [(name, getattr(self, name)) for name in fields], bool(self.strict))
 
 
 class _ListedMode(Parameters, Mode):
     """A mode with a list of parameters."""
 
+    _keys = ()
+
     def _to_part(self):
         return self._part
 
 
-class CFunction(Mode):
+class CFunction(Strict, Mode):
     """A mode that is a function of C, `int place(const double* in, double* out)`, for the speed of a live scene.
 
     function : what has an `address` (a numba.cfunc), a function pointer of ctypes, or an address as an int
@@ -62,10 +69,15 @@ class CFunction(Mode):
     What cannot be used is left out, counted in Tick.dropped. Masks and the fade at the edges of data act on strengths and drags.
     """
 
-    def __init__(self, function: Any, scalars: Sequence[str] = (), vectors: Sequence[str] = ()) -> None:
-        self.function, self.scalars, self.vectors = function, tuple(scalars), tuple(vectors)
+    function: Any
+    scalars: tuple[str, ...]
+    vectors: tuple[str, ...]
 
-    def _to_part(self):
+    def __init__(self, function: Any, scalars: Sequence[str] = (), vectors: Sequence[str] = ()) -> None:
+        self.function, self.scalars, self.vectors = function, _names_of(scalars, "scalars"), _names_of(vectors, "vectors")
+        self._address()
+
+    def _address(self):
         import ctypes
 
         function = self.function
@@ -77,8 +89,21 @@ class CFunction(Mode):
             address = function
         else:
             raise TypeError(f"'function' takes a function of C (numba.cfunc, ctypes or an address), not {type(function).__name__}")
+        if not address:
+            raise ValueError("'function' has the address 0; give that of a function of C")
+        return address
+
+    def _to_part(self):
         numbered = lambda kind, names: [(f"{kind} {n}", name) for n, name in enumerate(names)]
-        return _palpa.c_function_mode(address, numbered("scalar", self.scalars), numbered("vector", self.vectors), function)
+        return _palpa.c_function_mode(self._address(), numbered("scalar", self.scalars), numbered("vector", self.vectors),
+                                      self.function)
+
+
+def _names_of(names, attribute):
+    """Names of fields, each a text: of a text alone every letter would be one."""
+    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
+        raise TypeError(f"'{attribute}' takes names of fields, ('ct',), not {names!r}")
+    return tuple(names)
 
 
 classes = {}  # by mode type
@@ -106,6 +131,8 @@ def load_plugin(file: str | PathLike) -> list[type[Mode]]:
     """
     import sys
 
+    if not isinstance(file, (str, PathLike)):
+        raise TypeError(f"'file' takes the path of a shared library, not {type(file).__name__}")
     _palpa.load_plugin(file)
     plugins.append(file)
     return make_classes(sys.modules["palpa"])

@@ -12,7 +12,10 @@ class Strict:
     _elsewhere = ()  # (what holds it, names): attributes of its parts that are looked for here
 
     def __setattr__(self, name, value):
-        if not name.startswith("_") and not hasattr(type(self), name) and name not in getattr(type(self), "__annotations__", ()):
+        of_class = getattr(type(self), name, None)
+        if callable(of_class) and not name.startswith("_"):
+            raise AttributeError(f"{type(self).__name__}: {name!r} is a method, which cannot be set; call it: {name}()")
+        if not (name.startswith("_") or hasattr(of_class, "__set__") or name in getattr(type(self), "__annotations__", ())):
             raise AttributeError(self._unknown(name))
         object.__setattr__(self, name, value)
 
@@ -23,11 +26,35 @@ class Strict:
         return [name for name in (*dir(type(self)), *getattr(type(self), "__annotations__", ())) if not name.startswith("_")]
 
 
+def say_what_cannot_be_set(cls):
+    """Has a class of C++ say so in a sentence."""
+
+    def __setattr__(self, name, value):
+        try:
+            object.__setattr__(self, name, value)
+        except AttributeError:
+            of_class = getattr(cls, name, None)
+            if of_class is None:
+                why = f"no attribute {name!r}; " + _there_are(name, [each for each in dir(cls) if not each.startswith("_")])
+            else:
+                why = f"{name!r} " + (f"is a method, which cannot be set; call it: {name}()" if callable(of_class) else "cannot be set")
+            raise AttributeError(f"{cls.__name__}: {why}") from None
+
+    cls.__setattr__ = __setattr__
+
+
 class Parameters:
     """Something with a list of parameters: attributes of the same names, units and defaults as in C++ and in scene files."""
 
     __slots__ = ("_part",)
     _keys = ()
+
+    def __init_subclass__(cls, **given):
+        if "_keys" not in vars(cls):
+            base = next(each.__name__ for each in cls.__mro__ if "_keys" in vars(each))
+            raise TypeError(f"{cls.__name__}: {base} is made in C++, and nothing in Python changes what it does; a mode of your own "
+                            "derives from palpa.Mode")
+        super().__init_subclass__(**given)
 
     @classmethod
     def _of(cls, part):
@@ -45,7 +72,7 @@ class Parameters:
         return {name: getattr(self, name) for name in type(self)._attributes}
 
     def __setattr__(self, name, value):
-        if name not in type(self)._attributes and name not in type(self).__slots__ and not hasattr(type(self), name):
+        if name not in type(self)._attributes and name != "_part":
             raise AttributeError(f"{type(self).__name__}: no parameter {name!r}; {_there_are(name, type(self)._attributes)}")
         object.__setattr__(self, name, value)
 
@@ -168,6 +195,7 @@ def make_class(name, base, summary, keys, new_part, module="palpa", qualname=Non
         object.__setattr__(self, "_part", new_part())
         self._fill(parameters)
 
+    __init__.__qualname__ = f"{qualname}.__init__"
     namespace["__init__"] = __init__
     cls = type(name, (base,), namespace)
     fresh = cls()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import inspect
+import json
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
-from numpy import allclose, asarray, eye, float32, float64, ma, nan, ndarray, ndim
+from numpy import allclose, bool_, broadcast_to, eye, float32, float64, generic, ma, nan, ndarray
 from numpy.typing import ArrayLike
 
 from . import _palpa
@@ -24,17 +26,18 @@ TimeOptions = make_class("TimeOptions", Parameters, "How the data's time goes wh
                          lambda: _palpa.Scene()._time())
 
 
-def _part_property(cls, getter, doc):
+def _part_property(cls, name, doc):
+    getter = getattr(_palpa.Scene, f"_{name}")
+
     def get(self):
         return cls._of(getter(self))
 
     def put(self, value):
         if not isinstance(value, cls):
-            raise TypeError(f"takes a palpa.{cls.__name__}, not {type(value).__name__}")
-        values = value._values()
+            raise TypeError(f"Scene: '{name}' takes a palpa.{cls.__name__}, not {type(value).__name__}")
         into = get(self)
-        for name, each in values.items():
-            setattr(into, name, each)
+        for key, each in value._values().items():
+            setattr(into, key, each)
 
     return property(get, put, doc=doc)
 
@@ -70,6 +73,7 @@ class SceneMode(Strict):
 
     @enabled.setter
     def enabled(self, enabled: bool) -> None:
+        _check_flag("SceneMode", "enabled", enabled)
         self._scene._enable(self._name, enabled)
 
     @property
@@ -79,12 +83,21 @@ class SceneMode(Strict):
 
     @masks.setter
     def masks(self, masks: Iterable[Mask]) -> None:
-        if isinstance(masks, Mask):
-            raise TypeError("'masks' takes a list of palpa.Mask: [palpa.Mask(…)]")
-        self._scene._set_masks(self._name, masks)
+        self._scene._set_masks(self._name, _masks(masks))
 
     def __repr__(self):
         return f"SceneMode(name={self._name!r}, mode={self.mode!r}, enabled={self.enabled})"
+
+
+def _check_flag(place, name, value):
+    if not isinstance(value, (bool, bool_)):
+        raise TypeError(f"{place}: '{name}' takes True or False, not {type(value).__name__}")
+
+
+def _masks(given):
+    if isinstance(given, (Mask, str)) or not isinstance(given, Iterable):
+        raise TypeError(f"'masks' takes a list of palpa.Mask: [palpa.Mask(…)], not {type(given).__name__}")
+    return list(given)
 
 
 def _of_coupling(name):
@@ -110,9 +123,9 @@ class Scene(_palpa.Scene, Strict):
             except TypeError as error:
                 raise TypeError(str(error).replace("CouplingOptions", "Scene", 1)) from None
 
-    coupling = _part_property(CouplingOptions, _palpa.Scene._coupling, "the spring between hand and proxy")
-    workspace = _part_property(Workspace, _palpa.Scene._workspace, "how the hand's reach lies in the world")
-    time = _part_property(TimeOptions, _palpa.Scene._time, "how the data's time goes while the hand feels")
+    coupling = _part_property(CouplingOptions, "coupling", "the spring between hand and proxy")
+    workspace = _part_property(Workspace, "workspace", "how the hand's reach lies in the world")
+    time = _part_property(TimeOptions, "time", "how the data's time goes while the hand feels")
     for _name in CouplingOptions._attributes:
         locals()[_name] = _of_coupling(_name)
     del _name
@@ -125,14 +138,20 @@ class Scene(_palpa.Scene, Strict):
         """Adds a volume, or a mode whose fields are there; returns the name of the volume's first field, or the mode's.
 
         filter: of a volume, "trilinear", "smooth" or "cubic"; None: the default of its voxels.
-        masks, enabled: of a mode.
+        masks, enabled: of a mode. The scene holds a copy of it: scene.modes[name].mode changes it there.
         """
+        if not isinstance(name, str):
+            raise TypeError(f"Scene.add: 'name' takes a text, not {type(name).__name__}")
+        _check_flag("Scene.add", "enabled", enabled)
+        masks = _masks(masks)
         if isinstance(what, _palpa.Volume):
+            if masks or not enabled:
+                raise TypeError(f"Scene.add: 'masks' and 'enabled' are of modes, and {name!r} is a volume")
             return self._add_volume(name, what, filter)
-        if isinstance(masks, Mask):
-            raise TypeError("'masks' takes a list of palpa.Mask: [palpa.Mask(…)]")
         if not isinstance(what, Mode):
             raise TypeError(f"{name!r} is to be a palpa.Volume or a palpa.Mode, not {type(what).__name__}")
+        if filter is not None:
+            raise TypeError(f"Scene.add: 'filter' is of volumes, and {name!r} is a mode")
         self._add_mode(name, what._to_part(), masks, enabled)
         return name
 
@@ -140,7 +159,7 @@ class Scene(_palpa.Scene, Strict):
                   origin_m: Sequence[float] | None = None, axes: ArrayLike | None = None, unit: str = "",
                   copy: bool = False, filter: str | None = None) -> str:
         """Adds an array as a volume, read where it is; returns the name of its field. See palpa.array_volume."""
-        return self.add(name, array_volume(array, spacing_m, origin_m=origin_m, axes=axes, unit=unit, copy=copy), filter=filter)
+        return self.add(name, _array_volume(array, spacing_m, origin_m, axes, unit, copy), filter=filter)
 
     @property
     def volumes(self) -> Mapping[str, Volume]:
@@ -188,25 +207,31 @@ def array_volume(array: ndarray, spacing_m: float | Sequence[float] | None = Non
     copy: True reads a copy, which may then be of other types and orders as well.
     NaN and infinity are voxels without data, and so are those that a masked array masks, of which a copy is read.
     """
-    if isinstance(array, ma.MaskedArray):
-        array = _without_masked(array)
-    if spacing_m is None:
-        import warnings
+    return _array_volume(array, spacing_m, origin_m, axes, unit, copy)
 
+
+def _array_volume(given, spacing_m, origin_m, axes, unit, copy):
+    array = _without_masked(given) if isinstance(given, ma.MaskedArray) else given
+    if spacing_m is None:
         spacing_m = 1.0
         widest = max(array.shape[:3]) - 1 if getattr(array, "ndim", 0) >= 3 else 0
         warnings.warn(f"'spacing_m' was not given: the voxels are 1 m apart, so that the array is {widest} m long; "
-                      "0.001 is a millimetre", PalpaWarning, stacklevel=2)
-    if not isinstance(spacing_m, str) and ndim(spacing_m) == 0:
-        spacing_m = (float(spacing_m),) * 3
-    directions = eye(3) if axes is None else asarray(axes, float)
-    if directions.shape != (3, 3):
-        raise ValueError(f"'axes' has the shape {directions.shape}; it is a matrix (3, 3), a column for each of x, y, z")
+                      "0.001 is a millimetre", PalpaWarning, stacklevel=3)
+    spacing = _palpa.numbers_of(spacing_m)
+    if spacing is None or isinstance(spacing_m, bool) or spacing.shape not in ((), (3,)):
+        raise TypeError(f"'spacing_m' takes a number or three numbers [x, y, z], not {spacing_m!r:.60}")
+    directions = eye(3) if axes is None else _palpa.numbers_of(axes)
+    if directions is None or directions.shape != (3, 3):
+        shown = type(axes).__name__ if directions is None else f"an array of shape {directions.shape}"
+        raise ValueError(f"'axes' takes a matrix of shape (3, 3), a column for each of x, y, z, not {shown}")
     lengths = (directions**2).sum(axis=0) ** 0.5
     if not allclose(lengths, 1.0, rtol=0.0, atol=_length_tolerance):
         raise ValueError(f"'axes' has columns of the lengths {', '.join(format(each, '.6g') for each in lengths)}; they are "
                          "directions, of length 1, and 'spacing_m' says the distances")
-    return _palpa.array_volume(array, spacing_m, directions.ravel().tolist(), origin_m, None, unit, copy)
+    volume = _palpa.array_volume(array, broadcast_to(spacing, 3), directions.ravel().tolist(), origin_m, None, unit, copy)
+    if array is not given and not copy and not ma.is_masked(given):
+        given.flags.writeable = False  # what is read is a view of it
+    return volume
 
 
 # Of a direction of which a file has six digits. More: distances are wrong; less: directions of files are refused.
@@ -214,7 +239,7 @@ _length_tolerance = 1e-5
 
 
 def _without_masked(array):
-    """The array with NaN, which is no data, where it is masked."""
+    """A view of the array; where something is masked a copy with NaN there, which is no data."""
     if not ma.is_masked(array):
         return array.data
     if array.dtype.kind not in "buif":
@@ -229,8 +254,18 @@ def read_volume(path: str | PathLike | Sequence[str | PathLike], **how: object) 
     how: what the file leaves open, as [volume.NAME] of a scene file has it (docs/scene.md): length_unit, frame, series, type,
     dims, spacing_m, …; `as_` for `as`. Raises LoadError.
     """
-    files = [path] if not isinstance(path, (list, tuple)) else list(path)
-    return _palpa.read_volume(files, {name.rstrip("_"): value for name, value in how.items()})
+    try:
+        return _palpa.read_volume(paths(path, "path"), {name.rstrip("_"): value for name, value in how.items()})
+    except AttributeError as error:
+        raise TypeError(f"read_volume: {error}") from None
+
+
+def paths(given, name):
+    """A path, or several of them, as a list."""
+    several = [given] if isinstance(given, (str, PathLike)) else list(given) if isinstance(given, Iterable) else [None]
+    if not all(isinstance(each, (str, PathLike)) for each in several):
+        raise TypeError(f"'{name}' takes a path or a list of paths, not {type(given).__name__}")
+    return several
 
 
 def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), sets: Mapping[str, object] | None = None) -> Scene:
@@ -238,14 +273,28 @@ def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), set
 
     data: folders that are searched for its files. sets: values of keys, {"coupling.stiffness_n_per_m": 300}.
     """
-    import warnings
-
-    written = [(key, value if isinstance(value, str) else repr(value).lower() if isinstance(value, bool) else repr(value))
-               for key, value in (sets or {}).items()]
-    scene, told = _palpa.load_scene(path, list(data), written)
+    if not isinstance(path, (str, PathLike)):
+        raise TypeError(f"'path' takes the path of a scene file, not {type(path).__name__}")
+    if not isinstance(sets or {}, Mapping) or not all(isinstance(key, str) for key in sets or {}):
+        raise TypeError("'sets' takes a dict of values by their keys, as {'coupling.stiffness_n_per_m': 300}")
+    written = [(key, value if isinstance(value, str) else _in_toml(key, value)) for key, value in (sets or {}).items()]
+    scene, told = _palpa.load_scene(path, paths(data, "data"), written)
     for sentence in told:
         warnings.warn(sentence, PalpaWarning, stacklevel=2)
     return Scene(_of=scene)
+
+
+def _in_toml(key, value):
+    """A value as a scene file has it."""
+    if isinstance(value, (ndarray, generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_in_toml(key, each) for each in value) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, (bool, int, float)):
+        return repr(value).lower()
+    raise TypeError(f"'sets': {key!r} takes a number, a text, True, False or a list of them, not {type(value).__name__}")
 
 
 Scene.__init__.__signature__ = inspect.Signature([

@@ -33,6 +33,11 @@ class Ticks(numpy.ndarray):
     def __array_finalize__(self, of):  # a part of the rows has neither
         self.mode_force_n = self.events = None
 
+    def __getattr__(self, name: str) -> Any:
+        if name in (self.dtype.names or ()):
+            raise AttributeError(f"Ticks: no attribute {name!r}; it is a column: rows[{name!r}]")
+        raise AttributeError(f"Ticks: no attribute {name!r}")
+
     @property
     def statuses(self) -> list[_palpa.TickStatus]:
         """the status of each tick, as Tick.status has it"""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import csv
+import difflib
 import html
 import json
 import os
@@ -22,7 +23,7 @@ from . import _palpa
 from ._modes import plugins
 from ._parameters import Strict
 from ._plots import png_or_none, trace_figure
-from ._scene import PalpaWarning, Scene
+from ._scene import PalpaWarning, Scene, paths
 
 
 class Replay(NamedTuple):
@@ -117,7 +118,9 @@ class Trace(Strict):
     def __getattr__(self, name: str) -> Any:
         path = self.folder / f"{name}.csv" if not name.startswith("_") else None
         if path is None or not path.is_file():
-            raise AttributeError(f"the trace has no table {name!r}; there are: {', '.join(self.tables)}")
+            near = difflib.get_close_matches(name, [*self.tables, *self._names()], 1)
+            raise AttributeError(f"the trace has no table {name!r}; "
+                                 + (f"did you mean {near[0]!r}? " if near else "") + f"there are: {', '.join(self.tables)}")
         if name not in self._tables:
             self._tables[name] = _table(path)
         return self._tables[name]
@@ -143,7 +146,7 @@ class Trace(Strict):
 
     def replay(self, *, data: Sequence[str | PathLike] = ()) -> Replay:
         """Feels it again with its recorded hand and compares: a Replay. Raises LoadError where its scene cannot be loaded."""
-        return Replay(*_palpa.replay(self.folder, list(data), list(plugins)))
+        return Replay(*_palpa.replay(self.folder, paths(data, "data"), list(plugins)))
 
     def compare(self, other: Trace | str | PathLike) -> Replay:
         """Where another trace first differs, over all tables but timing: a Replay."""
@@ -195,6 +198,8 @@ def _remove(folder, made_by):
 def _new_folder(out):
     """The folder of a new trace, and the temporary one that it lies in where none is named."""
     if out is not None:
+        if not isinstance(out, (str, os.PathLike)):
+            raise TypeError(f"'out' takes the path of a folder that is made, not {type(out).__name__}")
         return Path(out), None
     temporary = _Temporary()
     return Path(temporary.name) / "trace", temporary
@@ -226,21 +231,17 @@ def _hand_given(hand, dt_s, rate_hz, place, fit):
         if dt_s is not None:
             raise TypeError("'dt_s' is the time step of an array of positions; a file has its own times")
         return dict(hand=str(hand), place=place, rate_hz=1000.0 if rate_hz is None else rate_hz)
-    try:
-        positions_m = numpy.asarray(hand, float)
-    except (TypeError, ValueError):
-        positions_m = None
+    positions_m = _palpa.numbers_of(hand)  # NaN where it is masked: the hand is not known to be anywhere
     if positions_m is None or positions_m.ndim != 2 or positions_m.shape[1] != 3:
         raise TypeError("'hand' takes 'sim:…', the path of a recorded hand, or an array of positions [m] of shape (n, 3), not "
                         + (f"an array of shape {positions_m.shape}" if isinstance(hand, numpy.ndarray) and positions_m is not None
                            else type(hand).__name__))
     if dt_s is None or numpy.ndim(dt_s) != 0:
         raise TypeError("an array of positions has one time step: run(scene, positions_m, dt_s), 1e-3 for a millisecond")
-    if not 0.0 < dt_s <= 1.0:
-        raise ValueError(f"'dt_s' is {float(dt_s):g}; a time step is in seconds, above 0 and at most 1: 1e-3 is a millisecond")
+    dt_s = _palpa.time_step_of(dt_s)
     if place not in (None, "as_recorded"):
         raise ValueError("an array of positions is felt where it is: place='as_recorded' or none; move the array instead")
-    return dict(positions_m=positions_m, dt_s=float(dt_s), rate_hz=1.0 / float(dt_s) if rate_hz is None else rate_hz)
+    return dict(positions_m=positions_m, dt_s=dt_s, rate_hz=1.0 / dt_s if rate_hz is None else rate_hz)
 
 
 def run(scene: Scene | str | PathLike, hand: str | PathLike | numpy.typing.ArrayLike, dt_s: float | None = None, *,
@@ -264,7 +265,7 @@ def run(scene: Scene | str | PathLike, hand: str | PathLike | numpy.typing.Array
     if not isinstance(scene, (Scene, str, PathLike)):
         raise TypeError(f"'scene' takes a palpa.Scene or the path of a scene file, not {type(scene).__name__}")
     folder, temporary = _new_folder(out)
-    given.update(duration_s=duration_s, out=folder, hold=hold, device=device, primitives=primitives, data=list(data),
+    given.update(duration_s=duration_s, out=folder, hold=hold, device=device, primitives=primitives, data=paths(data, "data"),
                  plugins=list(plugins))
     if not isinstance(scene, Scene):
         given["scene"] = scene
@@ -272,7 +273,7 @@ def run(scene: Scene | str | PathLike, hand: str | PathLike | numpy.typing.Array
     return Trace(folder, _summary=json.loads(summary), _warnings=_tell(told), _temporary=temporary)
 
 
-class LawComparison:
+class LawComparison(Strict):
     """Laws of earlier systems against the exact one, under one hand.
 
     ticks, balances, left_out: how many were compared, and sub-steps that could not be.
@@ -302,5 +303,5 @@ def compare_laws(scene: Scene, positions_m: numpy.typing.ArrayLike, dt_s: float,
                  laws: Sequence[str] | None = None) -> LawComparison:
     """Feels a scene with the exact law under positions_m, shape (n, 3), one tick of dt_s [s] each; poses every balance to each
     of `laws` as well, then lets each feel the scene by itself. None: all of palpa.laws(). A LawComparison."""
-    laws = _palpa.laws()[1:] if laws is None else list(laws)
+    laws = _palpa.laws()[1:] if laws is None else [laws] if isinstance(laws, str) else list(laws)
     return LawComparison(_palpa.compare_laws(scene, positions_m, dt_s, laws))

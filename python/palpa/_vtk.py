@@ -13,6 +13,7 @@ import numpy
 
 from . import _palpa
 from ._palpa import Field, Strength, Volume
+from ._parameters import Strict
 from ._scene import read_volume
 from ._trace import Trace
 
@@ -249,11 +250,18 @@ def strength_from_vtk(function: Any, of: str, *, factor: float = 1.0) -> Strengt
     return Strength(of=of, points=points, outside=outside)
 
 
+def _map_of(hand_to_world):
+    matrix = numpy.eye(4) if hand_to_world is None else _palpa.numbers_of(hand_to_world)
+    if matrix is None or matrix.shape != (4, 4):
+        raise TypeError("'hand_to_world' takes a matrix of shape (4, 4), as scene.hand_to_world() is one")
+    return matrix
+
+
 # [m] More than any hand's reach. More: lengths of the world pass, and a ball fills the picture; less: pictures from afar do not.
 _widest_unit_m = 0.5
 
 
-class FeltActors:
+class FeltActors(Strict):
     """What is felt, for anybody's vtkRenderer: proxy, probe, the spring between them, primitives (planes as discs, lines as
     rods, points as balls, directed forces as arrows, in the colour of their mode).
 
@@ -270,7 +278,9 @@ class FeltActors:
         from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
 
         self._renderer, self._unit_m, self._tick = renderer, unit_m, None
-        self._map = numpy.eye(4) if hand_to_world is None else numpy.asarray(hand_to_world, float)
+        self._map = _map_of(hand_to_world)
+        if not isinstance(unit_m, (int, float, numpy.number)):
+            raise TypeError(f"'unit_m' takes a number, not {type(unit_m).__name__}")
         if not 0.0 < unit_m <= _widest_unit_m:
             scale = numpy.linalg.norm(self._map[:3, 0])
             raise ValueError(f"'unit_m' is {unit_m:g}; it is half the height of the picture in metres of the hand, above 0 and at most "
@@ -389,7 +399,7 @@ class FeltActors:
         actor.VisibilityOn()
 
 
-class MousePointer:
+class MousePointer(Strict):
     """Moves a palpa.Pointer as the mouse moves over the picture, as far as that is at the camera's focal point, and with each
     notch of the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn
     the view, and the hand rests; the wheel is the hand's alone. Keep it while it is to work.
@@ -401,7 +411,7 @@ class MousePointer:
 
     def __init__(self, interactor: Any, renderer: Any, pointer: Any, hand_to_world: Any = None) -> None:
         self._interactor, self._renderer, self._pointer = interactor, renderer, pointer
-        to_world = numpy.eye(3) if hand_to_world is None else numpy.asarray(hand_to_world, float)[:3, :3]
+        to_world = _map_of(hand_to_world)[:3, :3]
         self._to_hand, self._scale = numpy.linalg.inv(to_world), numpy.cbrt(abs(numpy.linalg.det(to_world)))
         style = interactor.GetInteractorStyle()
         self._last_px = None

@@ -117,8 +117,10 @@ TEST_F(Export, ColumnsAreWhatWasFeltInTheFrameOfTheData) {
 /// The two say the same, number by number.
 void expect_same(vtkPolyData& read, const FeltPath& path) {
   ASSERT_EQ(read.GetNumberOfPoints(), static_cast<vtkIdType>(path.ticks()));
-  ASSERT_EQ(read.GetNumberOfCells(), 1);
-  EXPECT_EQ(read.GetCell(0)->GetNumberOfPoints(), read.GetNumberOfPoints()) << "one line";
+  ASSERT_EQ(read.GetNumberOfLines(), 1);
+  EXPECT_EQ(read.GetNumberOfVerts(), read.GetNumberOfPoints()) << "a vertex for each tick";
+  EXPECT_EQ(read.GetNumberOfCells(), read.GetNumberOfPoints() + 1);
+  EXPECT_EQ(read.GetCell(read.GetNumberOfVerts())->GetNumberOfPoints(), read.GetNumberOfPoints()) << "one line";
   EXPECT_EQ(read.GetPointData()->GetNumberOfArrays() + 1, static_cast<int>(path.columns.size()));
   for (const FeltColumn& column : path.columns) {
     vtkDataArray* const array =

@@ -289,3 +289,36 @@ def test_the_filter_can_be_asked_for():
             np.testing.assert_allclose(field(places)[0], array[7, 6, 5], rtol=1e-5)
     scene.add("formula", palpa.head_phantom())
     assert scene.field("formula").filter is None and scene.field("gradient_magnitude(fine)").filter == "smooth"
+
+
+def test_what_is_masked_is_written_no_more_than_what_is_not():
+    values = np.zeros((6, 6, 6), np.float32)
+    masked = np.ma.array(values)
+    volume = palpa.array_volume(masked, 0.001)
+    with pytest.raises(ValueError, match="read-only"):
+        masked[0, 0, 0] = 1
+    assert volume.fields["data"].extents == [(0, 0)]
+    vectors = np.ma.masked_greater(np.ones((4, 4, 4, 3)) * [1, 2, 3], 2)
+    assert np.isnan(palpa.array_volume(vectors, 0.001).fields["data"]((0, 0, 0))[0]).any()
+    whole = np.ma.masked_equal(np.arange(216, dtype=np.int64).reshape(6, 6, 6), 0)
+    assert np.isnan(palpa.array_volume(whole, 0.001).fields["data"]((-0.0025, -0.0025, -0.0025))[0])
+
+
+def test_places_that_are_masked_are_none():
+    field = only(palpa.array_volume(numbers(), spacing_m))
+    points = np.ma.array(np.zeros((3, 3)), mask=[[0, 0, 0], [1, 0, 0], [1, 1, 1]])
+    values, gradients = field(points)
+    assert list(np.isnan(values)) == [False, True, True] and np.isnan(gradients[1]).all()
+    for wrong in (np.zeros(3, complex), np.zeros(3, "datetime64[s]"), np.array(["1", "2", "3"])):
+        with pytest.raises(TypeError, match="takes an array of numbers"):
+            field(wrong)
+
+
+@pytest.mark.parametrize("spacing", [True, 1j, "0.001", [0.001], [[0.001] * 3], {"x": 1}, np.zeros(4), "1 mm", object(), np.array(["1", "2", "3"]),
+                                     np.timedelta64(1, "s")])
+def test_a_spacing_is_a_number_or_three(spacing):
+    with pytest.raises(TypeError, match="'spacing_m' takes a number or three numbers") as told:
+        palpa.array_volume(numbers(), spacing)
+    assert "\n" not in str(told.value)
+    for right in ([np.float32(1)] * 3, (1, np.int8(1), 1.0), np.ones(3, np.float16), np.ones(3, ">i4"), np.uint8(1)):
+        assert palpa.array_volume(numbers(), right).fields["data"].affine_m[2, 2] == 1

@@ -251,3 +251,123 @@ def test_a_mode_that_raises_is_a_fault_of_the_guarded_session():
     assert np.linalg.norm([guarded.tick((0, 0, 0), 1e-3).command_n for _ in range(3)][-1]) == 0
     with pytest.raises(palpa.SceneError, match="written in Python"):
         palpa.live(scene, device=Handle())
+
+
+@pytest.mark.parametrize("how", ["no place", "nan", "no return", "raises"])
+def test_what_is_not_there_holds_no_button(how):
+    class WithButton(Handle):
+        gone = threading.Event()
+        back = threading.Event()
+
+        def read(self):
+            state = palpa.DeviceState(super().read().position_m, buttons=1)
+            if not self.gone.is_set():
+                return state
+            if how == "no return":
+                self.back.wait(20)
+                return state
+            if how == "raises":
+                raise OSError("the cable is out")
+            return palpa.DeviceState((0, 0, np.nan if how == "nan" else 0), valid=how == "nan", buttons=1)
+
+    handle = WithButton()
+    handle.gone.clear()
+    handle.back.clear()
+    with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
+        wait_for(handle.pushes)
+        handle.gone.set()
+        time.sleep(0.3)
+        handle.back.set()
+    ticks = live.stop().ticks
+    assert ticks["buttons"][ticks["probe_valid"] != 0].min() == 1 and (ticks["probe_valid"] == 0).sum() > 50
+    assert ticks["buttons"][ticks["probe_valid"] == 0].max() == 0
+
+
+def test_a_device_lets_go_by_another_way_where_its_code_does_not_return():
+    class Relay(Handle):
+        released = 0
+
+        def release(self):
+            self.released += 1
+            self.sent.append((time.monotonic(), 0.0, 0.0))
+
+    handle, goes_on = Relay(), threading.Event()
+    with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
+        wait_for(handle.pushes)
+        handle.on_write = lambda: goes_on.wait(20)
+        hung_s = time.monotonic()
+        wait_for(lambda: handle.released)
+        assert handle.sent[-1][2] == 0.0 and handle.sent[-1][0] - hung_s < 1, "not only once the call has returned"
+        time.sleep(0.2)
+        assert handle.released == 1, "once for each time"
+        handle.on_write = lambda: None
+        goes_on.set()
+        wait_for(lambda: live.look()["fault"] is None)
+        handle.reads = 0
+        wait_for(handle.pushes)
+    assert handle.closed == 1 and handle.sent[-1][2] == 0.0
+
+
+def test_a_program_that_ends_while_its_device_hangs_lets_go_and_ends(tmp_path):
+    program = f"""
+import sys, threading, time
+sys.path.insert(0, {str(__file__.rsplit('/', 1)[0])!r})
+from device_test import Handle, wall_scene
+import palpa
+class Relay(Handle):
+    def release(self):
+        open({str(tmp_path / 'released')!r}, "a").write("x")
+handle = Relay()
+live = palpa.live(wall_scene(), device=handle, duration_s=100)
+while not handle.pushes():
+    time.sleep(0.01)
+handle.on_read = lambda: time.sleep(30)
+time.sleep(0.01)
+sys.exit(3)
+"""
+    begin_s = time.monotonic()
+    child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert child.returncode == 3 and time.monotonic() - begin_s < 25, child.stderr
+    assert (tmp_path / "released").read_text() == "x"
+
+
+def test_a_step_that_no_loop_takes_is_late():
+    down = [(0, 0, max(-0.004, 0.002 - 1e-5 * n)) for n in range(3000)]
+    guarded = palpa.GuardedSession(wall_scene(), palpa.DeviceLimits(max_force_n=2))
+    in_milliseconds = [guarded.tick(position_m, 1) for position_m in down]
+    assert not any(frame.command_n.any() for frame in in_milliseconds) and in_milliseconds[-1].guard_cause == "late"
+    guarded = palpa.GuardedSession(wall_scene(), palpa.DeviceLimits(max_force_n=2))
+    assert np.linalg.norm([guarded.tick(position_m, 1e-3).command_n for position_m in down][-1]) > 1
+    after = [guarded.tick(down[-1], 0.5)] + [guarded.tick(down[-1], 1e-3) for _ in range(4)]
+    assert after[0].guard == "falling" and not after[3].command_n.any(), "its device had hung"
+    slow = palpa.GuardedSession(wall_scene(), palpa.DeviceLimits(max_force_n=2))
+    assert np.linalg.norm([slow.tick(position_m, 0.02).command_n for position_m in down][-1]) > 1, "50 Hz is a loop"
+
+
+def test_a_guarded_device_that_fails_hangs_and_comes_back():
+    """A loop as the page has it, over a port that fails in every way; forces are what the motor held."""
+    rng, state = np.random.default_rng(5), dict(z=0.002, held=np.zeros(3))
+    guarded = palpa.GuardedSession(wall_scene(), palpa.DeviceLimits(max_force_n=2))
+    sizes, returned_at = [], None
+    for n in range(20000):
+        state["z"] = max(-0.004, state["z"] - 1e-5)
+        wrong = rng.choice(["", "raises", "nan", "gone", "hangs"], p=[0.9992, 2e-4, 2e-4, 2e-4, 2e-4])
+        position_m, dt_s, valid, fault = (0, 0, state["z"]), 1e-3, True, wrong in ("raises", "gone")
+        if wrong == "nan":
+            position_m = (np.nan, 0, 0)
+        if wrong == "gone":
+            valid, state["z"] = False, 0.002
+        if wrong == "hangs":
+            dt_s = 0.3
+        frame = guarded.tick(position_m, dt_s, valid=valid, fault=fault)
+        size = np.linalg.norm(frame.command_n)
+        assert np.isfinite(size) and size <= 2.0
+        if sizes and size > sizes[-1]:
+            assert size - sizes[-1] <= 1.0 + 1e-9, "slew"
+        if wrong:
+            assert size <= (0.26 * sizes[-1] if sizes else 0), (n, wrong, size)
+            returned_at = n
+        if returned_at is not None and 3 <= n - returned_at < 200:
+            assert size < 0.6, "by the ramp alone"
+        sizes.append(size)
+    assert max(sizes) > 1.9 and returned_at is not None

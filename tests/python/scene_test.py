@@ -335,3 +335,67 @@ def test_a_call_that_fits_nothing_is_told_in_a_sentence():
     with pytest.raises(TypeError, match="'position_m' takes three numbers"):
         session.tick(None, 1e-3)
     assert "TickRow" not in pydoc.render_doc(palpa.Session) and "anonymous" not in pydoc.render_doc(palpa.Session)
+
+
+def test_nothing_is_set_that_changes_nothing():
+    scene = head_scene()
+    mode = palpa.SurfaceAndFriction(field="head")
+    function = palpa.CFunction(1)
+    for thing, names in ((scene, ("check", "add", "copy")), (scene.modes["skin"], ("mode", "name")), (scene, ("modes", "volumes")),
+                         (mode, ("fields", "strict", "place", "Level")), (function, ("scalar", "strict", "fields", "place")),
+                         (palpa.Session(scene), ("scene", "encoder_step_m", "tick")), (scene.volumes["head"], ("spacing_m", "fields")),
+                         (scene.field("head"), ("filter", "unit")), (palpa.Strength(of="a", points=[(0, 1)]), ("points", "outsde")),
+                         (palpa.Session(scene).tick((0, 0, 0), 1e-3), ("force_n", "forces_n"))):
+        for name in names:
+            with pytest.raises(AttributeError) as told:
+                setattr(thing, name, 1)
+            assert "\n" not in str(told.value), name
+    with pytest.raises(AttributeError, match=r"'check' is a method, which cannot be set; call it: check\(\)"):
+        scene.check = True
+    assert scene.check() == [] and scene.needs == () and not hasattr(scene.needs, "append")
+    scene.needs = ["lab.ridge"]
+    assert scene.needs == ("lab.ridge",)
+    with pytest.raises(TypeError, match="Scene: 'coupling' takes a palpa.CouplingOptions, not dict"):
+        scene.coupling = dict(stiffness_n_per_m=3)
+    with pytest.raises(TypeError, match="Mine: SurfaceAndFriction is made in C.*derives from palpa.Mode"):
+        class Mine(palpa.SurfaceAndFriction):
+            def place(self, here, out):
+                pass
+
+
+def test_the_sources_in_the_checkout_stand_in_nobodys_way(tmp_path):
+    import pathlib
+    import shutil
+
+    root, package = pathlib.Path(__file__).resolve().parents[2], pathlib.Path(palpa.__file__).resolve().parent
+    shows = "import palpa, pathlib; print(pathlib.Path(palpa.__file__).resolve().parent, palpa.Scene())"
+    for path in (f"{root}:{package.parent}", f"{package.parent}:{root}"):
+        told = fresh_python(shows, PYTHONPATH=path)
+        assert told.stdout == f"{package} Scene(volumes=[], modes=[])\n", told.stderr
+    # A checkout with a build folder, and one without.
+    (tmp_path / "palpa").mkdir()
+    shutil.copy(root / "palpa/__init__.py", tmp_path / "palpa")
+    told = fresh_python(shows, PYTHONPATH=str(tmp_path))
+    assert told.returncode != 0 and "holds the sources in C++, and the Python package is not built; cmake" in told.stderr.splitlines()[-1]
+    shutil.copytree(package.parent, tmp_path / "build/any/python")
+    told = fresh_python(shows, PYTHONPATH=str(tmp_path))
+    assert told.stdout.startswith(str(tmp_path / "build/any/python/palpa")), told.stderr
+    told = fresh_python("import palpa", PYTHONPATH=f"{root / 'python'}")
+    assert "holds the package's sources" in told.stderr.splitlines()[-1]
+
+
+def test_a_numpy_that_the_module_cannot_read_is_refused():
+    palpa._check_numpy("1.24.2", "2.10.3"), palpa._check_numpy("2.1.0", "2.12.0"), palpa._check_numpy("2.3.1", "3.0.1")
+    with pytest.raises(ImportError, match="built with pybind11 2.10.3, which reads arrays of numpy 1 only, and this is numpy 2.1.0"):
+        palpa._check_numpy("2.1.0", "2.10.3")
+
+
+def test_sets_take_what_a_scene_file_takes(tmp_path):
+    (tmp_path / "a.toml").write_text('palpa = 1\n[volume.v]\nanalytic = "lamb_oseen_vortex"\n[[mode]]\nname = "r"\ntype = "follow"\nfield = "v"\n')
+    scene = palpa.load_scene(tmp_path / "a.toml", sets={
+        "coupling.stiffness_n_per_m": np.float32(256), "coupling.max_force_n": np.int64(2), "workspace.center": np.array([0.1, 0, 0]),
+        "mode.r.enabled": np.bool_(False), "workspace.scale": 2})
+    assert (scene.stiffness_n_per_m, scene.max_force_n, scene.workspace.scale) == (256, 2, 2)
+    assert scene.workspace.center == (0.1, 0, 0) and not scene.modes["r"].enabled
+    with pytest.raises(TypeError, match="'sets': 'workspace.scale' takes a number, .* not NoneType"):
+        palpa.load_scene(tmp_path / "a.toml", sets={"workspace.scale": None})

@@ -211,3 +211,39 @@ def test_a_time_step_in_milliseconds_is_refused(dt_s):
     with pytest.raises(ValueError, match="'dt_s' is .*; a time step is in seconds, above 0 and at most 1"):
         session.ticks(np.zeros((3, 3)), dt_s)
     assert session.tick((0, 0, 0), 1e-3).status == palpa.TickStatus.resting, "nothing was felt"
+
+
+def test_a_place_that_is_masked_is_not_known():
+    path = np.ma.array(path_of(20))
+    path[3, 1] = path[7] = np.ma.masked
+    scene = head_scene()
+    rows = palpa.Session(scene).ticks(path, 1e-3)
+    assert list(np.flatnonzero(rows["status"] == palpa.TickStatus.bad_input)) == [3, 7]
+    session, guarded = palpa.Session(scene), palpa.GuardedSession(scene, palpa.DeviceLimits(max_force_n=1))
+    for each in (path[3], path[7], [0, np.ma.masked, 0]):
+        assert session.tick(each, 1e-3).status == guarded.tick(each, 1e-3).tick.status == palpa.TickStatus.bad_input
+    with palpa.run(scene, path, 1e-3) as felt:
+        assert list(np.flatnonzero(~felt.ticks["probe_valid"])) == [3, 7]
+    for steps in (np.ma.array(np.full(20, 1e-3), mask=np.arange(20) == 4), np.full(20, 16), np.full(20, np.nan)):
+        with pytest.raises(ValueError, match="'dt_s' is "):
+            session.ticks(path_of(20), steps)
+
+
+def test_wrong_time_steps_are_told_by_every_call():
+    scene, path = head_scene(), path_of(20)
+    guarded = palpa.GuardedSession(scene, palpa.DeviceLimits(max_force_n=1))
+    for wrong in (16, 0, -1e-3, np.nan, np.inf, 1.0000001):
+        for call in (lambda: palpa.Session(scene).ticks(path, wrong), lambda: palpa.run(scene, path, wrong),
+                     lambda: palpa.compare_laws(scene, path, wrong, ["no-proxy"])):
+            with pytest.raises(ValueError, match="'dt_s' is .*; a time step is in seconds, above 0 and at most 1"):
+                call()
+        assert palpa.Session(scene).tick(path[0], wrong).status == palpa.TickStatus.bad_input
+        assert not guarded.tick(path[0], wrong).command_n.any()
+    for wrong in (True, "1e-3", None, 1j):
+        for call in (lambda: palpa.Session(scene).ticks(path, wrong), lambda: palpa.run(scene, path, wrong),
+                     lambda: palpa.compare_laws(scene, path, wrong, ["no-proxy"])):
+            with pytest.raises(TypeError, match="dt_s|time step") as told:
+                call()
+            assert "\n" not in str(told.value)
+    with pytest.raises(TypeError, match="positions_m"):
+        palpa.compare_laws(scene, path.astype(complex), 1e-3)

@@ -303,3 +303,31 @@ def test_attributes_of_a_trace_that_there_are_not_are_told(scene_file):
         trace.foldr = 3
     with pytest.raises(TypeError, match="'scene' takes a palpa.Scene"):
         palpa.run(3, "sim:press")
+
+
+def test_a_forked_process_leaves_with_in_peace(scene_file):
+    program = f"""
+import os, sys, palpa
+with palpa.live(palpa.load_scene({str(scene_file)!r}), hand="sim:circle", duration_s=60) as live, \\
+        palpa.run({str(scene_file)!r}, "sim:circle", duration_s=0.1) as trace:
+    child = os.fork()
+    if child == 0:
+        sys.exit(7)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+    assert live.is_running and len(trace.ticks) == 100
+"""
+    done = subprocess.run([sys.executable, "-W", "error", "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+
+
+def test_typos_on_a_trace_are_told_by_the_name_that_was_meant(scene_file):
+    with palpa.run(scene_file, "sim:press", duration_s=0.1) as trace:
+        for name, words in (("tick", "did you mean 'ticks'"), ("warning", "did you mean 'warnings'"), ("xyz", "there are: ")):
+            with pytest.raises(AttributeError, match=words):
+                getattr(trace, name)
+        with pytest.raises(AttributeError):
+            trace.frame = 3
+    with palpa.live(palpa.load_scene(scene_file), hand="sim:press", duration_s=5) as live:
+        for name in ("panic", "stop", "look", "scen", "is_running"):
+            with pytest.raises(AttributeError):
+                setattr(live, name, True)

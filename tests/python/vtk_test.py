@@ -157,6 +157,13 @@ def test_a_trace_is_a_line_with_every_column(tmp_path):
     np.testing.assert_allclose(places(line), trace.ticks["proxy_m"] @ matrix[:3, :3].T + matrix[:3, 3], atol=1e-12)
     force_n = vtk_to_numpy(line.GetPointData().GetArray("mode.wall.force_n"))
     assert force_n.shape == (500, 3) and np.abs(force_n).max() > 0.1
+    threshold = vtk.vtkThreshold()  # of cells: the line is one, so that vertices are what can be chosen
+    threshold.SetInputData(line)
+    threshold.SetInputArrayToProcess(0, 0, 0, 0, "t_s")
+    threshold.SetLowerThreshold(0.1), threshold.SetUpperThreshold(0.2)
+    threshold.SetThresholdFunction(threshold.THRESHOLD_BETWEEN)
+    threshold.Update()
+    assert threshold.GetOutput().GetNumberOfPoints() == np.count_nonzero((trace.ticks["t_s"] >= 0.1) & (trace.ticks["t_s"] <= 0.2))
     trace.export(tmp_path / "felt.csv")
     assert len((tmp_path / "felt.csv").read_text().splitlines()) == 501
     with pytest.raises(palpa.LoadError, match="exists already"):
@@ -261,4 +268,11 @@ def test_a_length_of_the_world_is_no_size_of_a_picture():
     for wrong in (0.15 * scale + 0.5, 34.0, 0.0, -0.1, float("nan")):
         with pytest.raises(ValueError, match="metres of the hand.*divided by"):
             palpa.FeltActors(renderer, wrong, scene.hand_to_world())
-    palpa.FeltActors(renderer, 0.08, scene.hand_to_world())
+    actors = palpa.FeltActors(renderer, 0.08, scene.hand_to_world())
+    with pytest.raises(AttributeError, match="no attribute 'unit_m'"):
+        actors.unit_m = 0.1
+    with pytest.raises(TypeError, match="'unit_m' takes a number, not str"):
+        palpa.FeltActors(renderer, "0.08")
+    for wrong in (scene, np.eye(3), "identity"):
+        with pytest.raises(TypeError, match="'hand_to_world' takes a matrix of shape"):
+            palpa.FeltActors(renderer, 0.08, wrong)
