@@ -72,7 +72,7 @@ not_run = [
     ("docs/gallery.md", "build/bench/bin/bench_felt", "a measurement, not built by the tests"),
     ("docs/gallery.md", "cmake -S examples/07_vtk_program", "built with the examples and by tests/install/install_test.sh"),
     ("docs/gallery.md", "PICTURE=viewer.png", "tests examples.07_vtk_program do it, without the picture"),
-    ("docs/gallery.md", "paraview ", window),
+    ("docs/gallery.md", "pvpython ", "needs ParaView"),
     ("docs/gallery.md", "tools/make-pictures build/release --only claims", "tests/docs/reproduction_test.sh runs what draws it"),
     ("docs/benchmark.md", "cmake --preset bench", building + "by hand, with the measurements"),
     ("docs/benchmark.md", "tools/get-ct-head", "downloads 19 MB over the network"),
