@@ -30,11 +30,12 @@ struct Unpacked {
 
 /// Unpacks the streams of a file, one after the other, until there are `enough` bytes, and hands on each part.
 Unpacked unpack_parts(const std::string& path, std::uint64_t offset, std::uint64_t enough,
-                      const std::function<void(const char* part, std::size_t bytes)>& use = {}) {
+                      const std::function<void(const char* part, std::size_t bytes)>& use = {}, int window_bits = 15 + 32) {
   detail::InputStream file(path);
   file.seekg(static_cast<std::streamoff>(offset));
   z_stream stream{};
-  if (inflateInit2(&stream, 15 + 32) != Z_OK) throw std::bad_alloc();  // 32: zlib or gzip, told by the header
+  // +32: zlib or gzip, told by the header; negative: neither, deflate alone.
+  if (inflateInit2(&stream, window_bits) != Z_OK) throw std::bad_alloc();
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
 
   std::vector<char> packed(1 << 16), unpacked(1 << 18);
@@ -87,23 +88,47 @@ void unpack(const std::string& path, std::uint64_t offset, std::byte* to, std::u
   if (left > 0) throw LoadError("is shorter than its header says; get the whole file");
 }
 
-void unpack_whole(const std::string& path, int to, std::uint64_t most) {
-  std::uint64_t bytes = 0;
-  const auto write = [&](const char* part, std::size_t count) {
-    bytes += count;
-    if (bytes > most) {
-      throw LoadError("unpacks to more than the " + protocol::readable_bytes(static_cast<double>(most)) +
-                      " that are allowed; unpack it (gunzip), and crop or downsample what it holds");
+namespace {
+
+/// Writes parts to a file of memory. \param by  unpacks such a file
+class MemoryWriter {
+ public:
+  MemoryWriter(int to, std::uint64_t most, std::string by) : to_(to), most_(most), by_(std::move(by)) {}
+  void operator()(const char* part, std::size_t count) {
+    bytes_ += count;
+    if (bytes_ > most_) {
+      throw LoadError("unpacks to more than the " + protocol::readable_bytes(static_cast<double>(most_)) +
+                      " that are allowed; unpack it (" + by_ + "), and crop or downsample what it holds");
     }
     while (count > 0) {
-      const ssize_t done = ::write(to, part, count);
+      const ssize_t done = ::write(to_, part, count);
       if (done < 0 && errno == EINTR) continue;
-      if (done <= 0) throw LoadError("cannot be unpacked in memory; unpack it (gunzip)");
+      if (done <= 0) throw LoadError("cannot be unpacked in memory; unpack it (" + by_ + ")");
       part += done, count -= static_cast<std::size_t>(done);
     }
-  };
-  if (!unpack_parts(path, 0, UINT64_MAX, write).whole)
+  }
+
+ private:
+  int to_;
+  std::uint64_t most_, bytes_ = 0;
+  std::string by_;
+};
+
+}  // namespace
+
+void unpack_whole(const std::string& path, int to, std::uint64_t most) {
+  if (!unpack_parts(path, 0, UINT64_MAX, MemoryWriter(to, most, "gunzip")).whole)
     throw LoadError("cannot be read: its gzip compression is damaged or not whole; get the file again");
+}
+
+void unpack_rest(const std::string& path, const std::string& beginning, int to, std::uint64_t most) {
+  const char* const by = "gdcmconv --raw, or dcmconv +te";
+  if (to < 0 || ::ftruncate(to, 0) != 0 || ::lseek(to, 0, SEEK_SET) != 0)
+    throw LoadError(std::string("is packed as a whole, and there is no memory to unpack it; unpack it (") + by + ")");
+  MemoryWriter write(to, most, by);
+  write(beginning.data(), beginning.size());
+  if (!unpack_parts(path, beginning.size(), UINT64_MAX, std::ref(write), -15).whole)
+    throw LoadError("cannot be read: its compression is damaged or not whole; get the file again");
 }
 
 void read_unpacked(const std::string& path, std::uint64_t offset, std::byte* to, std::uint64_t bytes) {

@@ -27,4 +27,8 @@ void unpack(const std::string& path, std::uint64_t offset, std::byte* to, std::u
 /// not whole, or holds more than `most` bytes.
 void unpack_whole(const std::string& path, int to, std::uint64_t most);
 
+/// Writes the first `start` bytes of a file, as `beginning` has them, and what the deflated rest of it holds to a file of
+/// memory, in place of all that is there. Throws LoadError, with a half sentence, as above.
+void unpack_rest(const std::string& path, const std::string& beginning, int to, std::uint64_t most);
+
 }  // namespace palpa::reader

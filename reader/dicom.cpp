@@ -17,7 +17,7 @@ namespace {
 
 class DicomSource : public Source {
  public:
-  explicit DicomSource(const protocol::Request& request) : images_(request.path) {
+  explicit DicomSource(const protocol::Request& request) : images_(request.path, request.memory, request.max_bytes) {
     header.format = "dicom";
     takes.series = true;
     header.default_unit = "mm";

@@ -19,10 +19,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <set>
 #include <string_view>
 
 #include "cage.h"
+#include "compression.h"
 #include "dicom_words.h"
 #include "messages.h"
 #include "palpa/disk/input_file.h"
@@ -124,11 +126,13 @@ int vtk_type(RawType type) {
 
 /// Whether the elements of a file's meta header (group 2, always little endian with types) follow one another without damage:
 /// vtk-dicom and GDCM crash on some damaged ones. True for a file without one.
-bool has_whole_meta_header(const std::string& name) {
+/// \param end  [bytes] where it ends, if it is whole; 0 for a file without one
+bool has_whole_meta_header(const std::string& name, std::size_t& end) {
   // A longer meta header, or element of it, is damaged: real ones have some hundred bytes. More: nonsense is read for longer.
   constexpr std::size_t most_bytes = 65536, start = 132;
   detail::InputStream file(name);
   char bytes[start] = {};
+  end = 0;
   if (!file.read(bytes, start) || std::string_view(bytes + 128, 4) != "DICM") return true;
   const auto number = [&](std::size_t at, std::size_t size) {
     std::uint32_t value = 0;
@@ -138,7 +142,8 @@ bool has_whole_meta_header(const std::string& name) {
   static const std::set<std::string_view> with_long_sizes{"OB", "OW", "OF", "OD", "OL", "OV", "SQ", "UN", "UC", "UR", "UT"};
   std::uint32_t before = 0;
   for (std::size_t at = start; at < most_bytes && file.read(bytes, 8); ++before) {
-    if (number(0, 2) != 2) return before > 0;
+    end = at;
+    if (number(0, 2) != 2) return before > 0 || number(0, 2) == 8;  // some programs leave it out behind the mark
     const std::uint32_t element = number(2, 2);
     const std::string_view type(bytes + 4, 2);
     const bool letters = std::ranges::all_of(type, [](char c) { return c >= 'A' && c <= 'Z'; });
@@ -171,10 +176,16 @@ bool has_size_of(const Slice& slice, std::string_view stored) {
   return true;
 }
 
+bool is_marked(const std::string& name) {
+  detail::InputStream file(name);
+  char bytes[132] = {};
+  return file.read(bytes, sizeof bytes) && std::string_view(bytes + 128, 4) == "DICM";
+}
+
 /// Whether a file is DICOM: by its mark, or, without the preamble that holds it, by a first element of group 2 or 8, with its
 /// type or without.
 bool is_dicom(const std::string& name) {
-  if (vtkDICOMUtilities::IsDICOMFile(name.c_str())) return true;
+  if (vtkDICOMUtilities::IsDICOMFile(name.c_str()) || is_marked(name)) return true;
   static const std::set<std::string_view> types{"AE", "AS", "AT", "CS", "DA", "DS", "DT", "IS", "LO",
                                                 "OB", "PN", "SH", "SQ", "ST", "TM", "UI", "UL", "US"};
   detail::InputStream file(name);
@@ -222,7 +233,9 @@ class DicomFiles::Reader : public vtkDICOMReader {
   vtkTypeMacro(Reader, vtkDICOMReader);
 
   /// Reads the headers of files, some of which may be no images. Returns for each whether it holds an image.
-  std::vector<bool> scan(const std::vector<std::string>& names) {
+  /// \param unpacked  where what is to be read of a file lies
+  std::vector<bool> scan(const std::vector<std::string>& names,
+                         const std::function<std::string(const std::string&)>& unpacked) {
     MetaData->Initialize();
     MetaData->SetNumberOfInstances(static_cast<int>(names.size()));
     FileOffsetArray = vtkTypeInt64Array::New();
@@ -234,9 +247,14 @@ class DicomFiles::Reader : public vtkDICOMReader {
       vtkNew<vtkDICOMParser> parser;  // a new one for each file, because a parser keeps its first error
       parser->SetMetaData(MetaData);
       parser->SetQueryItem(wanted);
-      parser->SetFileName(names[file].c_str());
       parser->SetIndex(static_cast<int>(file));
-      const bool whole = has_whole_meta_header(names[file]);
+      std::size_t end = 0;
+      bool whole = has_whole_meta_header(names[file], end);
+      try {
+        parser->SetFileName(unpacked(names[file]).c_str());
+      } catch (const LoadError& error) {
+        problems[static_cast<int>(file)] = error.what(), whole = false;
+      }
       if (whole) parser->Update();
       is_image.push_back(whole && !library_complained() && parser->GetErrorCode() == 0 && parser->GetPixelDataFound());
       take_library_error();
@@ -245,6 +263,8 @@ class DicomFiles::Reader : public vtkDICOMReader {
     }
     return is_image;
   }
+
+  std::map<int, std::string> problems;  ///< of files that cannot be unpacked
 
   const vtkDICOMValue& get(int file, int frame, DC::EnumType tag) { return MetaData->Get(file, frame, tag); }
   /// Images of nuclear medicine store the place of their first frame with their detector.
@@ -355,16 +375,15 @@ vtkStandardNewMacro(DicomFiles::Reader);
 
 void DicomFiles::Delete::operator()(Reader* reader) const { reader->Delete(); }
 
-DicomFiles::DicomFiles(const std::string& path) : reader_(Reader::New()), names_(files_in(path)) {
+DicomFiles::DicomFiles(const std::string& path, int memory, std::uint64_t most_bytes)
+    : reader_(Reader::New()), names_(files_in(path)), memory_(memory), most_bytes_(most_bytes) {
   gdcm::Trace::WarningOff();
   gdcm::Trace::ErrorOff();
-  const std::vector<bool> is_image = reader_->scan(names_);
+  const std::vector<bool> is_image = reader_->scan(names_, [this](const std::string& name) { return unpacked(name); });
   for (std::size_t file = 0; file < names_.size(); ++file) {
     try {
-      if (reader_->text(static_cast<int>(file), DC::TransferSyntaxUID) == "1.2.840.10008.1.2.1.99") {
-        throw LoadError(
-            "is packed as a whole (Deflated Explicit VR), which is not read; unpack it: gdcmconv --raw IN OUT, or dcmconv +te");
-      }
+      if (const auto why = reader_->problems.find(static_cast<int>(file)); why != reader_->problems.end())
+        throw LoadError(why->second);
       if (!is_image[file]) {
         ++damaged_;
         continue;
@@ -374,6 +393,23 @@ DicomFiles::DicomFiles(const std::string& path) : reader_(Reader::New()), names_
       ++refused_[error.what()];
     }
   }
+}
+
+/// The file itself; of one whose elements are deflated as a whole, a file of memory with them as they are, until the next is
+/// unpacked. Throws LoadError.
+std::string DicomFiles::unpacked(const std::string& name) const {
+  constexpr std::string_view deflated = "1.2.840.10008.1.2.1.99", plain = "1.2.840.10008.1.2.1";
+  std::size_t end = 0;
+  if (!has_whole_meta_header(name, end) || end == 0) return name;
+  std::string beginning(end, '\0');
+  detail::InputStream file(name);
+  file.read(beginning.data(), static_cast<std::streamsize>(end));
+  const std::size_t syntax = beginning.find(deflated);
+  if (syntax == std::string::npos) return name;
+  std::fill_n(beginning.begin() + static_cast<std::ptrdiff_t>(syntax), deflated.size(), '\0');
+  beginning.replace(syntax, plain.size(), plain);
+  unpack_rest(name, beginning, memory_, most_bytes_);
+  return unpacked_folder + std::to_string(memory_);
 }
 
 /// The images of a file. Throws LoadError where they cannot be felt.
@@ -501,7 +537,7 @@ void DicomFiles::load(const Slice& slice, bool masked, std::byte* to) {
       throw LoadError("cannot be decompressed to the size that its header says; get the file again");
     }
   } else {
-    reader_->load_plain(name(slice), slice, voxels, bytes);
+    reader_->load_plain(unpacked(name(slice)), slice, voxels, bytes);
   }
   const auto size = static_cast<int>(size_of(slice.type));
   if (slice.first_bit > 0) {

@@ -16,7 +16,8 @@ class DicomFiles {
   /// The DICOM files of a folder and its subfolders, by name; or one file. Reads from their headers only what geometry, order
   /// and values need, and how the images were made. Elements about a patient are never read, and of elements that hold free
   /// text only known words are handed on (dicom_words.h). Throws LoadError.
-  explicit DicomFiles(const std::string& path);
+  /// \param memory  a file of memory for one that has to be unpacked, into at most `most_bytes`; -1: none
+  DicomFiles(const std::string& path, int memory, std::uint64_t most_bytes);
 
   /// All images that can be felt, file after file.
   const std::vector<Slice>& slices() const noexcept { return slices_; }
@@ -43,12 +44,15 @@ class DicomFiles {
  private:
   class Reader;
   void add_slices(int file);
+  std::string unpacked(const std::string& name) const;
 
   struct Delete {
     void operator()(Reader* reader) const;
   };
   std::unique_ptr<Reader, Delete> reader_;
   std::vector<std::string> names_;
+  int memory_;
+  std::uint64_t most_bytes_;
   std::vector<Slice> slices_;
   std::map<std::string, int> refused_;
   int damaged_ = 0;

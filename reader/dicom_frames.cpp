@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -268,7 +269,8 @@ class Sorter {
     return false;
   }
 
-  /// By a clock or a counter that goes on frame after frame. One that goes place after place may count images of several kinds,
+  /// By a clock or a counter that goes on frame after frame, in each from place to place in one order: in an order by chance it
+  /// tells nothing. One that goes place after place may count images of several kinds,
   /// in an order that changes.
   bool by_numbers(std::vector<Members>& places) {
     for (int a = 0; a < attributes(); ++a) {
@@ -285,6 +287,14 @@ class Sorter {
       auto last = at(places.front()[f - 1]), first = at(places.front()[f]);
       for (const Members& place : places) last = std::max(last, at(place[f - 1])), first = std::min(first, at(place[f]));
       if (!(last < first)) return false;
+    }
+    std::vector<std::size_t> of_first;
+    for (std::size_t f = 0; f < places.front().size(); ++f) {
+      std::vector<std::size_t> order(places.size());
+      std::iota(order.begin(), order.end(), std::size_t{0});
+      std::ranges::stable_sort(order, {}, [&](std::size_t p) { return at(places[p][f]); });
+      if (f == 0) of_first = order;
+      if (order != of_first) return false;
     }
     return true;
   }

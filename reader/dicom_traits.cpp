@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <set>
 #include <utility>
 
@@ -27,13 +28,24 @@ enum class Form : std::uint8_t {
   first_two_words,
   of_frame,   ///< one number for each frame of the file
   direction,  ///< of a diffusion gradient, which lies one sequence deeper than all others
+  b_value,    ///< the first number; one maker adds 10⁹ to it
+  component,  ///< a word of the standard, its first letter, or its number
   time_step   ///< the frame's number, where the file counts its frames in time
+};
+
+/// Where a maker writes it in elements of its own, as before the standard had one.
+struct OfMaker {
+  const char* creator;                   ///< of the block of private elements
+  std::uint16_t group = 0, element = 0;  ///< of the block
+  VR type;                               ///< also where the file says none
+  int count = 1;                         ///< of elements, one after the other, which hold a number each
 };
 
 struct Row {
   Attribute attribute;
   Form form;
   std::vector<std::pair<DC::EnumType, VR>> elements{};  ///< the first that is there is taken
+  std::vector<OfMaker> of_makers{};                     ///< the same, where none of these is there
 };
 
 constexpr double measured = 5e-3;  ///< [1] of nominal values that scanners round in several ways
@@ -48,12 +60,30 @@ std::vector<Row> kinds() {
       {{"temporal position", "", kind, 0, true},
        numbers,
        {{DC::TemporalPositionIndex, VR::UL}, {DC::TemporalPositionIdentifier, VR::IS}}},
-      {{"complex component"}, words, {{DC::ComplexImageComponent, VR::CS}}},
+      {{"complex component"},
+       component,
+       {{DC::ComplexImageComponent, VR::CS}},
+       {{"GEMS_PARM_01", 0x0043, 0x2f, VR::SS}, {"Philips MR Imaging DD 001", 0x2005, 0x11, VR::CS}}},
       {{"frame type"}, words_from_third, {{DC::FrameType, VR::CS}}},
       {{"image type"}, third_word, {{DC::ImageType, VR::CS}}},
-      {{"b-value", "s/mm²", kind, measured}, numbers, {{DC::DiffusionBValue, VR::FD}}},
-      {{"gradient direction", "", kind, 0.01}, direction, {{DC::DiffusionGradientOrientation, VR::FD}}},
-      {{"diffusion directionality"}, words, {{DC::DiffusionDirectionality, VR::CS}}},
+      {{"b-value", "s/mm²", kind, measured},
+       b_value,
+       {{DC::DiffusionBValue, VR::FD}},
+       {{"GEMS_PARM_01", 0x0043, 0x39, VR::IS},
+        {"Philips Imaging DD 001", 0x2001, 0x03, VR::FL},
+        {"SIEMENS MR HEADER", 0x0019, 0x0c, VR::IS},
+        {"Image Private Header", 0x0065, 0x09, VR::FD}}},
+      {{"gradient direction", "", kind, 0.01},
+       direction,
+       {{DC::DiffusionGradientOrientation, VR::FD}},
+       {{"GEMS_ACQU_01", 0x0019, 0xbb, VR::DS, 3},
+        {"Philips MR Imaging DD 001", 0x2005, 0xb0, VR::FL, 3},
+        {"SIEMENS MR HEADER", 0x0019, 0x0e, VR::FD},
+        {"Image Private Header", 0x0065, 0x37, VR::FD}}},
+      {{"diffusion directionality"},
+       words,
+       {{DC::DiffusionDirectionality, VR::CS}},
+       {{"Philips Imaging DD 001", 0x2001, 0x04, VR::CS}, {"SIEMENS MR HEADER", 0x0019, 0x0d, VR::CS}}},
       {{"energy window"}, of_frame, {{DC::EnergyWindowVector, VR::US}}},
       {{"detector"}, of_frame, {{DC::DetectorVector, VR::US}}},
       {{"phase"}, of_frame, {{DC::PhaseVector, VR::US}}},
@@ -62,7 +92,10 @@ std::vector<Row> kinds() {
       {{"time slot"}, of_frame, {{DC::TimeSlotVector, VR::US}}},
       {{"time slice"}, of_frame, {{DC::TimeSliceVector, VR::US}}},
       {{"angular view"}, of_frame, {{DC::AngularViewVector, VR::US}}},
-      {{"velocity direction", "", kind, 0.01}, numbers, {{DC::VelocityEncodingDirection, VR::FD}}},
+      {{"velocity direction", "", kind, 0.01},
+       numbers,
+       {{DC::VelocityEncodingDirection, VR::FD}},
+       {{"GEMS_PARM_01", 0x0043, 0x30, VR::SS}}},
       {{"ASL context"}, words, {{DC::ASLContext, VR::CS}}},
       {{"contrast phase"}, words, {{DC::ContrastBolusAgentPhase, VR::CS}}},
       {{"contrast agent number"}, numbers, {{DC::ContrastBolusAgentNumber, VR::US}}},
@@ -164,6 +197,13 @@ bool is_no_kind(unsigned tag) {
   return tags.count(tag) > 0;
 }
 
+/// Whether a dimension that points to an element counts places.
+bool is_place(unsigned tag) {
+  static const std::set<unsigned> tags{0x00200032, 0x00200037, 0x00201041, 0x00209057, 0x00209301, 0x0040072a,
+                                       0x0040073a, 0x0040074a, 0x0048021e, 0x0048021f, 0x00200013, 0x00209156};
+  return tags.count(tag) > 0;
+}
+
 unsigned number_of(const vtkDICOMTag& tag) { return static_cast<unsigned>(tag.GetGroup()) << 16 | tag.GetElement(); }
 
 std::vector<double> numbers_in(const vtkDICOMValue& value) {
@@ -191,6 +231,45 @@ bool counts_time(const vtkDICOMValue& pointer) {
   return false;
 }
 
+/// As the standard calls a complex component that a maker gives by a number or a letter.
+std::string component_of(const vtkDICOMValue& value) {
+  static const std::array<std::string, 4> names{"MAGNITUDE", "PHASE", "REAL", "IMAGINARY"};
+  const std::string word = words_in(value, 0, 1);
+  if (value.GetVR() == VR::SS) {
+    const int n = value.AsInt();
+    return n >= 0 && n < 4 ? names[static_cast<std::size_t>(n)] : word;
+  }
+  const auto* const name = std::ranges::find_if(names, [&](const std::string& n) { return word == n.substr(0, 1); });
+  return name != names.end() ? *name : word;
+}
+
+/// The first of b-values, of which GE marks some by 10⁹.
+std::vector<double> b_value_in(const vtkDICOMValue& value) {
+  constexpr double marked = 1e6, mark = 1e5;
+  std::vector<double> numbers = numbers_in(value);
+  if (numbers.size() > 1) numbers.resize(1);
+  for (double& b : numbers) b = b > marked ? std::fmod(b, mark) : b;
+  return numbers;
+}
+
+/// A value whose file does not say its type, which is another's: numbers by their bytes, all else by its text.
+vtkDICOMValue typed(const vtkDICOMValue& value, VR type) {
+  if (value.GetVR() != VR::UN) return value;
+  const auto* const bytes = reinterpret_cast<const char*>(value.GetUnsignedCharData());
+  const std::size_t size = bytes == nullptr ? 0 : value.GetVL();
+  const auto numbers = [&]<class T>(T) {
+    std::vector<T> all(size / sizeof(T));
+    if (!all.empty()) std::memcpy(all.data(), bytes, all.size() * sizeof(T));
+    return vtkDICOMValue(type, all.data(), all.size());
+  };
+  if (type == VR::FD) return numbers(double{});
+  if (type == VR::FL) return numbers(float{});
+  if (type == VR::SS) return numbers(short{});
+  std::string text(bytes == nullptr ? "" : bytes, size);
+  text.erase(std::find(text.begin(), text.end(), '\0'), text.end());
+  return {type, text};
+}
+
 /// What a row says of a frame by one element; without numbers and words: nothing.
 Trait trait_of(const Row& row, const vtkDICOMValue& value, int frame, int frames) {
   constexpr std::size_t all = 1'000'000;
@@ -199,7 +278,9 @@ Trait trait_of(const Row& row, const vtkDICOMValue& value, int frame, int frames
   switch (row.form) {
     case Form::numbers:
     case Form::direction: trait.numbers = numbers_in(value); break;
+    case Form::b_value: trait.numbers = b_value_in(value); break;
     case Form::words: trait.words = words_in(value, 0, all); break;
+    case Form::component: trait.words = component_of(value); break;
     case Form::words_from_third: trait.words = words_in(value, 2, all); break;
     case Form::third_word: trait.words = words_in(value, 2, 3); break;
     case Form::first_two_words: trait.words = words_in(value, 0, 2); break;
@@ -213,6 +294,24 @@ Trait trait_of(const Row& row, const vtkDICOMValue& value, int frame, int frames
   return trait;
 }
 
+/// What a row says of an image by elements of its maker.
+Trait trait_of_maker(const Row& row, vtkDICOMMetaData& headers, int file) {
+  for (const OfMaker& of : row.of_makers) {
+    Trait trait;
+    for (int n = 0; n < of.count; ++n) {
+      const vtkDICOMTag tag =
+          headers.ResolvePrivateTag(file, vtkDICOMTag(of.group, static_cast<unsigned short>(of.element + n)), of.creator);
+      const vtkDICOMValue value = tag.GetGroup() == of.group ? typed(headers.Get(file, tag), of.type) : vtkDICOMValue();
+      if (!value.IsValid()) break;
+      Trait part = trait_of(row, value, 0, 1);
+      trait.words += part.words;
+      trait.numbers.insert(trait.numbers.end(), part.numbers.begin(), part.numbers.end());
+    }
+    if (!trait.words.empty() || !trait.numbers.empty()) return trait;
+  }
+  return {};
+}
+
 /// What the dimensions of a file say that none of `known` elements does.
 void add_dimensions(vtkDICOMMetaData& headers, int file, int frame, const std::set<unsigned>& known, std::vector<Trait>& to) {
   const vtkDICOMValue& sequence = headers.Get(file, DC::DimensionIndexSequence);
@@ -221,7 +320,7 @@ void add_dimensions(vtkDICOMMetaData& headers, int file, int frame, const std::s
   for (std::size_t d = 0; d < count; ++d) {
     const vtkDICOMItem& item = sequence.GetSequenceData()[d];
     const unsigned pointer = number_of(item.Get(DC::DimensionIndexPointer).GetTag(0));
-    if (is_no_kind(pointer) || known.count(pointer) > 0) continue;
+    if (is_place(pointer) || known.count(pointer) > 0) continue;
     to.push_back({static_cast<int>(rows().size() + d), {indices[d]}});
   }
 }
@@ -260,6 +359,12 @@ bool counts_frames(int attribute) {
 void add_traits_to(vtkDICOMItem& query) {
   for (const Row& row : rows()) {
     for (const auto& [tag, type] : row.elements) query.Set(tag, vtkDICOMValue(type));
+    for (const OfMaker& of : row.of_makers) {
+      for (int n = 0; n < of.count; ++n) {
+        const vtkDICOMTag tag(of.group, static_cast<unsigned short>(of.element + n));
+        query.Set(query.ResolvePrivateTagForWriting(tag, of.creator), vtkDICOMValue(of.type));
+      }
+    }
   }
   query.Set(DC::DimensionIndexSequence, vtkDICOMValue(VR::SQ));
   query.Set(DC::SliceVector, vtkDICOMValue(VR::US));
@@ -272,6 +377,7 @@ std::vector<Trait> traits_of(vtkDICOMMetaData& headers, int file, int frame, int
   std::set<unsigned> known;
   for (std::size_t r = 0; r < rows().size(); ++r) {
     const Row& row = rows()[r];
+    const std::size_t before = traits.size();
     for (const auto& [tag, type] : row.elements) {
       const vtkDICOMValue* value = &headers.Get(file, frame, tag);
       if (row.form == Form::direction && !value->IsValid()) value = &headers.Get(file, frame, gradient);
@@ -283,6 +389,11 @@ std::vector<Trait> traits_of(vtkDICOMMetaData& headers, int file, int frame, int
       known.insert(number_of(vtkDICOMTag(tag)));
       break;
     }
+    if (traits.size() > before || row.of_makers.empty()) continue;
+    Trait trait = trait_of_maker(row, headers, file);
+    if (trait.numbers.empty() && trait.words.empty()) continue;
+    trait.attribute = static_cast<int>(r);
+    traits.push_back(std::move(trait));
   }
   add_dimensions(headers, file, frame, known, traits);
   return traits;

@@ -128,7 +128,10 @@ void check_request(const protocol::Request& request, const Source& source) {
 
 /// Unpacks a file that is packed as a whole into memory, where libraries find it as a file.
 void unpack_request(protocol::Request& request, int memory) {
-  if (memory < 0 || !protocol::is_packed(request.path)) return;
+  if (memory < 0 || !protocol::is_packed(request.path)) {
+    request.memory = memory;
+    return;
+  }
   unpack_whole(request.path, memory, request.max_bytes);
   request.packed = request.path;
   request.path = unpacked_folder + std::to_string(memory);
@@ -201,6 +204,12 @@ std::uint64_t file_bytes(const std::string& path) {
     if (entry->is_regular_file(gone)) bytes += entry->file_size(gone);
   }
   return bytes;
+}
+
+void note_left_over(std::uint64_t there, std::uint64_t needed, const char* key, std::vector<std::string>& warnings) {
+  if (there <= needed) return;
+  warnings.push_back("holds " + std::to_string(there - needed) + (there - needed == 1 ? " byte" : " bytes") +
+                     " more than its voxels need, which are taken to stand behind these; if not, correct " + key);
 }
 
 int serve(const char* format, std::initializer_list<Format> formats) {

@@ -59,6 +59,10 @@ class Source {
 // which throws LoadError with "what is wrong; what would be right", without the file's name, and takes no memory for voxels (a
 // legacy VTK file does, but no more than it has bytes). It is declared by format_program.cpp.
 
+/// Notes bytes of a file behind its voxels, which may stand before them as well, so that all voxels would be shifted.
+/// \param key  of the header, that says where the voxels begin
+void note_left_over(std::uint64_t there, std::uint64_t needed, const char* key, std::vector<std::string>& warnings);
+
 /// Where the file lies that a packed one was unpacked into, in memory.
 inline constexpr const char* unpacked_folder = "/proc/self/fd/";
 

@@ -46,6 +46,7 @@ struct Request {
 
   /// Not sent: the file that `path` was unpacked from by the reader; empty: none.
   std::string packed{};
+  int memory = -1;  ///< Not sent: a file of memory that came along, for files of a folder that have to be unpacked; -1: none
 };
 
 /// One array of voxels as palpa-read will hand it over: i fastest, components of one voxel together,

@@ -368,8 +368,9 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   // are refused.
   constexpr std::uint64_t usual_ratio = 16;
   std::optional<detail::UnpackedMemory> unpacked;
-  if (protocol::is_packed(ask.path)) unpacked.emplace();
-  std::uint64_t file_bytes = bytes_of(ask.path) * (unpacked ? usual_ratio : 1);
+  const bool packed = protocol::is_packed(ask.path);
+  if (packed || protocol::may_be_deflated(ask.path)) unpacked.emplace();
+  std::uint64_t file_bytes = bytes_of(ask.path) * (packed ? usual_ratio : 1);
   for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
   protocol::Done done;
   Plan plan;

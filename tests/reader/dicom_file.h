@@ -135,6 +135,14 @@ struct DicomSeries {
   }
 };
 
+/// A file whose elements are deflated as a whole.
+inline std::string deflated_file(DicomSeries series, const DicomElements& image) {
+  series.syntax = "1.2.840.10008.1.2.1.99";
+  const std::string whole = series.file(image), elements = image.bytes(true), packed = gzipped(elements);
+  // Of gzip's frame, 10 bytes before and 8 behind are not deflate's.
+  return whole.substr(0, whole.size() - elements.size()) + packed.substr(10, packed.size() - 18);
+}
+
 /// Compresses the image of a file, by GDCM.
 inline void compress_dicom(const fs::path& file, gdcm::TransferSyntax::TSType type) {
   const std::string name = file.string();

@@ -164,6 +164,73 @@ TEST_F(DicomKinds, ClassicSeriesAreNeverMixed) {
   }
 }
 
+/// Where a maker says it in elements of its own. Several numbers: in elements one after the other.
+struct PrivateKind {
+  std::string name;
+  const char* creator;
+  std::uint32_t group, element;
+  const char* vr;
+  std::vector<std::vector<std::string>> values;  ///< of each kind, in each element
+  std::string named;                             ///< by a warning
+};
+
+std::vector<PrivateKind> private_kinds() {
+  const auto floats = [](float x, float y, float z) { return std::vector{float_of(x), float_of(y), float_of(z)}; };
+  const std::string b = "b-value (0, 500, 1000 s/mm²)", part = "complex component (MAGNITUDE, PHASE, REAL)";
+  return {
+      {"GE", "GEMS_PARM_01", 0x0043, 0x39, "IS", {{"0\\8"}, {"500\\8\\0\\0"}, {"1000001000\\8\\0\\0"}}, b},
+      {"Philips", "Philips Imaging DD 001", 0x2001, 0x03, "FL", {{float_of(0)}, {float_of(500)}, {float_of(1000)}}, b},
+      {"Siemens", "SIEMENS MR HEADER", 0x0019, 0x0c, "IS", {{"0"}, {"500"}, {"1000"}}, b},
+      {"UIH", "Image Private Header", 0x0065, 0x09, "FD", {{doubles({0})}, {doubles({500})}, {doubles({1000})}}, b},
+      {"GE", "GEMS_ACQU_01", 0x0019, 0xbb, "DS", {{"1", "0", "0"}, {"0", "1", "0"}, {"0", "0", "-1"}}, "gradient direction"},
+      {"Philips",
+       "Philips MR Imaging DD 001",
+       0x2005,
+       0xb0,
+       "FL",
+       {floats(0.6F, 0, 0.8F), floats(0, 1, 0), floats(0, 0, 1)},
+       "gradient direction"},
+      {"Siemens",
+       "SIEMENS MR HEADER",
+       0x0019,
+       0x0e,
+       "FD",
+       {{doubles({1, 0, 0})}, {doubles({0, 1, 0})}, {doubles({0, 0, 1})}},
+       "gradient direction"},
+      {"GE", "GEMS_PARM_01", 0x0043, 0x2f, "SS", {{short_of(0)}, {short_of(1)}, {short_of(2)}}, part},
+      {"Philips", "Philips MR Imaging DD 001", 0x2005, 0x11, "CS", {{"M"}, {"P"}, {"R"}}, part},
+      {"GE",
+       "GEMS_PARM_01",
+       0x0043,
+       0x30,
+       "SS",
+       {{short_of(9)}, {short_of(10)}, {short_of(11)}},
+       "velocity direction (9, 10, 11)"}};
+}
+
+TEST_F(DicomKinds, WhatMakersSayInElementsOfTheirOwnIsNeverMixed) {
+  // With types, without them, and copied by a program that does not know them.
+  for (const char* how : {"typed", "implicit", "unknown"}) {
+    for (const PrivateKind& kind : private_kinds()) {
+      SCOPED_TRACE(std::string(how) + ": " + kind.name + ", " + kind.named);
+      empty_folder();
+      series_.syntax = std::string(how) == "implicit" ? "1.2.840.10008.1.2" : "1.2.840.10008.1.2.1";
+      int number = 0;
+      for (const auto& [k, place] : shuffled(3)) {
+        DicomElements image = series_.image(series_.at_mm({0, 0, static_cast<double>(place)}), ++number);
+        const std::uint32_t block = number % 2 == 0 ? 0x10 : 0x12;
+        image.set(kind.group << 16 | block, "LO", kind.creator);
+        std::uint32_t tag = kind.group << 16 | block << 8 | kind.element;
+        for (const std::string& value : kind.values[static_cast<std::size_t>(k)])
+          image.set(tag++, std::string(how) == "unknown" ? "UN" : kind.vr, value);
+        image.set(0x7fe00010, "OW", pixels_of(series_, k, place));
+        folder_.write("i" + std::to_string(number), series_.file(image));
+      }
+      expect_unmixed(folder_.path(), 3, kind.named);
+    }
+  }
+}
+
 /// One file with functional groups for each frame. \param says  adds to the groups of a frame of a kind
 DicomElements enhanced(const DicomSeries& series, const std::vector<std::pair<int, int>>& order,
                        const std::function<void(DicomElements& groups, int kind, int place)>& says) {
@@ -221,6 +288,21 @@ TEST_F(DicomKinds, DimensionsThatAFileNamesAreKept) {
   own.set(0x00209165, "AT", short_of(0x0018) + short_of(0x9999));
   image.set_items(0x00209222, {position, own});
   expect_unmixed(folder_.write("dimensions.dcm", series_.file(image)), 3, "dimension 2 (1, 2, 3)");
+}
+
+TEST_F(DicomKinds, DimensionsOfTimeThatStandNowhereElseAreKept) {
+  for (const int element : {0x9128, 0x930d, 0x9153}) {
+    DicomElements image = enhanced(series_, shuffled(3), [](DicomElements& groups, int k, int place) {
+      DicomElements content;
+      content.set(0x00209157, "UL", long_of(k + 1) + long_of(place + 1));
+      groups.set_items(0x00209111, {content});
+    });
+    DicomElements position, time;
+    time.set(0x00209165, "AT", short_of(0x0020) + short_of(element));
+    position.set(0x00209165, "AT", short_of(0x0020) + short_of(0x9057));
+    image.set_items(0x00209222, {time, position});
+    expect_unmixed(folder_.write("times.dcm", series_.file(image)), 3, "dimension 1 (1, 2, 3)");
+  }
 }
 
 TEST_F(DicomKinds, TwoAttributesMakeAFrameForEachPair) {
@@ -354,6 +436,19 @@ TEST_F(DicomKinds, AClockThatGoesFrameAfterFrameTellsFramesApart) {
     }
   }
   expect_unmixed(folder_.path(), 3, "acquisition time");
+}
+
+TEST_F(DicomKinds, ACounterThatGoesFrameAfterFrameByChanceTellsNothing) {
+  // Two kinds that no element tells apart; numbers 1 to 3 are at three places, but of both kinds.
+  const std::pair<int, int> order[] = {{0, 2}, {1, 0}, {0, 1}, {1, 1}, {0, 0}, {1, 2}};
+  int number = 0;
+  for (const auto& [k, place] : order) {
+    DicomElements image = series_.image(series_.at_mm({0, 0, static_cast<double>(place)}), ++number);
+    image.set(0x7fe00010, "OW", pixels_of(series_, k, place));
+    folder_.write("i" + std::to_string(number), series_.file(image));
+  }
+  EXPECT_NE(error_of([&] { read(folder_.path()); }).find("which differ in nothing by which they can be told"),
+            std::string::npos);
 }
 
 TEST_F(DicomKinds, OneKindStaysOneVolume) {

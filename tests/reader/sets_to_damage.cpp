@@ -232,6 +232,13 @@ SetToDamage dicom_frames() {
           }};
 }
 
+SetToDamage dicom_deflated() {
+  return {"dicom_deflated", [](const TemporaryFolder& folder) {
+            const DicomSeries series;
+            return folder.write("deflated.dcm", deflated_file(series, series.image(series.origin_mm, 1)));
+          }};
+}
+
 }  // namespace
 
 std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
@@ -269,6 +276,7 @@ std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
   sets.push_back(plot3d_blocks());
   sets.push_back(plot3d_text());
   sets.push_back(dicom_frames());
+  sets.push_back(dicom_deflated());
   sets.push_back(time_series());
   for (SetToDamage& set : vtk_sets_to_damage()) sets.push_back(std::move(set));
   return sets;
