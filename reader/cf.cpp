@@ -106,6 +106,10 @@ void find_range(hid_t dataset, RawType type, Packing& packing, std::vector<std::
   take("valid_max", 1, [&](const std::vector<double>& n) { most = n[0]; });
   take("valid_range", 2, [&](const std::vector<double>& n) { least = n[0], most = n[1]; });
   if (!any) return;
+  if (!is_unpacked) {
+    if (std::isfinite(least)) least = packing.with_sign(least);
+    if (std::isfinite(most)) most = packing.with_sign(most);
+  }
   if (least > most) {
     warnings.push_back("has a valid range whose ends are exchanged: it is not applied");
     return;
@@ -118,19 +122,40 @@ void find_range(hid_t dataset, RawType type, Packing& packing, std::vector<std::
   packing.least = least, packing.most = most;
 }
 
+/// The names of attributes that may say how values are stored or where they lie, but by no convention that is read.
+std::string unread_attributes(hid_t dataset) {
+  constexpr int most = 200;  // attributes that are looked at
+  std::string names;
+  for (int n = 0; n < std::min(most, H5Aget_num_attrs(dataset)); ++n) {
+    const Handle attribute(
+        H5Aopen_by_idx(dataset, ".", H5_INDEX_NAME, H5_ITER_INC, static_cast<hsize_t>(n), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    char text[64] = {};
+    if (!attribute.is_open() || H5Aget_name(attribute, sizeof text, text) >= static_cast<ssize_t>(sizeof text)) continue;
+    const std::string word = lower(text);
+    static const std::initializer_list<std::string_view> told{"scale",      "offset",  "slope",  "intercept", "gain",
+                                                              "fill",       "missing", "nodata", "no_data",   "spacing",
+                                                              "resolution", "voxel",   "pixel"};
+    const bool is_read = is_one_of(text, {"scale_factor", "add_offset", "_FillValue", "missing_value"});
+    if (is_read || std::ranges::none_of(told, [&](std::string_view part) { return word.find(part) != std::string::npos; }))
+      continue;
+    names += (names.empty() ? "'" : ", '") + std::string(text) + "'";
+  }
+  return names;
+}
+
 }  // namespace
 
 bool Packing::marks_any() const noexcept {
-  return !missing.empty() || std::isfinite(least) || std::isfinite(most) || unsigned_by != 0.0;
+  return !missing.empty() || std::isfinite(least) || std::isfinite(most) || unsigned_by != 0.0 || signed_by != 0.0;
 }
 
 template <class T>
 void Packing::mark(T* numbers, std::size_t count) const {
   std::vector<T> none;  // as the numbers were rounded
   for (const double number : missing) none.push_back(static_cast<T>(number));
-  const T low = static_cast<T>(least), high = static_cast<T>(most), shift = static_cast<T>(unsigned_by);
+  const T low = static_cast<T>(least), high = static_cast<T>(most);
   for (T *number = numbers, *const end = numbers + count; number != end; ++number) {
-    if (*number < T{0}) *number += shift;
+    *number = with_sign(*number);
     if (!(*number >= low && *number <= high) || std::ranges::find(none, *number) != none.end())
       *number = std::numeric_limits<T>::quiet_NaN();
   }
@@ -143,18 +168,17 @@ Packing packing_of(hid_t dataset, RawType type, bool netcdf, std::vector<std::st
   packing.scale = one_number(dataset, "scale_factor", 1.0);
   packing.offset = one_number(dataset, "add_offset", 0.0);
   if (packing.scale == 0.0) throw LoadError("has a scale_factor of 0, so its values cannot be known; correct it");
-  const bool has_sign = is_one_of(lower(text_attribute(dataset, "_Unsigned")), {"true"});
-  if (has_sign && (type == RawType::int8 || type == RawType::int16 || type == RawType::int32))
-    packing.unsigned_by = std::ldexp(1.0, static_cast<int>(8 * protocol::size_of(type)));
+  const std::string is_unsigned = lower(text_attribute(dataset, "_Unsigned"));
+  const double numbers = std::ldexp(1.0, static_cast<int>(8 * protocol::size_of(type)));
+  if (is_unsigned == "true" && (type == RawType::int8 || type == RawType::int16 || type == RawType::int32))
+    packing.unsigned_by = numbers;
+  if (is_unsigned == "false" && (type == RawType::uint8 || type == RawType::uint16 || type == RawType::uint32))
+    packing.signed_by = numbers;
   find_missing(dataset, type, netcdf, packing, warnings);
+  for (double& number : packing.missing) number = packing.with_sign(number);
   find_range(dataset, type, packing, warnings);
-  if (packing.unsigned_by != 0.0) {
-    for (double& number : packing.missing) number += number < 0.0 ? packing.unsigned_by : 0.0;
-    for (double* end : {&packing.least, &packing.most}) {
-      if (std::isfinite(*end) && *end < 0.0) *end += packing.unsigned_by;
-    }
-    if (packing.least > packing.most) std::swap(packing.least, packing.most);
-  }
+  if (const std::string others = unread_attributes(dataset); !others.empty())
+    warnings.push_back("has attributes that are not applied: " + others + "; scale_factor, add_offset and _FillValue would be");
   return packing;
 }
 
@@ -291,6 +315,24 @@ std::array<double, 2> metres_per_degree(const Dimension& y) {
   return {per_degree * std::max(0.01, std::cos(middle * std::numbers::pi / 180.0)), per_degree};
 }
 
+/// The unit of x or y where no axis has one that is known; empty: one has, or none has any. Throws LoadError where only one of
+/// x and y has.
+std::string unknown_unit(const std::array<Dimension, 3>& of) {
+  std::string unknown;
+  bool any_known = false;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (of[a].coordinates.empty() || palpa::detail::leaves_length_unit_open(of[a].unit)) continue;
+    const bool known = metres_per(of[a].unit) > 0.0 || (a < 2 && angle_of(of[a].unit) != Angle::none);
+    any_known = any_known || known;
+    if (!known && a < 2 && unknown.empty()) unknown = of[a].unit;
+  }
+  if (any_known && !unknown.empty())
+    throw LoadError("has coordinates in '" + unknown +
+                    "', which is no known unit of length, beside others; correct it, or give "
+                    "spacing_m = [x, y, z]");
+  return unknown;
+}
+
 }  // namespace
 
 bool has_places(const std::array<Dimension, 3>& of) {
@@ -303,9 +345,10 @@ Coordinates in_one_unit(const std::array<Dimension, 3>& of, std::vector<std::str
   std::array<double, 3> metres{};  // per unit of the file; 0: none is said; below: it is no length
   bool mixed = false, angles = false;
   const auto per_degree = metres_per_degree(of[1]);
+  const std::string unknown = unknown_unit(of);
   for (std::size_t a = 0; a < 3; ++a) {
     if (of[a].coordinates.empty()) continue;
-    if (palpa::detail::leaves_length_unit_open(of[a].unit)) continue;
+    if (palpa::detail::leaves_length_unit_open(of[a].unit) || (!unknown.empty() && of[a].unit == unknown)) continue;
     metres[a] = metres_per(of[a].unit);
     if (a < 2 && metres[a] == 0.0 && angle_of(of[a].unit) != Angle::none) metres[a] = per_degree[a], angles = mixed = true;
     if (metres[a] == 0.0) metres[a] = -1.0;
@@ -329,6 +372,7 @@ Coordinates in_one_unit(const std::array<Dimension, 3>& of, std::vector<std::str
     }
     if (const double step = step_of(made.of[a]); step > 0.0) least = least == 0.0 ? step : std::min(least, step);
   }
+  if (!unknown.empty()) made.unit = unknown;
   if (least == 0.0) least = 1.0;
   for (std::size_t a = 0; a < 3; ++a) {
     if (!made.of[a].empty()) continue;

@@ -19,9 +19,16 @@ struct Packing {
   double least = -std::numeric_limits<double>::infinity();  ///< stored numbers below are no data
   double most = std::numeric_limits<double>::infinity();    ///< stored numbers above are no data
   double unsigned_by = 0.0;  ///< is added to negative stored numbers, which stand for positive ones; 0: they stay
+  double signed_by = 0.0;  ///< is taken from stored numbers of half of it and more, which stand for negative ones; 0: they stay
 
   /// Whether some stored numbers do not stand for themselves, so that they are kept as floating point.
   bool marks_any() const noexcept;
+  /// What a stored number stands for by its sign alone.
+  template <class T>
+  T with_sign(T number) const noexcept {
+    if (number < T{0}) return number + static_cast<T>(unsigned_by);
+    return signed_by != 0.0 && number >= static_cast<T>(0.5 * signed_by) ? number - static_cast<T>(signed_by) : number;
+  }
   /// Makes what is no data not finite. T: float or double, which holds the stored numbers.
   template <class T>
   void mark(T* numbers, std::size_t count) const;

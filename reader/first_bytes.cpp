@@ -43,7 +43,7 @@ std::optional<std::string> root_in(std::string_view text) {
     if (text.front() != '<') return "";
     const std::string_view end = text.starts_with("<!--") ? "-->"
                                  : text.starts_with("<?") ? "?>"
-                                 : text.starts_with("<!") ? ">"
+                                 : text.starts_with("<!") ? (text.find('[') < text.find('>') ? "]>" : ">")
                                                           : "";
     if (end.empty()) break;
     const std::size_t at = text.find(end, 2);

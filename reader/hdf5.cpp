@@ -52,15 +52,16 @@ std::string axes_of_space(const ArrayLayout& layout) {
 }
 
 /// Which index is that of vector components: by what the file or the request says, or the only one of length 3 at an end;
-/// SIZE_MAX: none. \param kept  the indices that are not time
-std::size_t components_among(const std::vector<Dimension>& kept, const ArrayLayout& layout) {
+/// SIZE_MAX: none. \param kept  the indices that are not time  \param is_component  the array is one of three that make a
+/// vector
+std::size_t components_among(const std::vector<Dimension>& kept, const ArrayLayout& layout, bool is_component) {
   for (std::size_t n = 0; n < kept.size(); ++n) {
     if (kept[n].along == 'c' && kept[n].length == 3) return n;
   }
   if (kept.size() < 4) return SIZE_MAX;
   if (layout.components == "first") return 0;
   if (layout.components == "last") return kept.size() - 1;
-  const auto may_be = [](const Dimension& d) { return d.along == ' ' && d.length == 3; };
+  const auto may_be = [&](const Dimension& d) { return d.along == ' ' && d.length == 3 && !is_component; };
   const bool first = may_be(kept.front()), last = may_be(kept.back());
   return first == last ? SIZE_MAX : first ? 0 : kept.size() - 1;
 }
@@ -93,7 +94,7 @@ std::size_t leave_out_single(std::vector<Dimension>& kept, std::size_t most, std
 }
 
 /// Puts the indices of an array into their places. Throws LoadError where they are no volume.
-Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& layout) {
+Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& layout, bool is_component) {
   const std::string said = axes_of_space(layout);
   take_axes(layout.axes, dimensions);
   Arranged made;
@@ -108,7 +109,7 @@ Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& la
       throw LoadError("has " + std::to_string(dimension.length) + " components; a vector has 3");
   }
   leave_out_single(kept, 4, SIZE_MAX);
-  std::size_t components = components_among(kept, layout);
+  std::size_t components = components_among(kept, layout, is_component);
   components = leave_out_single(kept, components == SIZE_MAX ? 3 : 4, components);
   std::vector<Dimension> space = kept;
   if (components != SIZE_MAX) {
@@ -141,6 +142,25 @@ Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& la
   }
   if (components != SIZE_MAX) made.lengths.insert(components == 0 ? made.lengths.begin() : made.lengths.end(), 3);
   return made;
+}
+
+/// Whether an array is named as a component of a vector: u, Vy, velocity_z.
+bool is_named_as_component(const std::string& path) {
+  std::string name = path.substr(path.rfind('/') + 1);
+  for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const bool ends = !name.empty() && std::string_view("uvwxyz").find(name.back()) != std::string_view::npos;
+  return ends && (name.size() == 1 || name.size() == 2 || name[name.size() - 2] == '_');
+}
+
+/// Refuses arrays of programs that write beside them how large voxels are and what their numbers stand for. Throws LoadError.
+void check_program(const std::string& path, const ArrayLayout& layout) {
+  if (path.starts_with("/minc-2.0/"))
+    throw LoadError("is MINC, whose numbers are scaled slice by slice, which is not read; convert it (mnc2nii IN.mnc OUT.nii)");
+  const bool of_itk = path.starts_with("/ITKImage/"), of_imaris = path.starts_with("/DataSet/ResolutionLevel");
+  if ((of_itk || of_imaris) && layout.spacing_m == Vec3{})
+    throw LoadError(std::string("is of ") +
+                    (of_itk ? "ITK, whose Spacing, Origin and Directions are" : "Imaris, whose ExtMin and ExtMax are") +
+                    " not read; save it as NRRD, or give spacing_m = [x, y, z] in metres");
 }
 
 /// Opens a file, or what was unpacked of one: the library follows the names of files in memory to where nothing is, so it gets
@@ -301,8 +321,10 @@ class Hdf5Source final : public Source {
       if (const std::string why = shape_of(dataset, array.shape); !why.empty())
         throw LoadError("array '" + array.path + "' cannot be felt: " + why + "; give one that holds a volume");
       try {
+        check_program(array.path, request.layout);
         std::vector<std::string> notes;
-        const Arranged arranged = arrangement_of(dimensions_of(dataset, array.shape, notes), request.layout);
+        const Arranged arranged =
+            arrangement_of(dimensions_of(dataset, array.shape, notes), request.layout, is_named_as_component(array.path));
         const GridGeometry grid = placed(dataset, arranged, request.layout, notes);
         warn(notes);
         const std::int64_t of_array = arranged.time == SIZE_MAX ? 1 : array.shape.lengths[arranged.time];

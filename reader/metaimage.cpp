@@ -9,6 +9,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iomanip>
+#include <limits>
+#include <optional>
 #include <sstream>
 #include <string_view>
 
@@ -17,6 +20,7 @@
 #include "messages.h"
 #include "palpa/disk/input_file.h"
 #include "source.h"
+#include "text_number.h"
 
 namespace palpa::reader {
 namespace {
@@ -176,6 +180,11 @@ class MetaImageSource : public Source {
     if (!direct_) header.working_bytes += all_bytes_;
     header_bytes_ = header_bytes(path_);
     check_header_size();
+    if (!compressed_ && image_.BinaryData() && files.size() <= 2 && image_.HeaderSize() >= 0) {
+      const auto said = static_cast<std::uint64_t>(image_.HeaderSize());
+      const std::uint64_t first = said > 0 || files.size() > 1 ? said : header_bytes_;
+      note_left_over(file_bytes(files.back()), first + all_bytes_, "HeaderSize", header.warnings);
+    }
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
@@ -238,10 +247,37 @@ class MetaImageSource : public Source {
     for (std::byte* number = to; number + size <= to + bytes; number += size) std::reverse(number, number + size);
   }
 
+  /// Numbers as text, of which MetaIO reads none behind one that it does not know, such as nan.
+  void load_text(std::byte* to, std::uint64_t bytes) const {
+    std::vector<std::string> parts(files.begin() + (files.size() > 1 ? 1 : 0), files.end());
+    const std::uint64_t first = files.size() > 1 ? static_cast<std::uint64_t>(std::max(image_.HeaderSize(), 0)) : header_bytes_;
+    protocol::with_type(raw_.type, [&](auto kind) {
+      using Number = decltype(kind);
+      auto* next = reinterpret_cast<Number*>(to);
+      Number* const end = next + bytes / sizeof(Number);
+      for (const std::string& part : parts) {
+        detail::InputStream file(part);
+        file.seekg(static_cast<std::streamoff>(first));
+        constexpr int longest = 400;  // of a number; a damaged file may have none between blanks
+        std::string word;
+        for (; next != end && file >> std::setw(longest) >> word; ++next) {
+          const std::optional<double> number = text_number(word);
+          const bool fits = number && (std::is_floating_point_v<Number> ||
+                                       (*number >= static_cast<double>(std::numeric_limits<Number>::lowest()) &&
+                                        *number < std::ldexp(1.0, std::numeric_limits<Number>::digits)));
+          if (!fits) throw LoadError("has a word among its numbers that is none of its type; correct it, or write them binary");
+          *next = static_cast<Number>(*number);
+        }
+      }
+      if (next != end) throw LoadError("is shorter than its header says; get the whole file");
+    });
+  }
+
   /// Where data are too short, MetaIO leaves the rest of the memory as it was, with at most a message on std::cerr, and with
   /// none for compressed data. So the end of the memory is marked before, and the mark must have been written over.
   void load(std::byte* to, std::uint64_t bytes) {
     if (compressed_ && files.size() <= 2) return unpack_voxels(to, bytes);
+    if (!compressed_ && !image_.BinaryData()) return load_text(to, bytes);
     static constexpr unsigned char mark[] = {0x9e, 0x37, 0x79, 0xb9, 0x7f, 0x4a, 0x7c, 0x15};
     const std::size_t marked = std::min<std::uint64_t>(bytes, sizeof mark);
     std::byte* const end = to + bytes - marked;

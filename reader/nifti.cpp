@@ -16,6 +16,7 @@
 #include "data_file.h"
 #include "first_bytes.h"
 #include "messages.h"
+#include "palpa/file/protocol_packed.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -152,6 +153,11 @@ class NiftiSource : public Source {
     find_scale(h, field);
     keep(raw_, turn_, field, header.warnings);
     header.fields.push_back(field);
+    const std::uint64_t frames = raw_.component_stride > 0 && raw_.components == 3 ? 3 : 1;
+    if (!protocol::is_packed(files.back())) {
+      note_left_over(file_bytes(files.back()), voxel_offset_ + frames * static_cast<std::uint64_t>(dim[4]) * frame_bytes_,
+                     "vox_offset", header.warnings);
+    }
     switch (h.GetXYZTUnits() & 7) {
       case vtkNIFTIHeader::UnitsMeter: header.length_unit = "m"; break;
       case vtkNIFTIHeader::UnitsMM: header.length_unit = "mm"; break;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <iomanip>
 #include <memory>
 #include <optional>
 
@@ -15,6 +16,7 @@
 #include "palpa/disk/input_file.h"
 #include "palpa/volume/length_unit.h"
 #include "source.h"
+#include "text_number.h"
 
 namespace palpa::reader {
 namespace {
@@ -219,6 +221,10 @@ class NrrdSource : public Source {
     for (unsigned a = 0; a < nrrd_->dim; ++a) {
       if (__builtin_mul_overflow(all_bytes_, nrrd_->axis[a].size, &all_bytes_)) all_bytes_ = INT64_MAX;
     }
+    if (encoding_ == nrrdEncodingRaw && byte_skip_ >= 0 && line_skip_ == 0 && files.size() <= 2) {
+      const std::uint64_t first = static_cast<std::uint64_t>(byte_skip_) + (files.size() == 1 ? header_bytes() : 0);
+      note_left_over(file_bytes(files.back()), first + all_bytes_, "byte skip", header.warnings);
+    }
     direct_ = !axes.frames && kept_as_they_are(raw_, turn_, field);
     if (!direct_) header.working_bytes = all_bytes_;
   }
@@ -261,6 +267,7 @@ class NrrdSource : public Source {
       list_files(*state);
       encoding_ = state->encoding;
       byte_skip_ = state->byteSkip;
+      line_skip_ = state->lineSkip;
     }
     return nrrd;
   }
@@ -278,9 +285,24 @@ class NrrdSource : public Source {
     }
     if (encoding_ == nrrdEncodingGzip) return;
     std::uint64_t least = all_bytes_;
-    if (encoding_ == nrrdEncodingAscii) least = all_bytes_ / size_of(raw_.type);  // a number has at least one digit
+    if (encoding_ == nrrdEncodingAscii) {
+      least = all_bytes_ / size_of(raw_.type);  // a number has at least one digit
+      if (attached) check_words(offset);
+    }
     check_skip(there);
     if (there < least) throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
+  }
+
+  /// Refuses words that are no numbers, of which the library reads the beginning: 1 of "1,5" and of "1d3".
+  void check_words(std::uint64_t offset) const {
+    detail::InputStream file(path_);
+    file.seekg(static_cast<std::streamoff>(offset));
+    constexpr int longest = 400;  // of a number; a damaged file may have none between blanks
+    std::uint64_t left = all_bytes_ / size_of(raw_.type);
+    for (std::string word; left > 0 && file >> std::setw(longest) >> word; --left) {
+      if (!text_number(word))
+        throw LoadError("has a word among its numbers that is none; correct it, or write them binary (encoding: raw)");
+    }
   }
 
   /// The voxels of one file begin after an empty line.
@@ -433,7 +455,8 @@ class NrrdSource : public Source {
   std::string path_;
   Loaded nrrd_;
   const NrrdEncoding* encoding_ = nullptr;
-  long byte_skip_ = 0;  ///< before the voxels; negative: from the end
+  long byte_skip_ = 0;      ///< before the voxels; negative: from the end
+  unsigned line_skip_ = 0;  ///< lines before these bytes
   RawVoxels raw_;
   Turn turn_;
   std::int64_t first_ = 0;         ///< number of the first value of the first frame that is read

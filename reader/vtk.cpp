@@ -315,6 +315,10 @@ std::unique_ptr<Source> open_xml(const protocol::Request& request) {
     return read_xml<GridPieces<vtkXMLPStructuredGridReader, vtkXMLStructuredGridReader>>(request, "pvts");
   if (kind == "PUnstructuredGrid")
     return read_xml<Pieces<vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader>>(request, "pvtu");
+  if (kind == "vtkMultiBlockDataSet" || kind == "Collection" || kind == "vtkPartitionedDataSetCollection")
+    throw LoadError(
+        "only names other files, which are not put together here; give one of them, or save its blocks as one .vtu "
+        "(in ParaView by Append Datasets)");
   throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : known_words(kind)) +
                   "; of VTK's XML files images and rectilinear, structured and unstructured grids can be read");
 }

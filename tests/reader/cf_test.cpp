@@ -225,6 +225,64 @@ TEST_F(Conventions, SignedNumbersThatStandForUnsignedOnes) {
   EXPECT_EQ(at(volume, 0), 10.0);
 }
 
+TEST_F(Conventions, ARangeAndASignAreThoseOfTheNumbersThatAreMeant) {
+  for (const bool is_unsigned : {true, false}) {
+    SCOPED_TRACE(is_unsigned);
+    NewHdf5 file(path());
+    const std::vector<int> bits{5, 200, 250, 252, 100, 128, 127, 0};
+    std::vector<std::int8_t> as_signed;
+    std::vector<std::uint8_t> as_unsigned;
+    for (int n = 0; n < 32; ++n) {
+      as_unsigned.push_back(static_cast<std::uint8_t>(bits[static_cast<std::size_t>(n % 8)]));
+      as_signed.push_back(static_cast<std::int8_t>(as_unsigned.back()));
+    }
+    if (is_unsigned) {
+      file.array<std::int8_t>("T", {2, 2, 8}, as_signed);
+      file.attribute<std::int8_t>("T", "valid_range", {0, -6});  // to 250
+    } else {
+      file.array<std::uint8_t>("T", {2, 2, 8}, as_unsigned);
+      file.attribute<std::uint8_t>("T", "valid_range", {200, 127});  // from -56
+    }
+    file.text("T", "_Unsigned", is_unsigned ? "True" : "false");
+    file.close();
+    const Volume volume = read(file.path(), with_spacing());
+    for (int i = 0; i < 8; ++i) {
+      const int meant = bits[static_cast<std::size_t>(i)] - (!is_unsigned && bits[static_cast<std::size_t>(i)] > 127 ? 256 : 0);
+      const bool is_valid = is_unsigned ? meant <= 250 : meant >= -56;
+      EXPECT_EQ(std::isnan(at(volume, i)), !is_valid) << meant;
+      if (is_valid) EXPECT_EQ(at(volume, i), meant);
+    }
+    EXPECT_FALSE(warns_of(volume, "exchanged")) << all_warnings(volume);
+  }
+}
+
+TEST_F(Conventions, AttributesOfNoConventionThatIsReadAreNamed) {
+  for (const char* name :
+       {"scale", "Offset", "slope", "Intercept", "gain", "ScaleFactor", "FillValue", "nodata", "voxel_size"}) {
+    NewHdf5 file(path());
+    file.array<float>("T", {2, 2, 8}, counted<float>());
+    file.attribute<double>("T", name, {2.0});
+    file.attribute<double>("T", "scale_factor", {2.0});
+    file.close();
+    const Volume volume = read(file.path(), with_spacing());
+    EXPECT_TRUE(warns_of(volume, "has attributes that are not applied: '" + std::string(name) + "';")) << all_warnings(volume);
+  }
+}
+
+TEST_F(Conventions, ArraysOfProgramsThatScaleOrPlaceThemElsewhereAreRefused) {
+  for (const auto& [array, says] : {std::pair{"/minc-2.0/image/0/image", "mnc2nii"},
+                                    {"/ITKImage/0/VoxelData", "give spacing_m"},
+                                    {"/DataSet/ResolutionLevel 0/TimePoint 0/Channel 0/Data", "give spacing_m"}}) {
+    const hid_t file = H5Fcreate(path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    write_array<double>(file, array, {2, 2, 8}, std::string(256, '\0'));
+    H5Fclose(file);
+    const std::string error = error_of([&] { read(path()); });
+    EXPECT_NE(error.find(says), std::string::npos) << error;
+  }
+  const Volume placed = read(path(), with_spacing());
+  EXPECT_EQ(placed.fields.size(), 1U);
+}
+
 TEST_F(Conventions, ARangeOfTheTypeOfTheValuesIsInTheirUnit) {
   NewHdf5 file(path());
   file.array<std::int16_t>("T", {2, 2, 8}, counted<std::int16_t>());
@@ -382,6 +440,26 @@ TEST_F(Conventions, CoordinatesHaveUnitsOfTheirOwn) {
   const Volume pressure = read(written("km", "km", "hPa"));
   EXPECT_TRUE(warns_of(pressure, "no length"));
   EXPECT_NEAR(size(pressure).z, 2000, 1e-6);
+}
+
+TEST_F(Conventions, AUnitThatIsNoLengthIsAskedForWhereNothingElseIs) {
+  const auto written = [&](const char* ux, const char* uy, const char* uz) {
+    NewHdf5 file(path());
+    file.array<double>("T", {3, 3, 4}, std::vector<double>(36, 1.0));
+    file.scale<double>("x", {0, 2, 4, 6}, ux), file.scale<double>("y", {0, 2, 4}, uy), file.scale<double>("z", {0, 2, 4}, uz);
+    file.scales("T", {"z", "y", "x"});
+    file.close();
+    return file.path();
+  };
+  for (const char* unit : {"furlong", "pixel", "meter (m)", "1"}) {
+    const std::string error = error_of([&] { read(written(unit, unit, unit)); });
+    EXPECT_NE(error.find("'" + std::string(unit) + "', which is unknown; give it by length_unit"), std::string::npos) << error;
+    VolumeRequest request;
+    request.length_unit = "mm";
+    EXPECT_LT(distance(read(path(), request).bounds_m().high_m, {6e-3, 4e-3, 4e-3}), 1e-9) << unit;
+  }
+  const std::string error = error_of([&] { read(written("mm", "furlong", "mm")); });
+  EXPECT_NE(error.find("coordinates in 'furlong', which is no known unit of length"), std::string::npos) << error;
 }
 
 TEST_F(Conventions, WhatTheRequestSaysIsBelievedFirst) {

@@ -146,5 +146,22 @@ TEST_F(Joined, ThreeArraysOfHdf5AreFeltAsOneVector) {
   EXPECT_GT(loaded.scene.modes().size(), 0U) << text;
 }
 
+TEST_F(Joined, ThreeMomentsOfAComponentAreNoVector) {
+  for (const char* names : {"uvw", "UVW"}) {
+    const fs::path path = folder_.path() / "t.h5";
+    const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    for (int c = 0; c < 3; ++c) write_array<float>(file, std::string("/") + names[c], {3, 4, 5, 6}, std::string(1440, '\0'));
+    H5Fclose(file);
+    VolumeRequest request;
+    request.files = {path};
+    request.layout.spacing_m = {1, 1, 1};
+    EXPECT_NE(error_of([&] { read_volume(request, options_); }).find("say axes = \"tzyx\""), std::string::npos);
+    request.layout.axes = "tzyx";
+    const Volume volume = read_volume(request, options_);
+    EXPECT_EQ(volume.frames, 3);
+    EXPECT_EQ(separate_vectors(volume).size(), 1U);
+  }
+}
+
 }  // namespace joined_test
 }  // namespace palpa::test

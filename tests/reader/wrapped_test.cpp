@@ -176,6 +176,50 @@ TEST_F(Wrapped, NumbersThatAreNotFiniteAreNoDataInText) {
   EXPECT_NE(refused("b.vtk", legacy("made", numbers.replace(0, numbers.find(' '), "nano"))).find("whole"), std::string::npos);
 }
 
+// The library reads nothing behind such a word, in silence.
+TEST_F(Wrapped, NumbersOfMetaImageAsTextAreReadToTheLastOrRefused) {
+  std::string header = meta_header;
+  header.replace(header.find("BinaryData = True"), 17, "BinaryData = False");
+  const auto with = [&](const std::string& word, bool apart = false) {
+    std::string numbers = as_text(numbers_of(millimetres));
+    const std::size_t second = numbers.find(' ') + 1, third = numbers.find(' ', second);
+    if (!word.empty()) numbers.replace(second, third - second, word);
+    if (!apart) return folder_.write("a.mha", header + "ElementDataFile = LOCAL\n" + numbers);
+    folder_.write("a.raw", numbers);
+    return folder_.write("a.mhd", header + "ElementDataFile = a.raw\n");
+  };
+  for (const bool apart : {false, true}) {
+    expect_linear(*read(with("", apart)).fields[0].field, grid, millimetres);
+    for (const char* word : {"nan", "NaN", "-inf", "Infinity", "1.#QNAN", "-1.#IND", "1e400"}) {
+      const Volume volume = read(with(word, apart));
+      EXPECT_TRUE(warns_of(volume, "1 voxel is not finite")) << word << ": " << all_warnings(volume);
+      const Vec3 beside{2.25e-3, 2.1e-3, 4e-3};
+      EXPECT_NEAR(volume.fields[0].field->scalar(beside).value, Linear{}(beside), 1e-3) << word;
+    }
+    for (const char* word : {"1,5", "1d3", "--", "NULL", "0x10"}) {
+      const std::string error = error_of([&] { read(with(word, apart)); });
+      EXPECT_NE(error.find("a word among its numbers"), std::string::npos) << word << ": " << error;
+    }
+  }
+  std::string nrrd = nrrd_header;
+  nrrd.replace(nrrd.find("raw"), 3, "ascii");
+  expect_linear(*read(folder_.write("a.nrrd", nrrd + "\n" + as_text(numbers_of()))).fields[0].field, grid, metres);
+  for (const char* word : {"1,5", "1d3"}) {
+    std::string numbers = as_text(numbers_of());
+    numbers.replace(0, numbers.find(' '), word);
+    EXPECT_NE(refused("a.nrrd", nrrd + "\n" + numbers).find("a word among its numbers"), std::string::npos) << word;
+  }
+}
+
+TEST_F(Wrapped, WhatIsPackedTwiceOrInUtf16IsCalledSo) {
+  EXPECT_NE(refused("a.nii.gz", gzipped(gzipped(numbers_of()))).find("gzip twice"), std::string::npos);
+  std::string wide = "\xff\xfe";
+  for (const char c : vti("<?xml version=\"1.0\"?>", plain_tag, plain_array())) wide += c, wide += '\0';
+  EXPECT_NE(refused("a.vti", wide).find("UTF-16"), std::string::npos);
+  const std::string type = "<!DOCTYPE VTKFile [<!ELEMENT VTKFile (ImageData)>]>\n";
+  expect_linear(*read(folder_.write("a.vti", vti(type, plain_tag, plain_array()))).fields[0].field, grid, metres);
+}
+
 TEST_F(Wrapped, WhatIsNotReadIsCalledByItsName) {
   const std::string rest(2000, '\x07');
   struct {
@@ -185,6 +229,8 @@ TEST_F(Wrapped, WhatIsNotReadIsCalledByItsName) {
                {"a.mat", "MATLAB 5.0 MAT-file, Platform: GLNXA64", "-v7.3"},
                {"a.vtk.bz2", "BZh91AY", "unpack it"},
                {"a.zip", "PK\x03\x04", "unpack it"},
+               {"a.vtm", "<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\">", "Append Datasets"},
+               {"a.pvd", "<VTKFile type=\"Collection\" version=\"0.1\">", "give one of them"},
                {"mri.general", "file = mri.raw\ngrid = 4 x 4 x 4\nformat = msb\n", "--set type"},
                {"mri.txt", "grid = 4 x 4 x 4\ninterleaving = record\n", "--set type"}};
   for (const auto& [name, bytes, says] : files) {
