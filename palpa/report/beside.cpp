@@ -331,7 +331,7 @@ std::string origin_markup(const Pair& pair) {
 std::string title_of(const Pair& pair, const std::vector<SceneDifference>& differences) {
   if (differences.empty()) return pair.first.name + " beside " + pair.second.name + ": one scene, felt twice";
   if (differences.size() > 1) return text("%zu values of the scene differ", differences.size());
-  return pair.first.paths.in_text(pair.second.paths.in_text(words_of(differences.front())));
+  return words_of(differences.front());
 }
 
 std::string scenes_of(const Pair& pair) {
@@ -345,7 +345,7 @@ std::string differences_markup(const Pair& pair, const std::vector<SceneDifferen
   constexpr std::size_t most = 12;  // [1] listed. More: the page begins with a list; fewer: causes are missed
   std::string out = "<ul class=\"felt\">\n";
   for (std::size_t i = 0; i < std::min(most, differences.size()); ++i)
-    out += "<li>" + escaped(pair.first.paths.in_text(pair.second.paths.in_text(words_of(differences[i])))) + "</li>\n";
+    out += "<li>" + escaped(words_of(differences[i])) + "</li>\n";
   if (differences.size() > most) out += text("<li>and %zu more</li>\n", differences.size() - most);
   return out + "</ul>\n";
 }
@@ -369,7 +369,11 @@ std::string beside_html(const fs::path& folder, const ReportOptions& options) {
   pair.difference = compare_felt(pair.first.signal.run, pair.second.signal.run);
   if (options.progress) options.progress(0.6);
 
-  const std::vector<SceneDifference> differences = scene_differences(pair.first.scene_text, pair.second.scene_text);
+  std::vector<SceneDifference> differences = scene_differences(pair.first.scene_text, pair.second.scene_text);
+  for (SceneDifference& one : differences) {
+    one.first = pair.first.paths.of_value(one.first);
+    one.second = pair.second.paths.of_value(one.second);
+  }
   Page page(title_of(pair, differences));
   page.begin_with("<p class=\"soft\">" +
                   escaped(text("Two traces of the same hand, %.3f s: ", pair.a(pair.ticks() - 1).t_s) + "first " +

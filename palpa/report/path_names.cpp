@@ -97,6 +97,12 @@ std::string PathNames::of_argument(std::string_view argument) const {
   }
 }
 
+std::string PathNames::of_value(std::string_view value) const {
+  // As it stands in a scene, where quotes say that blanks and commas belong to a path.
+  const std::string quoted = in_text('"' + std::string(value) + '"');
+  return quoted.substr(1, quoted.size() - 2);
+}
+
 std::string PathNames::in_text(std::string_view given) const {
   if (full_) return std::string(given);
   std::string text(given);

@@ -21,6 +21,8 @@ class PathNames {
   std::string of_path(std::string_view path) const;
   /// An argument of a command line or a setting KEY=VALUE, with the last names of its paths.
   std::string of_argument(std::string_view argument) const;
+  /// A value of a scene, without its quotes: a path as its last name.
+  std::string of_value(std::string_view value) const;
   /// A sentence or a scene's text: known folders, whole strings that name a file, and what looks like a path are shortened.
   std::string in_text(std::string_view text) const;
 

@@ -11,6 +11,7 @@
 #include "palpa/report/numbers.h"
 #include "palpa/report/words.h"
 #include "palpa/view/scene_shapes.h"
+#include "palpa/view/volume_picture.h"
 
 namespace palpa::detail {
 namespace {
@@ -193,6 +194,7 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
   view["axes"] = {unit(map.turned_to_hand({1, 0, 0})), unit(map.turned_to_hand({0, 1, 0})),
                   unit(map.turned_to_hand({0, 0, 1}))};
   view["world_per_hand"] = map.scale;
+  if (const double unit_m = scene ? file_unit_m(*scene) : 0.0; unit_m > 0.0) view["file_unit_m"] = unit_m;
   view["layers"] = std::move(layers);
   view["bars"] = std::move(bars);
   view["most_n"] = rounded(most_n, 4);

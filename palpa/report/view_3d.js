@@ -377,6 +377,7 @@ const View3d = (() => {
   };
 
   const length = (metres) => {
+    if (data.file_unit_m) return Report.digits(metres / data.file_unit_m) + ' file units';
     const units = [[1e3, 'km'], [1, 'm'], [1e-3, 'mm'], [1e-6, '\u00b5m'], [1e-9, 'nm']];
     const [size, name] = units.find(([least]) => metres >= 0.9999 * least) || units[units.length - 1];
     return Report.digits(metres / size) + ' ' + name;

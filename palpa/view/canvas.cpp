@@ -170,7 +170,8 @@ double round_length(double limit) noexcept {
   return power;
 }
 
-std::string length_words(double length_m, double like_m) {
+std::string length_words(double length_m, double like_m, double file_unit_m) {
+  if (file_unit_m > 0.0) return number_words(length_m / file_unit_m) + " file units";
   struct Unit {
     double from_m;
     double size_m;
@@ -349,7 +350,7 @@ void draw_explanations(Canvas& canvas, const Layout& layout, std::span<const Leg
   for (const ColorBar& bar : bars) y = draw_color_bar(canvas, bar, left, width, y) - 1.2 * em;
 }
 
-void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, double world_per_hand) {
+void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, double world_per_hand, double file_unit_m) {
   const double em = canvas.em_px();
   const double world_m_per_px = world_per_hand / view.px_per_m();
   const double left = layout.scene_right_px + em;
@@ -358,7 +359,7 @@ void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, doub
   const double y = 1.2 * em;
   canvas.line({left, y}, {left + length_px, y}, 0.18 * em, ink);
   for (const double end : {left, left + length_px}) canvas.line({end, y - 0.35 * em}, {end, y + 0.35 * em}, 0.14 * em, ink);
-  canvas.text(length_words(length_m), left + 0.5 * length_px, y + 1.15 * em, Side::middle);
+  canvas.text(length_words(length_m, 0.0, file_unit_m), left + 0.5 * length_px, y + 1.15 * em, Side::middle);
 }
 
 void draw_orientation(Canvas& canvas, const Layout& layout, const View& view, std::span<const Vec3, 3> axes) {

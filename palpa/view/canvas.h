@@ -86,8 +86,8 @@ std::string in_letters_of_font(std::string_view words);
 /// 1, 2 or 5 times a power of ten, not above `limit` > 0.
 double round_length(double limit) noexcept;
 /// A length in nm, µm, mm, m or km: "20 mm". \param like_m  a length whose unit is used, such as the longest of a picture; 0:
-/// its own
-std::string length_words(double length_m, double like_m = 0.0);
+/// its own \param file_unit_m  not 0: of the file's own units, as "20 file units"
+std::string length_words(double length_m, double like_m = 0.0, double file_unit_m = 0.0);
 /// A number in as few digits as tell it: "0.25", "-300", "2e-05"; three where `step` does not ask for more.
 /// \param step  0, or what the next number of a row is away, from which it is to be told
 std::string number_words(double value, double step = 0.0);
@@ -111,7 +111,7 @@ void draw_margins(Canvas& canvas, const Layout& layout, std::string_view title);
 void draw_explanations(Canvas& canvas, const Layout& layout, std::span<const LegendEntry> entries,
                        std::span<const ColorBar> bars);
 /// At the bottom of the column. \param world_per_hand  the world's metres in one metre of the hand
-void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, double world_per_hand);
+void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, double world_per_hand, double file_unit_m = 0.0);
 /// Letters of the patient's directions at the scene's four edges. `axes`: the world's axes in the hand frame, LPS.
 void draw_orientation(Canvas& canvas, const Layout& layout, const View& view, std::span<const Vec3, 3> axes);
 /// The world's axes as arrows x, y, z above the scale bar.

@@ -19,6 +19,7 @@
 #include "palpa/view/picture.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
+#include "palpa/view/volume_picture.h"
 #include "palpa/vtk/felt_actors.h"
 
 namespace palpa {
@@ -342,7 +343,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   const bool medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
                                    [](const SceneVolume& volume) { return volume.volume.medical_frame; });
   medical ? detail::draw_orientation(canvas, layout, view, axes) : detail::draw_axes(canvas, view, axes);
-  detail::draw_scale_bar(canvas, layout, view, map.scale);
+  detail::draw_scale_bar(canvas, layout, view, map.scale, file_unit_m(scene));
   detail::draw_explanations(canvas, layout, signs.legend, signs.bars);
   Picture picture = window.draw();
   // The lowest bit of each value is rounding of the light: nobody sees it, and it makes the file a quarter larger.

@@ -52,23 +52,6 @@ std::string direction_words(bool medical, int axis, double sign) {
 
 std::string millimetre_words(double m) { return detail::text("%.1f mm", 1e3 * std::abs(m)); }
 
-/// How lengths of a volume are written: in the unit that fits one of them, or as the file's own numbers where no unit is known.
-class LengthWords {
- public:
-  explicit LengthWords(const Volume& volume) {
-    if (!volume.length_unit_assumed || volume.medical_frame) return;
-    const auto assumed = detail::length_unit(volume.length_unit);
-    file_unit_m_ = assumed ? assumed->metres : 1.0;
-  }
-  std::string of(double length_m, double like_m = 0.0) const {
-    if (file_unit_m_ > 0.0) return detail::number_words(length_m / file_unit_m_) + " file units";
-    return detail::length_words(length_m, like_m);
-  }
-
- private:
-  double file_unit_m_ = 0.0;  // 0: a unit is known
-};
-
 /// The window for a second look: bone after windows of soft parts, soft tissue after bone and lung.
 CtWindow beside(const CtWindow& window) {
   if (window.width >= 1000.0) return {"soft tissue", 40, 400};
@@ -190,7 +173,7 @@ class Slices {
   Slices(const Volume& volume, const Field& field, Shades shades, const Place& place, double em_px)
       : field_(field),
         medical_(volume.medical_frame),
-        lengths_(volume),
+        file_unit_m_(file_unit_m(volume)),
         box_(field.bounds_m()),
         shades_(std::move(shades)),
         cuts_(medical_ ? medical_cuts : plain_cuts),
@@ -225,7 +208,7 @@ class Slices {
       const bool is_zero = std::abs(at_m) < 1e-6 * unit_m;  // but for rounding
       const std::string where = medical_ ? direction_words(true, cut.across, at_m) + " " + millimetre_words(at_m)
                                          : std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
-                                               (is_zero ? "0" : lengths_.of(std::abs(at_m), unit_m));
+                                               (is_zero ? "0" : detail::length_words(std::abs(at_m), unit_m, file_unit_m_));
       canvas.text(std::string(cut.name) + ", " + where, x, up_px(p.top) + 1.6 * em_px_, Side::middle, 0.9, true);
       canvas.text(direction_words(medical_, cut.right, cut.right_sign), p.left + p.width + 0.5 * em_px_, y, Side::left);
       canvas.text(direction_words(medical_, cut.right, -cut.right_sign), p.left - 0.5 * em_px_, y, Side::right);
@@ -286,7 +269,7 @@ class Slices {
 
   const Field& field_;
   bool medical_;
-  LengthWords lengths_;
+  double file_unit_m_;
   Box box_;
   Shades shades_;
   std::array<Cut, 3> cuts_;
@@ -360,6 +343,22 @@ Picture streamline_picture(const Volume& volume, std::size_t field, const Statis
 
 }  // namespace
 
+double file_unit_m(const Volume& volume) {
+  if (!volume.length_unit_assumed || volume.medical_frame) return 0.0;
+  const auto assumed = detail::length_unit(volume.length_unit);
+  return assumed ? assumed->metres : 1.0;
+}
+
+double file_unit_m(const Scene& scene) {
+  double found_m = 0.0;
+  for (const SceneVolume& volume : scene.volumes()) {
+    const double unit_m = file_unit_m(volume.volume);
+    if (unit_m == 0.0 || (found_m > 0.0 && unit_m != found_m)) return 0.0;
+    found_m = unit_m;
+  }
+  return found_m;
+}
+
 Picture volume_picture(const Volume& volume, std::size_t number, const Statistics& values, const std::string& title,
                        const VolumePictureOptions& options) {
   const int width = options.width_px, height = options.height_px;
@@ -392,7 +391,8 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
   const double length_px = length_m * slices.px_per_m();
   canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});
-  canvas.text(LengthWords(volume).of(length_m), 0.04 * width + length_px + 0.6 * em, row_y, Side::left, 0.9);
+  canvas.text(detail::length_words(length_m, 0.0, file_unit_m(volume)), 0.04 * width + length_px + 0.6 * em, row_y, Side::left,
+              0.9);
 
   const bool two_parts = flow || as.second;
   const int lower_height = height - lower_top, histogram_width = two_parts ? width / 2 : width;

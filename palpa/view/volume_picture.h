@@ -28,4 +28,10 @@ struct VolumePictureOptions {
 Picture volume_picture(const Volume& volume, std::size_t field, const Statistics& values, const std::string& title,
                        const VolumePictureOptions& options = {});
 
+/// [m] One of the file's own units of length, in which lengths are written where no unit is known and no patient lies in the
+/// volume; else 0. Reads only its argument; any thread.
+double file_unit_m(const Volume& volume);
+/// [m] The same for a scene: all of its volumes have this unit; else 0.
+double file_unit_m(const Scene& scene);
+
 }  // namespace palpa

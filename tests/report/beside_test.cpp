@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "palpa/core/load_error.h"
+#include "palpa/report/path_names.h"
+#include "palpa/report/recorded.h"
 #include "palpa/report/report.h"
 #include "tests/report/markup.h"
 #include "tests/study/study_fixture.h"
@@ -103,6 +105,19 @@ TEST_F(BesideReport, ItsTitleSaysWhatDiffers) {
   EXPECT_THAT(two, AllOf(HasSubstr("<li>law.method: paper-2005 / exact</li>"), HasSubstr("strength_n: 0.8 / 0.25</li>")));
   feel_again("again");
   EXPECT_THAT(title(page("first", "again")), HasSubstr("one scene, felt twice"));
+}
+
+TEST(PathNames, KeepNoPartOfAFolderOfAValue) {
+  const std::string file = "/home/M\u00fcller, Hans (1970)/scan 1/head.mhd";
+  detail::Recorded own;
+  own.header.data_files.push_back({.path = file});
+  for (const detail::Recorded& recorded : {own, detail::Recorded{}}) {
+    const detail::PathNames names(recorded, "/tmp/trace", false);
+    EXPECT_EQ(names.of_value(file), "head.mhd");
+    for (const char* value : {"exact", "m/s", "0.8", "[0.1, 0.2]", ""}) EXPECT_EQ(names.of_value(value), value);
+    EXPECT_EQ(detail::PathNames(recorded, "/tmp/trace", true).of_value(file), file);
+  }
+  EXPECT_EQ(detail::PathNames(own, "/tmp/trace", false).of_value("[" + file + "]"), "[head.mhd]");
 }
 
 TEST_F(BesideReport, NamesOfStrangersStayTexts) {

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "palpa/grid/grid.h"
+#include "palpa/scene/scene.h"
+#include "palpa/view/canvas.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -106,6 +108,27 @@ double colour_far_from_the_middle(const Volume& volume) {
 }
 
 // Velocity MR: in the air, where nothing was measured, the phase is noise over the whole velocity range.
+TEST(VolumePicture, WritesLengthsInFileUnitsWhereNoUnitIsKnown) {
+  Volume volume = volume_of<float>(VoxelType::float32, 1, "", [](const Vec3& mm) { return std::array{mm.x}; });
+  volume.medical_frame = false;
+  volume.length_unit = "mm";
+  EXPECT_EQ(file_unit_m(volume), 0.0) << "the file says it";
+  volume.length_unit_assumed = true;
+  EXPECT_DOUBLE_EQ(file_unit_m(volume), 1e-3);
+  Scene scene;
+  EXPECT_EQ(file_unit_m(scene), 0.0) << "without data";
+  scene.add("one", volume);
+  EXPECT_DOUBLE_EQ(file_unit_m(scene), 1e-3);
+  volume.length_unit_assumed = false;
+  scene.add("other", volume);
+  EXPECT_EQ(file_unit_m(scene), 0.0) << "one of them says it";
+  volume.length_unit_assumed = true;
+  volume.medical_frame = true;
+  EXPECT_EQ(file_unit_m(volume), 0.0) << "a patient's are in millimetres";
+  EXPECT_EQ(detail::length_words(0.02, 0.0, 1e-3), "20 file units");
+  EXPECT_EQ(detail::length_words(0.02, 0.0, 0.0), "20 mm");
+}
+
 TEST(VolumePicture, ShowsNoStreamlinesOfNoise) {
   const auto jet_in = [](double noise) {
     std::mt19937 random(7);
