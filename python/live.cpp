@@ -272,6 +272,12 @@ void bind_live(py::module_& module) {
         return live.finish();
       });
   module.def("live", &start);
+  module.def("with_motors_at_rest", [](const py::function& act) {
+    const py::gil_scoped_release release;  // a device in Python needs the interpreter to let go
+    const MotorsAtRest rest;
+    const py::gil_scoped_acquire acquire;
+    act();
+  });
 
   py::class_<OwnPointer, std::shared_ptr<OwnPointer>>(
       module, "Pointer",

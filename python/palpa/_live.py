@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import atexit
+import os
+import signal
 import sys
+import threading
 import warnings
 import weakref
 from os import PathLike
@@ -18,6 +21,9 @@ from ._scene import PalpaWarning, Scene
 from ._trace import Trace, _hand_given, _in_python, _new_folder
 
 _running = weakref.WeakSet()
+# Those that cannot be taken, that neither end nor stop a program, and faults, after which nothing of Python runs.
+_not_handled = {getattr(signal, "SIG" + name) for name in
+                "KILL STOP CONT CHLD URG WINCH SEGV BUS FPE ILL TRAP SYS ABRT".split()}
 
 
 @atexit.register
@@ -29,6 +35,24 @@ def _stop_all():
             live.stop()
         except Exception:  # the others have to be stopped as well
             sys.excepthook(*sys.exc_info())
+
+
+def _handle_signals():
+    """From now on what ends or stops the program waits until a device in Python has no force. The library's own handlers cannot: they
+    run within the very thread that has the interpreter, which the device's code needs. Those of the program are left alone."""
+    if threading.current_thread() is threading.main_thread():
+        for number in signal.valid_signals() - _not_handled:
+            if signal.getsignal(number) == signal.SIG_DFL:
+                signal.signal(number, _at_rest)
+
+
+def _at_rest(number, _):
+    def as_the_system_does():
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+        signal.signal(number, _at_rest)  # a program that was stopped goes on
+
+    _palpa.with_motors_at_rest(as_the_system_does)
 
 
 class Live(Strict):
@@ -139,6 +163,8 @@ def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | Poin
     folder, temporary = _new_folder(out)
     given.update(device=device if isinstance(device, str) else None, duration_s=duration_s, out=folder, hold=hold,
                  plugins=list(plugins))
+    if own is not None:
+        _handle_signals()
     made = Live(_palpa.live(scene, given, pointer, own), folder, temporary, own)
     if own is not None:
         own._is_held = True
