@@ -250,7 +250,9 @@ TEST_F(Conventions, ARangeAndASignAreThoseOfTheNumbersThatAreMeant) {
       const int meant = bits[static_cast<std::size_t>(i)] - (!is_unsigned && bits[static_cast<std::size_t>(i)] > 127 ? 256 : 0);
       const bool is_valid = is_unsigned ? meant <= 250 : meant >= -56;
       EXPECT_EQ(std::isnan(at(volume, i)), !is_valid) << meant;
-      if (is_valid) EXPECT_EQ(at(volume, i), meant);
+      if (is_valid) {
+        EXPECT_EQ(at(volume, i), meant);
+      }
     }
     EXPECT_FALSE(warns_of(volume, "exchanged")) << all_warnings(volume);
   }
