@@ -14,7 +14,7 @@ head = '''"""Written by python/make_stubs.py; do not edit."""
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, final
 
 from numpy import ndarray
 from numpy.typing import ArrayLike
@@ -70,7 +70,7 @@ def listed_class(cls, indent=""):
     """A class that is made of a list of parameters."""
     name = cls.__name__
     base = cls.__mro__[1].__name__
-    lines = [f"{indent}class {name}{'(Mode)' if base == '_ListedMode' else ''}:"]
+    lines = [f"{indent}@final", f"{indent}class {name}{'(Mode)' if base == '_ListedMode' else ''}:"]
     items = {key: item for key, item in vars(cls).items() if isinstance(item, type)}
     for item in items.values():
         lines += listed_class(item, indent + "    ")
