@@ -340,7 +340,7 @@ std::string scenes_of(const Pair& pair) {
 }
 
 /// The values that differ, as first / second.
-std::string differences_markup(const Pair& pair, const std::vector<SceneDifference>& differences) {
+std::string differences_markup(const std::vector<SceneDifference>& differences) {
   if (differences.size() < 2) return {};
   constexpr std::size_t most = 12;  // [1] listed. More: the page begins with a list; fewer: causes are missed
   std::string out = "<ul class=\"felt\">\n";
@@ -379,7 +379,7 @@ std::string beside_html(const fs::path& folder, const ReportOptions& options) {
                   escaped(text("Two traces of the same hand, %.3f s: ", pair.a(pair.ticks() - 1).t_s) + "first " +
                           pair.first.name + ", second " + pair.second.name + ". " + scenes_of(pair)) +
                   "</p>\n");
-  page.begin_with(differences_markup(pair, differences));
+  page.begin_with(differences_markup(differences));
   if (pair.first.recorded.ticks.size() != pair.second.recorded.ticks.size()) {
     const auto ticks = [](const Side& side) { return std::to_string(side.recorded.ticks.size()); };
     page.begin_with("<p class=\"soft\">" +
