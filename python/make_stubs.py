@@ -160,6 +160,8 @@ def stubs():
         lines.append("")
     text = "\n".join(lines).replace("_palpa.", "")
     text = re.sub(r"Optional\[(\w+)\]", r"\1 | None", text)
+    text = re.sub(r"\bndarray\b(?!\[|$)", "ndarray[Any, Any]", text, flags=re.M)
+    text = re.sub(r"-> tuple:", "-> tuple[Any, ...]:", text)
     return re.sub(r"\bPathLike\b(?! *(\[|$))", "PathLike[str]", text, flags=re.M)
 
 

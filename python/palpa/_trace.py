@@ -82,7 +82,8 @@ class Trace(Strict):
     folder: Path
     warnings: tuple[str, ...]
 
-    def __init__(self, folder: str | PathLike, *, _summary=None, _warnings=(), _temporary=None):
+    def __init__(self, folder: str | PathLike, *, _summary: Any = None, _warnings: Sequence[str] = (),
+                 _temporary: Any = None) -> None:
         self._summary, self._temporary, self._tables = _summary, _temporary, {}
         self.folder = Path(folder)
         self.warnings = tuple(_warnings)
@@ -287,7 +288,7 @@ class LawComparison(Strict):
     posed_m: dict[str, numpy.ndarray]
     alone_n: dict[str, numpy.ndarray]
 
-    def __init__(self, _told: tuple) -> None:
+    def __init__(self, _told: tuple[Any, ...]) -> None:
         self.ticks, self.balances, self.left_out, errors, self._markdown = _told
         self.posed_m = {law: posed for law, (posed, _) in errors.items()}
         self.alone_n = {law: alone for law, (_, alone) in errors.items()}

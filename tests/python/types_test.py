@@ -34,6 +34,12 @@ def test_stubs_are_those_of_the_package(tmp_path):
     assert told.returncode == 0, told.stdout + told.stderr
 
 
+def test_the_stubs_themselves_are_strict(tmp_path):
+    told = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", tmp_path / "cache", package / "__init__.pyi"],
+                          capture_output=True, text=True, cwd=tmp_path)
+    assert told.returncode == 0, told.stdout + told.stderr
+
+
 def test_a_right_program_passes_and_a_wrong_one_does_not(tmp_path):
     right = """import numpy as np
 import palpa
