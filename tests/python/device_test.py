@@ -384,8 +384,8 @@ def test_a_guarded_device_that_fails_hangs_and_comes_back():
     assert max(sizes) > 1.9 and returned_at is not None
 
 
-@pytest.mark.parametrize("is_busy", [False, True])
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGTSTP"])
+@pytest.mark.parametrize("name, is_busy", [("SIGTERM", False), ("SIGTSTP", False)] + [(name, True) for name in (
+    "SIGTERM SIGHUP SIGTSTP SIGQUIT SIGTTIN SIGTTOU SIGUSR1 SIGALRM SIGXCPU SIGPROF SIGRTMIN".split())])
 def test_a_signal_that_python_leaves_to_the_system_waits_for_zero(name, is_busy, tmp_path):
     program = f"""
 import sys, time
@@ -408,7 +408,7 @@ while True:
     child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     assert child.stdout.readline() == "pushes\n"
     child.send_signal(number)
-    if name == "SIGTSTP":
+    if name in ("SIGTSTP", "SIGTTIN", "SIGTTOU"):
         wait_for(lambda: pathlib.Path(f"/proc/{child.pid}/stat").read_text().split()[2] == "T")
     else:
         assert child.wait(20) == -number, "as the system ends it"
