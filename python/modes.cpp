@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -190,6 +191,29 @@ void CFunctionMode::place(const ModeContext& here, PrimitiveSink out) const noex
   }
 }
 
+std::uint16_t slot_of(std::int64_t slot) {
+  if (slot >= 0 && slot <= std::numeric_limits<std::uint16_t>::max()) return static_cast<std::uint16_t>(slot);
+  throw py::value_error("'slot' is " + std::to_string(slot) + "; it lies between 0 and 65535");
+}
+
+// A field of the other kind is outside everywhere: that is said rather than felt as no data.
+ScalarSample scalar_of(const Here& here, const std::string& name) {
+  const ModeContext& context = here.context();
+  const FieldRef& field = here.field(name);
+  const ScalarSample sample = context.scalar(field);
+  if (!sample.inside && context.vector(field).inside)
+    throw py::type_error("'scalar': field " + detail::in_quotes(name) + " holds vectors; 'vector' samples it");
+  return sample;
+}
+VectorSample vector_of_field(const Here& here, const std::string& name) {
+  const ModeContext& context = here.context();
+  const FieldRef& field = here.field(name);
+  const VectorSample sample = context.vector(field);
+  if (!sample.inside && context.scalar(field).inside)
+    throw py::type_error("'vector': field " + detail::in_quotes(name) + " holds scalars; 'scalar' samples it");
+  return sample;
+}
+
 ReadFields read_fields(const std::vector<std::pair<std::string, std::string>>& names) {
   ReadFields read;
   for (const auto& [key, name] : names) read.fields.emplace_back(key, FieldRef{name});
@@ -297,12 +321,10 @@ void bind_modes(py::module_& module) {
           "stiffness_n_per_m", [](const Here& h) { return h.context().stiffness_n_per_m; }, "[N/m] of the coupling")
       .def_property_readonly(
           "finest_m", [](const Here& h) { return h.context().finest_m; }, "[m] finest sample spacing")
-      .def(
-          "scalar", [](const Here& h, const std::string& field) { return h.context().scalar(h.field(field)); },
-          py::arg("field"), "The sample of a scalar field that the mode names; its gradient is per metre of the hand frame.")
-      .def(
-          "vector", [](const Here& h, const std::string& field) { return h.context().vector(h.field(field)); },
-          py::arg("field"), "The sample of a vector field that the mode names, turned into the hand frame.")
+      .def("scalar", &scalar_of, py::arg("field"),
+           "The sample of a scalar field that the mode names; its gradient is per metre of the hand frame.")
+      .def("vector", &vector_of_field, py::arg("field"),
+           "The sample of a vector field that the mode names, turned into the hand frame.")
       .def(
           "newtons", [](const Here& h, double strength_n) { return h.context().newtons(Strength(strength_n)); },
           py::arg("strength_n"), "The strength [N] times the mode's masks, faded towards the edges of its data.")
@@ -312,35 +334,35 @@ void bind_modes(py::module_& module) {
   py::class_<Out, std::shared_ptr<Out>>(module, "Out", "Takes the primitives that a mode places. `slot` tells them apart.")
       .def(
           "point",
-          [](const Out& out, std::uint16_t slot, const py::object& position_m, double strength_n, double drag) {
+          [](const Out& out, std::int64_t slot, const py::object& position_m, double strength_n, double drag) {
             const Vec3 at_m = vector_of(position_m, "position_m");
-            out.place([&](PrimitiveSink sink) { sink.point(slot, at_m, strength_n, drag); });
+            out.place([&](PrimitiveSink sink) { sink.point(slot_of(slot), at_m, strength_n, drag); });
           },
           py::arg("slot"), py::arg("position_m"), py::arg("strength_n"), py::arg("drag_ns_per_m") = 0.0,
           "Holds the proxy at a position in every direction.")
       .def(
           "line",
-          [](const Out& out, std::uint16_t slot, const py::object& position_m, const py::object& direction, double strength_n,
+          [](const Out& out, std::int64_t slot, const py::object& position_m, const py::object& direction, double strength_n,
              double drag) {
             const Vec3 at_m = vector_of(position_m, "position_m"), along = vector_of(direction, "direction");
-            out.place([&](PrimitiveSink sink) { sink.line(slot, at_m, along, strength_n, drag); });
+            out.place([&](PrimitiveSink sink) { sink.line(slot_of(slot), at_m, along, strength_n, drag); });
           },
           py::arg("slot"), py::arg("position_m"), py::arg("direction"), py::arg("strength_n"), py::arg("drag_ns_per_m") = 0.0,
           "Holds the proxy across the unit vector `direction`.")
       .def(
           "plane",
-          [](const Out& out, std::uint16_t slot, const py::object& position_m, const py::object& normal, double strength_n,
+          [](const Out& out, std::int64_t slot, const py::object& position_m, const py::object& normal, double strength_n,
              double drag) {
             const Vec3 at_m = vector_of(position_m, "position_m"), out_of_solid = vector_of(normal, "normal");
-            out.place([&](PrimitiveSink sink) { sink.plane(slot, at_m, out_of_solid, strength_n, {}, drag); });
+            out.place([&](PrimitiveSink sink) { sink.plane(slot_of(slot), at_m, out_of_solid, strength_n, {}, drag); });
           },
           py::arg("slot"), py::arg("position_m"), py::arg("normal"), py::arg("strength_n"), py::arg("drag_ns_per_m") = 0.0,
           "Pushes along the unit vector `normal` while the proxy is behind it.")
       .def(
           "directed",
-          [](const Out& out, std::uint16_t slot, const py::object& direction, double strength_n) {
+          [](const Out& out, std::int64_t slot, const py::object& direction, double strength_n) {
             const Vec3 along = vector_of(direction, "direction");
-            out.place([&](PrimitiveSink sink) { sink.directed(slot, along, strength_n); });
+            out.place([&](PrimitiveSink sink) { sink.directed(slot_of(slot), along, strength_n); });
           },
           py::arg("slot"), py::arg("direction"), py::arg("strength_n"), "A force along the unit vector `direction`.");
 

@@ -288,3 +288,44 @@ def test_rows_of_c_that_do_not_fit_are_told(library):
         with palpa.live(scene, hand="sim:press", duration_s=0.3) as live:
             while live.is_running:
                 pass
+
+
+def test_what_a_mode_asks_wrongly_is_told():
+    class Asks(palpa.Mode):
+        fields = ("field",)
+
+        def __init__(self, field, place):
+            self.field, self.asks = field, place
+
+        def place(self, here, out):
+            self.asks(here, out)
+
+    for asks, error, words in (
+            (lambda here, out: here.vector("head"), TypeError, "field 'head' holds scalars; 'scalar' samples it"),
+            (lambda here, out: out.point(-1, here.proxy_m, 1), ValueError, "'slot' is -1; it lies between 0 and 65535"),
+            (lambda here, out: out.directed(70000, (0, 0, 1), 1), ValueError, "'slot' is 70000"),
+            (lambda here, out: setattr(here, "proxy_m", (0, 0, 0)), AttributeError, "Here: 'proxy_m' cannot be set"),
+            (lambda here, out: setattr(out, "strict", False), AttributeError, "Out: no attribute 'strict'"),
+            (lambda here, out: out.point(0, np.ma.array(here.proxy_m, mask=[1, 0, 0]), 1), ValueError, "position is not finite")):
+        scene = palpa.Scene()
+        scene.add("head", palpa.head_phantom())
+        scene.add("lab", Asks("head", asks))
+        with pytest.raises(error, match=words):
+            palpa.Session(scene).tick((0, 0, 0), 1e-3)
+    flow = palpa.Scene()
+    flow.add("flow", palpa.lamb_oseen_vortex())
+    flow.add("lab", Asks("flow", lambda here, out: here.scalar("flow")))
+    with pytest.raises(TypeError, match="field 'flow' holds vectors; 'vector' samples it"):
+        palpa.Session(flow).tick((0, 0, 0), 1e-3)
+
+
+def test_fields_are_names():
+    for fields, given, words in (("field", dict(field="head"), "'fields' takes names of fields"), (("field",), {}, "it is not there"),
+                                 (("field",), dict(field=None), "it is NoneType")):
+        mode = type("Lab", (palpa.Mode,), dict(fields=fields, place=lambda self, here, out: None, **given))()
+        scene = palpa.Scene()
+        scene.add("head", palpa.head_phantom())
+        with pytest.raises(TypeError, match=words):
+            scene.add("lab", mode)
+    with pytest.raises(TypeError, match="'scalars' takes names of fields"):
+        palpa.CFunction(1, scalars="head")
