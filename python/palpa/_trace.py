@@ -120,8 +120,8 @@ class Trace(Strict):
         path = self.folder / f"{name}.csv" if not name.startswith("_") else None
         if path is None or not path.is_file():
             near = difflib.get_close_matches(name, [*self.tables, *self._names()], 1)
-            raise AttributeError(f"the trace has no table {name!r}; "
-                                 + (f"did you mean {near[0]!r}? " if near else "") + f"there are: {', '.join(self.tables)}")
+            raise AttributeError(f"the trace has no table {name!r}; there are: {', '.join(self.tables)}"
+                                 + (f"; did you mean {near[0]!r}?" if near else ""))
         if name not in self._tables:
             self._tables[name] = _table(path)
         return self._tables[name]
