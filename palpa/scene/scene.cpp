@@ -276,15 +276,16 @@ class ThinPartChecks final : public SceneChecks {
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind != ParameterKind::level || !field_) return;
     // [1] Shares lost, of thin parts and of the whole, that are worth a finding. More: losses stay unknown; less: noise is
-    // told.
-    constexpr double much = 0.1, much_of_all = 0.01;
+    // told. Of what is thin for the most part, as a shell is, what is lost of the whole counts alone: each is a hole in a wall.
+    constexpr double much = 0.1, much_of_all = 0.01, mostly = 0.5;
     ThinParts worst;
     for (const auto& [side, left_out] : {std::pair{SolidSide::high, "low"}, std::pair{SolidSide::low, "high"}}) {
       if (solid_ == left_out) continue;
       const ThinParts parts = thin_parts(*field_, value, side);
       if (parts.lost_share() > worst.lost_share()) worst = parts;
     }
-    if (!(worst.lost_share() > much) || !(worst.thin_share() * worst.lost_share() > much_of_all)) return;
+    const bool is_much = worst.lost_share() > much || worst.thin_share() > mostly;
+    if (!is_much || !(worst.thin_share() * worst.lost_share() > much_of_all)) return;
     const auto percent = [](double share) { return toml_number(std::round(1000.0 * share) / 10.0) + " %"; };
     find(info.name,
          the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * worst.lost_share())) +
