@@ -89,20 +89,6 @@ TEST_F(Report, TheMomentIsTheSameRecordedOrFeltAgain) {
   EXPECT_EQ(moment_of(recorded), moment_of(felt_again));
 }
 
-TEST_F(Report, GivesALevelThatCannotBePressedThroughNoOtherStrengthThanTheScene) {
-  const auto pressed = [&](const std::string& strength) {
-    std::string scene = phantom_scene;
-    scene.replace(scene.find("strength_n = 4.0"), 16, "strength_n = " + strength);
-    write("scene.toml", scene);
-    RunOptions o = options("at_" + strength, 3.0);
-    o.hand = "sim:press";
-    run(o);
-    return html_of(folder / o.out);
-  };
-  EXPECT_THAT(pressed("4.0"), HasSubstr("\"holds\":true"));
-  EXPECT_THAT(pressed("2.0"), Not(HasSubstr("\"holds\":true")));
-}
-
 TEST_F(Report, IsTheSameTwice) {
   const fs::path made = trace();
   EXPECT_EQ(report_html(made), report_html(made));
