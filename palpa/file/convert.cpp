@@ -219,7 +219,7 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
     result.fields.push_back(std::move(next));
   }
   if (result.fields.empty()) throw LoadError("has no field '" + options.field + "'; it has " + names);
-  if (result.fields.size() > 1 && out.extension() != ".vti") {
+  if (result.fields.size() > 1 && (out.extension() == ".nrrd" || out.extension() == ".nhdr")) {
     throw LoadError("has several fields (" + names + "), and NRRD holds one; choose one with --field, or write .vti");
   }
   result.medical_frame = volume.medical_frame;

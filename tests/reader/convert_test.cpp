@@ -303,6 +303,19 @@ TEST_F(Convert, NeverWritesOverAFileAndLeavesNothingHalf) {
   expect_files({"there.nrrd"});
 }
 
+TEST_F(Convert, AnEndingThatIsNotWrittenIsSaidBeforeHowManyFieldsThereAre) {
+  const std::string array = "SCALARS s float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8\n";
+  std::string text =
+      "# vtk DataFile Version 3.0\nmade\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\nPOINT_DATA 8\n" + array;
+  std::string second = array;
+  const Volume volume = read(folder_.write("a.vtk", text + second.replace(8, 1, "t")));
+  ASSERT_EQ(volume.fields.size(), 2U);
+  const auto error = [&](const char* name) { return error_of([&] { convert(volume, folder_.path() / name); }); };
+  for (const char* name : {"a.nii", "a.nii.gz", "a.mhd", "a"})
+    EXPECT_NE(error(name).find("ending of no format that is written"), std::string::npos) << error(name);
+  EXPECT_NE(error("a.nrrd").find("several fields ('s', 't')"), std::string::npos) << error("a.nrrd");
+}
+
 class RoundTrips : public Convert, public ::testing::WithParamInterface<DataSet> {};
 
 TEST_P(RoundTrips, ChangeNothing) {
