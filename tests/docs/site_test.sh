@@ -23,12 +23,12 @@ rm -rf "$folder"
 
 # What the site is to have.
 for page in index docs/start docs/concepts docs/modes/README docs/modes/viscosity docs/scene docs/data docs/devices docs/safety docs/explorer \
-  docs/python docs/theory docs/felt docs/gallery docs/design api/index api/tick-session api/mode-modes search; do
+  docs/python docs/theory docs/felt docs/gallery docs/design api/index api/session-session api/mode-modes search; do
   expect "$page.html is there" test -s "$folder/site/$page.html"
 done
 expect "search knows a word of a page" grep -q syrup "$folder/site/searchindex.js"
 expect "search knows the reference" grep -q error_bound_m "$folder/site/searchindex.js"
-expect "a function's words stand in the reference" grep -q "Allocates nothing" "$folder/site/api/core-coupling.html"
+expect "a function's words stand in the reference" grep -q "Allocates nothing" "$folder/site/api/solver-coupling.html"
 
 # Nothing is loaded from elsewhere: scripts, styles, pictures and fonts are the site's own.
 loads() { grep -rhoE '<(script|img|link|iframe)[^>]*(src|href)="(https?:)?//[^"]*"' "$folder/site" --include='*.html' | grep -v 'rel="canonical"'; }
