@@ -405,7 +405,8 @@ while True:
     {"pass" if is_busy else "time.sleep(1)"}
 """
     number = getattr(signal, name)
-    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    # In a group of its own: the system does not stop an orphaned process group.
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, process_group=0)
     assert child.stdout.readline() == "pushes\n"
     child.send_signal(number)
     if name in ("SIGTSTP", "SIGTTIN", "SIGTTOU"):
