@@ -530,7 +530,7 @@ TEST(ExplorerInFolder, AFileThatIsDroppedIsOpened) {
   EXPECT_TRUE(enter.isAccepted());
   QDropEvent drop(at, Qt::CopyAction, &files, Qt::LeftButton, Qt::NoModifier);
   QApplication::sendEvent(&driver.window(), &drop);
-  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().windowTitle().contains("beat_phantom"); }));
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().windowTitle().contains("beat_phantom"); }, 180'000));
 }
 
 TEST(ExplorerInFolder, FitsTheScreenOfALaptop) {

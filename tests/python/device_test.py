@@ -407,11 +407,13 @@ while True:
     number = getattr(signal, name)
     # In a group of its own: the system does not stop an orphaned process group.
     child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, process_group=0)
-    assert child.stdout.readline() == "pushes\n"
-    child.send_signal(number)
-    if name in ("SIGTSTP", "SIGTTIN", "SIGTTOU"):
-        wait_for(lambda: pathlib.Path(f"/proc/{child.pid}/stat").read_text().split()[2] == "T")
-    else:
-        assert child.wait(20) == -number, "as the system ends it"
-    assert (tmp_path / "log").read_text().splitlines()[-1] == "0.0"
-    child.kill(), child.wait(), child.stdout.close()
+    try:
+        assert child.stdout.readline() == "pushes\n"
+        child.send_signal(number)
+        if name in ("SIGTSTP", "SIGTTIN", "SIGTTOU"):
+            wait_for(lambda: pathlib.Path(f"/proc/{child.pid}/stat").read_text().split()[2] == "T")
+        else:
+            assert child.wait(20) == -number, "as the system ends it"
+        assert (tmp_path / "log").read_text().splitlines()[-1] == "0.0"
+    finally:
+        child.kill(), child.wait(), child.stdout.close()
