@@ -21,8 +21,7 @@ Unit unit_for(double metres) {
   return metres > 0.0 ? Unit{1e-10, "Å"} : Unit{1.0, "m"};
 }
 
-/// Whether lengths are the file's own numbers: no unit of length is known, and no patient lies in it, who is told in
-/// millimetres.
+/// True if lengths are printed in file units: the file has no unit of length and no medical frame, which implies millimetres.
 bool in_file_units(const Facts& facts) { return facts.file.volume.length_unit_assumed && !facts.file.volume.medical_frame; }
 
 /// The unit of the file's own numbers.

@@ -1,4 +1,4 @@
-// What a balance costs: the exact law by family, number of primitives and stage, and in scenes under a moving hand.
+// Time of a balance: the exact law by family, number of primitives and stage, and in scenes under a moving hand.
 //
 //   bench_solver [--problems 200] [--family NAME] [--part scenes|families]
 //

@@ -1,4 +1,4 @@
-// What a tick costs at worst: hostile scenes and hands (tests/session/hostile_scene.h), the units of work that their ticks
+// Largest work of a tick: hostile scenes and hands (tests/session/hostile_scene.h), the units of work that their ticks
 // took, and their time, of the thread's processor.
 //
 //   bench_work [SCENES [TICKS]]

@@ -77,7 +77,7 @@ void set_value(Part& part, std::string_view name, py::handle value);
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// An array of numbers as floats, in C's order, or one made of a list; NaN where it is masked. None where it holds no numbers.
 std::optional<Numbers> numbers_of(py::handle given);
-/// Those of shape (n, 3), or (n,) for `columns` = 1; TypeError with `name` in it on anything else.
+/// Numbers of shape (n, 3), or (n,) for `columns` = 1; TypeError that names `name` for other shapes.
 Numbers rows_of(py::handle given, std::string_view name, py::ssize_t columns);
 /// A time step [s], above 0 and at most 1; ValueError or TypeError with its name in it on anything else.
 double time_step_of(py::handle given);

@@ -23,7 +23,7 @@ struct Packing {
 
   /// Whether some stored numbers do not stand for themselves, so that they are kept as floating point.
   bool marks_any() const noexcept;
-  /// What a stored number stands for by its sign alone.
+  /// Value of a stored number after the correction of its sign.
   template <class T>
   T with_sign(T number) const noexcept {
     if (number < T{0}) return number + static_cast<T>(unsigned_by);

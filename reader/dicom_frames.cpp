@@ -269,9 +269,8 @@ class Sorter {
     return false;
   }
 
-  /// By a clock or a counter that goes on frame after frame, in each from place to place in one order: in an order by chance it
-  /// tells nothing. One that goes place after place may count images of several kinds,
-  /// in an order that changes.
+  /// Groups by a clock or a counter that increases frame after frame, and within each frame in one order of places. A counter
+  /// that increases place after place is rejected: it may count images of several kinds, in an order that changes.
   bool by_numbers(std::vector<Members>& places) {
     for (int a = 0; a < attributes(); ++a) {
       if (attribute(a).apart != Apart::number || values_.count(a) < 2 || !ordered(places, {a})) continue;

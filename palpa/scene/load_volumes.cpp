@@ -28,7 +28,7 @@ struct VolumePlan : detail::VolumePart {
   std::string source;
 };
 
-/// What several keys of a request say together.
+// Rules that hold between several keys of a request.
 void check_request(const Section& section, const VolumeRequest& request) {
   for (const char* key : {"byte_order", "header_bytes"}) {
     if (request.layout.type.empty() && section.node(key)) {
@@ -111,7 +111,7 @@ Volume make(const VolumePlan& plan) {
   return volume;
 }
 
-// What `act` returns; an exception fails at `node` of the volume's table.
+// Result of `act`; its exceptions become SceneErrors at `node` of the volume's table.
 template <class Act>
 auto at(const toml::node& node, const VolumePlan& plan, Act act) {
   try {

@@ -56,7 +56,7 @@ void SetPath::set(const std::string& path, const std::string& value) {
        "mode.NAME.level.NAME.KEY, time.KEY, view.KEY");
 }
 
-// What TOML cannot read is a text, so that words need no quotes.
+// Values that are no TOML are texts, so that words need no quotes.
 void SetPath::put(toml::table* table, const std::string& key, const std::string& value, const std::string& place) {
   if (!table) return;  // not a table: the checks will say so
   const std::string line = "v = " + value;

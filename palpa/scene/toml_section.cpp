@@ -33,7 +33,7 @@ unsigned value_of(const toml::node& node) noexcept {
   }
 }
 
-/// How many elements a list or a table of this name may have.
+/// Limit on the elements of a list or a table of this name.
 const Limit& limit_of(std::string_view key) noexcept {
   static constexpr std::pair<std::string_view, Limit> limits[] = {{"mode", limit::modes},
                                                                   {"volume", limit::volumes},

@@ -1,4 +1,4 @@
-// The map from the hand frame to the world that a workspace asks for. Internal.
+// Map of a workspace from the hand frame to the world. Internal.
 #pragma once
 
 #include <string>

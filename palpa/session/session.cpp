@@ -37,7 +37,7 @@ class Session::State {
   State(const Scene& given, std::unique_ptr<Law> law, Steps steps, double encoder_step_m)
       : scene((given.check(), given)),
         map(scene.hand_to_world()),
-        path(live, scene, map, law ? std::move(law) : baseline::law(scene.law), steps),
+        path(live, scene, map, std::move(law), steps),
         coupling_force(live.add<CouplingForce>()),
         held_j(live.add<double>()),
         ledger(scene.modes().size()),
@@ -171,7 +171,7 @@ std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
 const int Session::most_work = tick_work::most;
 
 Session::Session(const Scene& scene, double encoder_step_m)
-    : Session(std::make_unique<State>(scene, nullptr, steps_of(scene.law), encoder_step_m)) {}
+    : Session(std::make_unique<State>(scene, baseline::law(scene.law), steps_of(scene.law), encoder_step_m)) {}
 Session::Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m)
     : Session(std::make_unique<State>(scene, std::move(law), Steps::refined, encoder_step_m)) {}
 Session::Session(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}

@@ -4,14 +4,6 @@
 namespace palpa {
 
 using namespace detail::solving;
-using detail::Corner;
-using detail::epsilon;
-using detail::gap;
-using detail::Plane;
-using detail::Proof;
-using detail::size_of;
-using detail::Span;
-using detail::State;
 
 // 2. Active set. With w = R + u the pull as in a sweep, a primitive sticks where |w| ≤ s; there R = 0 is demanded, by a spring
 // of stiffness τ that starts from u. Where it slips, its force is s + γ|R| along e = w/|w|, and for a move dZ it changes by −γ

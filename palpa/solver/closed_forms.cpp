@@ -4,14 +4,6 @@
 namespace palpa {
 
 using namespace detail::solving;
-using detail::Corner;
-using detail::epsilon;
-using detail::gap;
-using detail::Plane;
-using detail::Proof;
-using detail::size_of;
-using detail::Span;
-using detail::State;
 
 // 1. Sweeps: block coordinate descent of the dual. With all forces but u held, Z without it is Z − u, and u is the response to
 // the pull P(B − (Z − u)) = R + u of the coupling itself.

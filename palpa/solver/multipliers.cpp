@@ -4,14 +4,6 @@
 namespace palpa {
 
 using namespace detail::solving;
-using detail::Corner;
-using detail::epsilon;
-using detail::gap;
-using detail::Plane;
-using detail::Proof;
-using detail::size_of;
-using detail::Span;
-using detail::State;
 
 // 3. Method of multipliers. For a penalty τ the convex, once differentiable
 //     Ψ(Z) = ½|Z − C|² + Σ max_v [v·R − φ*(v) − |v − u|²/(2τ)],   ∇Ψ = Z − C − Σ answer(u + τR)

@@ -4,14 +4,6 @@
 namespace palpa {
 
 using namespace detail::solving;
-using detail::Corner;
-using detail::epsilon;
-using detail::gap;
-using detail::Plane;
-using detail::Proof;
-using detail::size_of;
-using detail::Span;
-using detail::State;
 
 void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m,
                         double k, double T) noexcept {

@@ -15,6 +15,15 @@ namespace palpa {
 
 namespace detail::solving {
 
+using detail::Corner;
+using detail::epsilon;
+using detail::gap;
+using detail::Plane;
+using detail::Proof;
+using detail::size_of;
+using detail::Span;
+using detail::State;
+
 // [m] Target bound, tighter than `exact_bound_m`. Larger: nearly parallel lines stay a little above the claim; smaller: more
 // rounds, in the end for rounding.
 inline constexpr double wanted_bound_m = 2e-10;

@@ -17,7 +17,7 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
 /// The surface without parts that are small beside the largest: in scans these are tables, rests and specks.
 vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface);
 
-/// What is opaque, lit.
+/// Opaque, lit actor of a surface.
 vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color);
 
 /// [1] Opacity of a translucent surface where the line of sight grazes it; face on it is the layer's. More: rims hide what is
