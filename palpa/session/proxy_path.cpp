@@ -82,7 +82,7 @@ void ProxyPath::start(const Vec3& probe_m, double time_step_s) noexcept {
   modes_.samples().set_time(time_.at(c.view_s));
 }
 
-Walk ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
+const Walk& ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
   record_.clear();
   contacts_.begin_tick();
   work_.refill(refined_);

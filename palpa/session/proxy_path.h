@@ -64,7 +64,7 @@ class ProxyPath {
   /// Starts with the proxy on the probe at `probe_m` [m], `time_step_s` [s] ago.
   void start(const Vec3& probe_m, double time_step_s) noexcept;
   /// Walks to the next probe position [m], `time_step_s` [s] later, as far as the caps allow. Requires `start`.
-  Walk walk(const Vec3& probe_m, double time_step_s) noexcept;
+  const Walk& walk(const Vec3& probe_m, double time_step_s) noexcept;
 
   const Vec3& proxy_m() const noexcept { return state_.proxy; }
   bool started() const noexcept { return state_.started; }
