@@ -89,14 +89,6 @@ struct HeldLevel {
   friend bool operator==(const HeldLevel& a, const HeldLevel& b) noexcept { return a.field == b.field && a.value == b.value; }
 };
 
-/// *Foot* of an elastic level that holds the proxy: the point of the level from which the proxy has pressed it in
-/// (docs/theory.md 8.11).
-struct Foot {
-  PrimitiveId id;       ///< of the plane on the level
-  Vec3 offset_m;        ///< [hand m] from the proxy to the foot
-  double held_j = 0.0;  ///< energy stored in the level
-};
-
 /// Coefficient of a line whose strength is coefficient × the force of a plane of its mode (Coulomb friction).
 struct Friction {
   std::int32_t plane = -1;   ///< index in the set of that plane; -1: fixed strength
