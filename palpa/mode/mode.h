@@ -35,13 +35,13 @@ class PrimitiveSink {
   }
   /// Pushes along the unit vector `normal` [1] while the proxy is behind it.
   /// \param captured  level that it stands on: the tick lets no step cross that level
-  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured = {},
+  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, const HeldLevel& captured = {},
              double drag_ns_per_m = 0.0) const noexcept {
     set_.plane(slot, position_m, normal, strength_n, captured, drag_ns_per_m);
   }
   /// Elastic plane with deflection force / `stiffness_n_per_m`, > 0; `normal` [1].
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
-                     double stiffness_n_per_m, HeldLevel captured = {}) const noexcept {
+                     double stiffness_n_per_m, const HeldLevel& captured = {}) const noexcept {
     set_.elastic_plane(slot, position_m, normal, strength_n, stiffness_n_per_m, captured);
   }
   /// Force of `strength_n` along the unit vector `direction` [1].

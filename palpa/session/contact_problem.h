@@ -96,6 +96,10 @@ class ContactProblem {
   }
   /// Ends the move: later directed forces are limited against those of this move.
   void end_move() noexcept { held_.keep(set_, placed_at_m_); }
+  /// Whether a row's contact is kept: it stands on a level, is elastic, or its mode has a memory.
+  bool keeps_contact_at(std::size_t row) const noexcept {
+    return set_.captured(row).any() || set_[row].is_elastic() || modes_.has_memory(set_[row].id.mode);
+  }
   /// Contact with the primitive whose first row this is, of a proxy that ended the move at `proxy_m` [m] towards the balance
   /// `to`.
   Contact contact_at(std::size_t row, const Vec3& proxy_m, const Balance& to) const noexcept;

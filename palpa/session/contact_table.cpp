@@ -72,7 +72,8 @@ void ContactTable::update(const ContactProblem& problem, const Vec3& proxy_m, co
   of_modes_.back().first = 0;
   const PrimitiveSet& set = problem.set();
   for (std::size_t i = 0; i < set.size(); ++i) {
-    if (i == 0 || !(set[i - 1].id == set[i].id)) insert(problem.contact_at(i, proxy_m, to));
+    if (!problem.keeps_contact_at(i) || (i > 0 && set[i - 1].id == set[i].id)) continue;
+    insert(problem.contact_at(i, proxy_m, to));
   }
   std::uint32_t first = 0;
   for (std::size_t m = 0; m + 1 < of_modes_.size(); ++m) {

@@ -14,7 +14,8 @@ namespace palpa {
 
 class ContactProblem;
 
-/// Contacts with the primitives of the last sub-step, by mode, and the events of a tick; their only owner. Emits onsets and
+/// Contacts with the levels, and with the primitives of modes with a memory, in the last sub-step, by mode; and the events of a
+/// tick. Their only owner. Emits onsets and
 /// break-throughs once a tick for each primitive, a break-through after its onset; refusals and warnings once a session. Keeps
 /// the contacts in a StateArena; allocates at construction only; one thread.
 class ContactTable {

@@ -21,6 +21,7 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
     Part& part = parts_[m];
     part.inputs = resolve(modes_[m], scene, fields_);
     part.memory = memory_units;
+    part.has_memory = modes_[m].mode.memory_bytes() > 0;
     memory_units += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
     if (!enabled(m)) continue;
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
@@ -129,7 +130,7 @@ void ModeRuntime::on_step_accepted(const StepContext& context, const Vec3& proxy
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     if (!enabled(m) || live_[m].fade.is_leaving()) continue;
     if (samples_->any_timed()) live_[m].fade.keep(m, placed);
-    if (modes_[m].mode.memory_bytes() == 0) continue;
+    if (!has_memory(m)) continue;
     const ModeContext here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
     modes_[m].mode.on_step_accepted({here, here.contacts, crossings}, memory(m));
   }

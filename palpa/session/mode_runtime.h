@@ -31,6 +31,7 @@ class ModeRuntime {
   std::size_t size() const noexcept { return modes_.size(); }
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
+  bool has_memory(std::size_t m) const noexcept { return parts_[m].has_memory; }
   Samples& samples() noexcept { return *samples_; }
   /// Thresholds of strengths, masks and levels of all enabled modes.
   const std::vector<Threshold>& watches() const noexcept { return watches_; }
@@ -109,6 +110,7 @@ class ModeRuntime {
     Box box_m;                                                  // world box of all of its inputs' data
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
     std::size_t memory = 0;                                     // offset in the memories
+    bool has_memory = false;
     Vec3 carried_m;
   };
   struct Live {
