@@ -48,9 +48,8 @@ struct Moment {
 struct ScenePictureOptions {
   int width_px = 1200;
   int height_px = 900;
-  Vec3 from{0.45, 0.35,
-            1.0};  ///< [1] direction to the viewer, hand frame; default: the user's view, a little from above and the right
-  Vec3 up{0.0, 1.0, 0.0};  ///< [1] upward direction of the picture, hand frame
+  Vec3 from{0.45, 0.35, 1.0};  ///< [1] to the viewer, hand frame; by default the user, a little above and to the right
+  Vec3 up{0.0, 1.0, 0.0};      ///< [1] upward direction of the picture, hand frame
   /// Half the picture's height [hand m]; 0: fits the path, and as much of the data as keeps it legible. The projection is
   /// parallel.
   double half_height_m = 0.0;
