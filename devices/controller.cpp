@@ -44,7 +44,7 @@ constexpr const char* gone = "the controller is not there; plug it in or switch 
 
 [[noreturn]] void refuse(const std::string& what) { throw LoadError("device controller: " + what); }
 
-/// SDL, reference counted. Its joystick list is global, so one lock guards all use of it.
+/// SDL, reference counted. A global lock guards it: its joystick list is global.
 class Sdl {
  public:
   static std::recursive_mutex& mutex() {
@@ -215,7 +215,7 @@ class Controller final : public Device {
     rumble();
     return true;
   }
-  /// The slow motor renders the force, the fast one its change: contacts are knocks.
+  /// The slow motor renders the force, the fast motor its change: contacts are knocks.
   void rumble() {
     const Clock::time_point now = Clock::now();
     const Wish& wish = wishes_.take();

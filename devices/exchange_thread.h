@@ -13,7 +13,7 @@
 
 namespace palpa {
 
-/// Exchanges one by one, as fast as the device answers but at least `shortest_interval` apart. `Link` has
+/// Exchanges as fast as the device answers, but at least `shortest_interval` apart. `Link` has
 ///   bool open();  // true: reopened. Called repeatedly after a loss; may block
 ///   void close(); // at zero force
 ///   DeviceState exchange(const Vec3& force_n, bool brakes);
@@ -100,7 +100,7 @@ class ExchangeThread {
     }
     link_->close();
   }
-  /// Wait while the device is lost.
+  /// Pauses while the device is lost.
   void pause(std::chrono::milliseconds longest) {
     const Clock::time_point end = Clock::now() + longest;
     while (!ends_ && Clock::now() < end) {

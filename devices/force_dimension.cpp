@@ -29,12 +29,13 @@ namespace {
 // The device's watchdog, in its unit of 125 us: 10 ms. More: a hung program pushes longer; fewer: a busy machine's pause
 // switches the force off.
 constexpr unsigned char watchdog_steps = 80;
-// Consecutive failed exchanges until the device counts as lost. More: reported later; fewer: one error of the link ends it.
+// Consecutive failed exchanges until the device counts as lost. More: reported later; fewer: a single error of the link ends
+// it.
 constexpr int failures_to_lose = 5;
 // Speed below which a device that was too fast gets its force back. Faster: it is switched off again; slower: later back.
 constexpr double calm_m_per_s = 0.1;
 
-/// Functions of the vendor's library; all except those that `Api` needs are optional.
+/// Functions of the vendor's library; optional except for the needs of `Api`.
 struct Api {
   explicit Api(const std::vector<std::string>& files) : library(files) {
     library.need("dhdGetDeviceCount", device_count);
@@ -132,8 +133,8 @@ std::string name_of(const Api& api, char id) {
   return "Force Dimension " + text.substr(0, 60);
 }
 
-/// Opens devices, and finds a lost one again. The vendor's indices shift when a device is lost, so a device is identified by
-/// its serial number; without one, only at its index if it is the only device.
+/// Opens devices, and finds a lost device again. The vendor's indices shift when a device is lost, so a device is identified by
+/// its serial number; without a number, only at its index if it is the only device.
 class Finder {
  public:
   explicit Finder(const Api& api) : api_(api) {}
@@ -167,7 +168,7 @@ class Finder {
       if (id < 0) return std::nullopt;
       return is_it(id) ? take(id) : leave(id);
     }
-    // Try each index, if at least as many devices are connected as with this one.
+    // Try each index, if at least as many devices are connected as with this device.
     const int count = std::clamp(api_.device_count(), 0, most_devices);
     if (count < due_count_) {
       due_count_ = count + 1;
@@ -231,10 +232,10 @@ class Finder {
   std::string name_;
   bool was_alone_ = false;
   bool is_opened_by_number_ = false;
-  int due_count_ = 0;  // devices expected once this one is back
+  int due_count_ = 0;  // devices expected once this device is back
 };
 
-/// Exchange with one device; for the exchange's thread.
+/// Exchange with a device; for the exchange's thread.
 class Link {
  public:
   explicit Link(const Api& api) : api_(api), finder_(api) {}

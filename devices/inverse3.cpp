@@ -19,7 +19,7 @@ constexpr std::uint16_t service_port = 10001;
 constexpr double max_stiffness_n_per_m = 800.0;
 // Of the arm's ball about the origin. Larger: scenes reach beyond it; smaller: unused reach.
 constexpr double workspace_radius_m = 0.1;
-// Timeout of the first states after the device was found. Longer: a silent service blocks longer; shorter: a busy one is
+// Timeout of the first states after the device was found. Longer: a silent service blocks longer; shorter: a busy service is
 // refused.
 constexpr double first_state_s = 2.0;
 constexpr const char* how_to_get =
@@ -111,7 +111,7 @@ std::string place_of(const tcp::endpoint& service) {
   return place.str();
 }
 
-/// Settings in the description of a device: only those that differ from the defaults.
+/// Settings in the description of a device, without defaults.
 std::string description_of(const std::string& device_id, const tcp::endpoint& service) {
   std::string out = "inverse3,id=" + device_id;
   const auto address = service.address();

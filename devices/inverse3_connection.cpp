@@ -20,7 +20,7 @@ using boost::asio::ip::tcp;
 using boost::system::error_code;
 
 // Timeout of the version request. Longer: delays each connection to a service that never answers; shorter: the version of a
-// busy one stays unknown, and the key of its force may be wrong.
+// busy service stays unknown, and the key of its force may be wrong.
 constexpr std::chrono::milliseconds version_deadline{300};
 // Size limit of the answer, which has about 200 bytes. More: memory; fewer: a longer answer is ignored.
 constexpr std::size_t longest_version_bytes = std::size_t{16} << 10;

@@ -1,4 +1,4 @@
-// One WebSocket connection to an Inverse Service.
+// A WebSocket connection to an Inverse Service.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -16,7 +16,7 @@ namespace palpa::inverse3 {
 class ConnectionUser {
  public:
   virtual void on_open(std::optional<ForceWord> word_of_version) = 0;  ///< none: unknown version
-  /// A complete message. A binary one is passed as empty: the service sends text only.
+  /// A complete message; a binary message is passed as empty: the service sends text only.
   virtual void on_message(std::string_view text) = 0;
   virtual void on_written() = 0;  ///< the next `send` is allowed
   /// Last call: connection refused, lost, or broken by a WebSocket error.

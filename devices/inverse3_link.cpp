@@ -51,10 +51,10 @@ constexpr milliseconds state_lifetime{50};
 // For the final zero force and the closing handshake. Longer: with a silent service the program ends later; shorter: a slow
 // service gets no handshake.
 constexpr milliseconds end_deadline{250};
-// Consecutive answers in time before states and forces are used, initially and after a late one. More: later back; fewer: an
-// unsteady service gives a stuttering force.
+// Consecutive answers in time before states and forces are used, initially and after a late answer. More: later back; fewer: an
+// unsteady service causes a stuttering force.
 constexpr int answers_to_trust = 10;
-// Consecutive messages that are invalid or unsolicited. More: an old state is held longer; fewer: one bad message ends a
+// Consecutive messages that are invalid or unsolicited. More: an old state is held longer; fewer: a single bad message ends a
 // session.
 constexpr int refused_to_give_up = 3;
 // Smallest force that must be rendered, largest that counts as none, and how long the first may be reported as the second. A
@@ -62,7 +62,7 @@ constexpr int refused_to_give_up = 3;
 constexpr double felt_n = 0.3;
 constexpr double none_n = 1e-3;
 constexpr milliseconds longest_without_force{200};
-// Watched grips. More: memory that a service can fill with names; fewer: the loss of a grip goes unreported.
+// Watched grips. More: memory that a service can fill with names; fewer: the loss of a grip is not reported.
 constexpr std::size_t most_used_grips = 64;
 
 constexpr const char* not_there = "the Inverse Service is not there";
@@ -339,7 +339,7 @@ void Link::Exchange::take(std::string_view text) {
   if (sent_n_ == Vec3{}) rest_.give_none(sent_number_);
   answers_in_time_ = now - sent_at_ > answer_deadline ? 0 : std::min(answers_in_time_ + 1, answers_to_trust);
   if (answers_in_time_ == 0) fault_of_link_ = silent;
-  // A device that returns or was powered off has to be checked anew.
+  // Check a returned or newly powered device from the start.
   if (!view_.arm || !had_arm || !view_.arm->has_power)
     missing_force_ = {};
   else if (!missing_force_.is_too_long())
@@ -378,7 +378,7 @@ bool Link::Exchange::is_anything_due() const noexcept {
 
 void Link::Exchange::send_what_is_due() {
   if (!connection_ || !has_view_ || connection_->is_writing() || end_ == End::said) return;
-  // The final zero force does not wait for an answer.
+  // Send the final zero force before the pending answer.
   if ((is_awaiting_ && end_ != End::wanted) || !is_anything_due()) return;
   if (end_ == End::at_rest) {
     end_ = End::said;

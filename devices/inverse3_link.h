@@ -23,8 +23,8 @@ struct LinkOptions {
   std::string profile;            ///< of plain characters
 };
 
-/// Exchanges force for state at the rate of writes and answers, one message at a time, on its own thread; reconnects after a
-/// loss of service or device. `read` and `write` are for one thread and never allocate, lock, throw or block.
+/// Exchanges force for state at the rate of writes and answers, on its own thread, never two messages at once; reconnects after
+/// a loss of service or device. `read` and `write` are for one thread and never allocate, lock, throw or block.
 class Link {
  public:
   explicit Link(const LinkOptions& options);

@@ -286,7 +286,7 @@ class Servo {
     rested_ = closing_.load();
     return callback_goes_on;
   }
-  /// Force limit: decreases to the continuous one at the highest motor temperature.
+  /// Force limit: decreases to the continuous limit at the highest motor temperature.
   double let_n(double temperature) const noexcept {
     const double share = std::clamp((temperature - warm) / (1.0 - warm), 0.0, 1.0);
     return (1.0 - share) * most_n + share * std::min(most_n, continuous_n);
@@ -426,7 +426,7 @@ class OpenHaptics final : public Device {
     servo_.continuous_n = limits_.continuous_force_n;
     servo_.most_n = limits_.max_force_n;
   }
-  /// Detects a loss, calibrates a device in its inkwell, and reopens a lost one.
+  /// Detects a loss, calibrates a device in its inkwell, and reopens a lost device.
   void watch() {
     while (!ends_) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -45,7 +45,7 @@ struct Kind {
 /// Reply of spacenavd to the request for its first SpaceMouse.
 struct Answer {
   bool is_none = false;      // no SpaceMouse
-  std::optional<Kind> kind;  // none also for an earlier spacenavd without such a request
+  std::optional<Kind> kind;  // none also for an earlier spacenavd without the request
 };
 Answer ask() {
   if (spnav_protocol() < 1) return {};
@@ -138,7 +138,7 @@ class SpaceMouse final : public Device {
     }
     now_.fault = is_gone_ ? unplugged : nullptr;
   }
-  /// Reads pending events; false: spacenavd is gone.
+  /// Reads pending events; false: the connection is closed.
   bool take() {
     pollfd socket{.fd = spnav_fd(), .events = POLLIN, .revents = 0};
     if (::poll(&socket, 1, look_ms) <= 0) return true;

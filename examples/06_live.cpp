@@ -1,6 +1,6 @@
 // Feel a head in real time with a custom device, and change the scene meanwhile.
 //
-// The device is ten lines that simulate a motion, in place of a driver: it strokes the forehead for two seconds; after one the
+// The device simulates a motion in ten lines, in place of a driver: it strokes the forehead for two seconds. After a second the
 // skin becomes stronger. The guard ramps the force up, and changes of the scene cause no jump.
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>

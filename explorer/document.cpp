@@ -8,7 +8,7 @@
 
 namespace palpa::explorer {
 
-/// Change from one scene to another.
+/// Undo step from one scene to the next.
 class SceneStep : public QUndoCommand {
  public:
   SceneStep(Document& document, const QString& what, int key, Scene before, Scene after)

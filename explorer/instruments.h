@@ -21,7 +21,7 @@ class Instruments : public QWidget {
   explicit Instruments(QWidget* parent = nullptr);
 
   void start(const std::vector<std::string>& modes);
-  /// Takes the samples of the loop and draws them.
+  /// Draws the pending samples of the loop.
   void update_from(SampleRing& ring);
   void show_account(const LoopStatistics& account, const TickFrame& frame, const char* device_fault);
   /// One tick in a plot.

@@ -16,7 +16,7 @@ class JobBar : public QWidget {
   explicit JobBar(Jobs& jobs);
 
  Q_SIGNALS:
-  /// All running jobs were asked to stop.
+  /// All running jobs were cancelled.
   void cancelled();
 
  private:

@@ -11,7 +11,7 @@
 
 namespace palpa::explorer {
 
-/// One job at a time per purpose: a new one cancels its predecessor, whose result is dropped. For the window's thread.
+/// One job at a time per purpose: a new job cancels its predecessor, whose result is dropped. For the window's thread.
 class Jobs : public QObject {
   Q_OBJECT
  public:

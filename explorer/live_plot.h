@@ -9,7 +9,7 @@
 
 namespace palpa::explorer {
 
-/// Curves over one x axis. Qwt's headers are not C++20, so this one includes none of them.
+/// Curves over one x axis. Includes none of Qwt's headers, which are not C++20.
 class LivePlot : public QWidget {
  public:
   /// \param name  for screen readers; the labels include units

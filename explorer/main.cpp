@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
         stderr);
     return 2;
   }
-  // Makes a file at its size limit a write error, like a full disk.
+  // A file at its size limit becomes a write error, like a full disk.
   ::signal(SIGXFSZ, SIG_IGN);
   QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
   vtkObject::GlobalWarningDisplayOff();

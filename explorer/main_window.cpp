@@ -416,7 +416,7 @@ void MainWindow::dropEvent(QDropEvent* event) {
   }
 }
 
-// A window that takes the mouse during a drag receives the button's release in place of this one.
+// The button's release is sent to the window that becomes active during a drag.
 void MainWindow::changeEvent(QEvent* event) {
   QMainWindow::changeEvent(event);
   if (event->type() != QEvent::ActivationChange) return;

@@ -42,7 +42,7 @@ class MainWindow : public QMainWindow {
 
   /// \param second_trace  shown beside the opened trace; empty: none
   void open(const std::filesystem::path& path, const std::filesystem::path& second_trace = {});
-  /// Shows a second trace beside the open one.
+  /// Shows a second trace beside the first.
   void compare_with(const std::filesystem::path& trace);
   /// For tests.
   View3D* view() { return views_->view(); }

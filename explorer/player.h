@@ -45,7 +45,7 @@ struct PlayedHand {
   std::filesystem::path trace;  ///< of a recorded session, or …
   std::string description;      ///< … a simulated or recorded hand, as for `palpa run --hand`
 };
-/// Replays the hand in its own scene or another one. Any thread. Throws LoadError, also when stopped.
+/// Replays the hand in its own or another scene. Any thread. Throws LoadError, also when stopped.
 FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop = {});
 
 /// Time bar, force over time, events.

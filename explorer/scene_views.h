@@ -31,7 +31,7 @@ class SceneViews : public QSplitter {
 
   /// Display settings of the slices.
   const SliceLook& look() const { return look_; }
-  /// Of the slices' field; without one, of a hand's reach.
+  /// Of the slices' field; without a field, of a hand's reach.
   palpa::Box bounds_m() const;  // QFrame has a Box, too
   /// Sets the slices' value window from `low` (black) to `high` (white), the field's own unit.
   void show_values(const Scene& scene, double low, double high);

@@ -21,7 +21,7 @@ namespace palpa::explorer {
 
 /// A scene that is being felt. All functions are for the window's thread.
 ///
-/// A watchdog holds the loop's force at zero from `frozen_after_s` after the last `beat` until the next.
+/// Watchdog: `frozen_after_s` after the last `beat` the force is held at zero until the next.
 class Touch {
  public:
   static constexpr double frozen_after_s = 1.0;  ///< Longer: force despite a dead window; shorter: slow drawing cuts the force

@@ -9,8 +9,8 @@
 namespace palpa::detail {
 
 /// HTML page on `first` and `options.beside`: summary sentences with a verdict whether the difference is perceptible; both
-/// forces and their difference over time; where on the hand's path they differ; both spectra; roughness of each. Throws
-/// LoadError on a folder that is no trace, and if the hands differ, with the time of the first difference.
+/// forces and their difference over time; positions with differences; both spectra; roughness of each. Throws LoadError on a
+/// folder that is no trace, and if the hands differ, with the time of the first difference.
 std::string beside_html(const std::filesystem::path& first, const ReportOptions& options);
 
 }  // namespace palpa::detail

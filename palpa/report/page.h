@@ -7,7 +7,7 @@
 
 namespace palpa::detail {
 
-/// Self-contained page of sections. Scripts are allowed by checksum only, so that injected ones cannot run.
+/// Self-contained page of sections. Scripts are allowed by checksum only, so that injected scripts cannot run.
 class Page {
  public:
   /// \param title  a text

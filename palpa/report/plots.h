@@ -33,7 +33,7 @@ Series over_time(const auto& ticks, std::string name, palpa::CurveColor color, S
 /// Force on the hand, force of each mode, distance of proxy and probe, energy, duration of the tick (if measured).
 std::vector<TimePlot> time_plots(const Recorded& recorded);
 
-/// Plots as JSON for plots.js. Long ones are thinned to about `most_rows` [rows], keeping the minimum and maximum of each
+/// Plots as JSON for plots.js. Long plots are thinned to about `most_rows` [rows], keeping the minimum and maximum of each
 /// series in every interval, and the rows `always`.
 std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows, const std::vector<std::size_t>& always);
 

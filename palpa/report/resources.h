@@ -1,4 +1,4 @@
-// Scripts and style of reports, embedded at build time: Palpa's own and those of Debian packages.
+// Scripts and style of reports, embedded at build time: Palpa's own and of Debian packages.
 #pragma once
 
 #include <string_view>

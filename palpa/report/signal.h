@@ -25,7 +25,7 @@ struct Signal {
   double rate_hz = 0.0;
   FeltRun run;
   Spectrum command, spring;        ///< [N] in contact and away from events: force on the hand, and k · probe
-  std::vector<ExcessStep> steps;   ///< all perceptible ones
+  std::vector<ExcessStep> steps;   ///< all perceptible steps
   double at_edges_n_per_ms = 0.0;  ///< below 0: no data
 };
 /// \param scene  nullptr: no data

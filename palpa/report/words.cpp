@@ -60,14 +60,14 @@ std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
   for (const RecordedEvent& event : recorded.events) {
     if (event.kind == "warning") warned += " " + sentence_of(event);
   }
-  // A complete run recorded this note itself.
+  // A complete run has recorded this note.
   for (const std::string& note : recorded.header.notes) {
     if (note.starts_with("Nothing was felt") || note.starts_with("Little was felt")) return note + warned;
   }
   const std::string words =
       (share > 0.0 ? "Little was felt: for " + percent(share) + " of the time." : "Nothing was felt: no mode pushed.") + warned;
   if (!scene) return words;
-  constexpr std::size_t most_places = 2048;  // [1] of the path. More: slower; fewer: the nearest one is less certain
+  constexpr std::size_t most_places = 2048;  // [1] of the path. More: slower; fewer: a less certain nearest position
   const std::size_t stride = recorded.ticks.size() / most_places + 1;
   std::vector<Vec3> places_m;
   for (std::size_t i = 0; i < recorded.ticks.size(); i += stride) {

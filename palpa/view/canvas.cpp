@@ -278,7 +278,7 @@ double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double w
 
 namespace {
 
-/// Round numbers, or a single one if their texts would overlap.
+/// Round numbers; only the first if their texts would overlap.
 std::vector<BarNumber> round_numbers(double low, double high, double width_px,
                                      const std::function<double(std::string_view)>& width_of) {
   const double span = high - low, gap_px = 0.5 * width_of("0");

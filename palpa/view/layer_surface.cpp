@@ -172,7 +172,7 @@ void draw_shell(vtkRenderer* renderer, const Shell& shell, const Vec3& towards) 
     const vtkSmartPointer<vtkActor> actor = actor_of(shell.surface, shell.color);
     actor->GetProperty()->SetOpacity(seen);
     if (seen == 0.0) {
-      // Lighting the invisible pass would cost as much as the visible one.
+      // Lighting the invisible pass would double the cost.
       actor->GetProperty()->LightingOff();
       actor->GetMapper()->ScalarVisibilityOff();
     }

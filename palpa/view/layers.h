@@ -70,8 +70,8 @@ struct LayerOptions {
   Vec3 towards;      ///< [1] to the viewer, hand frame, for the edges of translucent surfaces
 };
 
-/// Draws the layers in the hand frame: opaque ones with `solid`, translucent ones with `shells`, which has to draw after
-/// `solid` and keep its depth buffer. Throws LoadError on a field that is unknown or of the wrong kind.
+/// Draws the layers in the hand frame: opaque with `solid`, translucent with `shells`, which has to draw after `solid` and keep
+/// its depth buffer. Throws LoadError on a field that is unknown or of the wrong kind.
 LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
                        const LayerOptions& options);
 

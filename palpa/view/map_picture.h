@@ -11,8 +11,8 @@ struct MapPictureOptions {
   int height_px = 770;
 };
 
-/// Draws a map that is flat along one axis of the hand: side by side the force on first contact and the steady one, coloured by
-/// magnitude, with arrows for the components in the slice, the levels of the scene's modes as contour lines, and the hand's
+/// Draws a map that is flat along one axis of the hand: side by side the force on first contact and the steady force, coloured
+/// by magnitude, with arrows for the components in the slice, the levels of the scene's modes as contour lines, and the hand's
 /// axes in millimetres. The user is below or at the right, and in front of a slice across z.
 ///
 /// \param map  complete, with one point along exactly one axis, as of `map_slice`

@@ -63,7 +63,7 @@ bool has_extension(const char* extensions, std::string_view wanted) {
   return false;
 }
 
-/// Displays that need no screen, best first: Mesa's surfaceless one, then each graphics card.
+/// Displays without a screen, best first: Mesa's surfaceless display, then each graphics card.
 std::vector<EGLDisplay> screenless_displays() {
   std::vector<EGLDisplay> displays;
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);

@@ -12,8 +12,8 @@ class vtkRenderWindow;
 namespace palpa::detail {
 
 /// During its lifetime VTK writes nothing to stderr: errors are kept, warnings dropped. VTK's messages and rendering are
-/// global, so one thread at a time has such objects (others block); a thread may nest them. All code that creates VTK objects
-/// needs one.
+/// global: objects exist in one thread at a time (others block), which may nest them. All code that creates VTK objects needs
+/// an instance.
 class QuietVtk {
  public:
   QuietVtk();

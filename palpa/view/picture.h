@@ -22,7 +22,7 @@ struct Picture {
 
 /// PNG file of a picture, as bytes; equal pictures give equal bytes.
 std::string png_of(const Picture& picture);
-/// Writes the PNG file, replacing an existing one; never follows a link. Throws LoadError on failure.
+/// Writes the PNG file, replacing an existing file; never follows a link. Throws LoadError on failure.
 void save_png(const Picture& picture, const std::filesystem::path& file);
 
 /// One point of a recorded path, in the hand frame.

@@ -67,7 +67,7 @@ Vec3 vector_at(vtkDataArray& array, vtkIdType i) {
   return {array.GetComponent(i, 0), array.GetComponent(i, 1), array.GetComponent(i, 2)};
 }
 
-/// Copies the points that cells use; normals and colours are those of the nearest point of `fine`.
+/// Copies the points that cells use, with normals and colours of the nearest point of `fine`.
 class PointCopy {
  public:
   PointCopy(vtkPolyData& from, vtkPolyData& fine, Shape& to) : from_(from), fine_(fine), to_(to) {

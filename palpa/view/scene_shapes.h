@@ -21,8 +21,8 @@ struct Shape {
   Color color;                     ///< of the whole shape, if `colors` is empty
   double opacity = 1.0;
   std::vector<Vec3> points_m;
-  std::vector<Vec3> normals;  ///< [1] outward, one for each point of a surface; or empty
-  std::vector<Color> colors;  ///< one for each point, or empty
+  std::vector<Vec3> normals;  ///< [1] outward, per point of a surface; or empty
+  std::vector<Color> colors;  ///< per point, or empty
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> line_points;  ///< [points] in each line, in order
 };
@@ -35,7 +35,7 @@ struct SceneShapes {
 
 /// The scene's layers as `scene_picture` draws them, at time `at`; surfaces last, in the order of their layers.
 /// \param near            hand frame: the rest is cut off
-/// \param most_triangles  [triangles] of all surfaces together; larger ones are simplified, > 0
+/// \param most_triangles  [triangles] of all surfaces together; above, they are simplified, > 0
 /// Throws LoadError on a layer of the wrong kind of field. One thread at a time; others block.
 SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles);
 

@@ -121,7 +121,7 @@ class Grown {
   Grown(const Field& field, const Box& box, double step_m, double least)
       : field_(field), box_(box), side_m_(largest_component(box.size_m())), step_m_(step_m), least_(least) {}
 
-  /// Adds lines from seeds in order, none near another line, up to `most`; false if there are more.
+  /// Adds lines from seeds in order, at a distance from all others, up to `most`; false if more remain.
   bool grow(std::vector<Streamline>& lines, const std::vector<Seed>& seeds, std::size_t most, double apart_m) const {
     SeedLattice lattice(apart_m);
     for (const Streamline& line : lines) {

@@ -60,7 +60,7 @@ class SvgDevice : public vtkContextDevice2D {
   void PushMatrix() override;
   void PopMatrix() override;
 
-  // Unused: pen and brush are those of the base.
+  // Unused: pen and brush belong to the base.
   void DrawImage(float[2], float, vtkImageData*) override {}
   void DrawImage(const vtkRectf&, vtkImageData*) override {}
   void SetColor4(unsigned char[4]) override {}

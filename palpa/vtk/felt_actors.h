@@ -58,7 +58,7 @@ class FeltActors {
   /// \param hand_to_world  hand frame to the renderer's world: `scene.hand_to_world()` if that is the data's
   FeltActors(vtkRenderer* renderer, double view_half_height_hand_m, const Similarity& hand_to_world = {})
       : renderer_(renderer), view_half_height_hand_m_(view_half_height_hand_m), map_(hand_to_world) {
-    // Unit shapes along y, from the origin: each actor scales and rotates one.
+    // Unit shapes along y, from the origin: actors scale and rotate them.
     vtkNew<vtkSphereSource> ball;
     ball->SetRadius(1.0);
     ball->SetThetaResolution(sides);

@@ -197,11 +197,11 @@ inline vtkSmartPointer<vtkPiecewiseFunction> to_vtk(const TransferFunction& curv
   return function;
 }
 
-/// VTK's function as a transfer function: straight pieces unchanged, bent ones (midpoint, sharpness) as 32 straight ones.
+/// VTK's function as a transfer function: straight pieces unchanged, bent pieces (midpoint, sharpness) as 32 straight pieces.
 /// Beyond its points it is 0 without clamping; with clamping it is the result of its ends, which must be equal, as a transfer
 /// function has only one.
-/// Throws std::invalid_argument, with a sentence, on a function without points, one that clamps to two results, and on points
-/// that TransferFunction refuses. Allocates; any thread.
+/// Throws std::invalid_argument, with a sentence, on a function without points, on two different ends with clamping, and on
+/// points that TransferFunction refuses. Allocates; any thread.
 /// \param factor  [N] or [1] of VTK's values: 5 N for an opacity of 1
 inline TransferFunction transfer_function_from_vtk(vtkPiecewiseFunction& function, double factor = 1.0) {
   constexpr int pieces = 32;  // of a bent piece. More: slower lookups; fewer: corners are felt
