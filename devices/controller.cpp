@@ -205,7 +205,7 @@ class Controller final : public Device {
       return static_cast<double>(SDL_GameControllerGetAxis(controller_, which));
     };
     Deflection now;
-    // SDL: sticks are negative away from the user; triggers start at 0.
+    // SDL: y is positive towards the user; triggers start at 0.
     now.share = {stick(axis(SDL_CONTROLLER_AXIS_LEFTX)), -stick(axis(SDL_CONTROLLER_AXIS_RIGHTY)),
                  stick(axis(SDL_CONTROLLER_AXIS_LEFTY))};
     for (int button = 0; button < SDL_CONTROLLER_BUTTON_MAX; ++button)

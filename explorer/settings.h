@@ -25,9 +25,7 @@ class Settings {
 
   /// Folder of a new trace. \param name  prefix
   std::filesystem::path new_trace(const QString& name) const;
-  /// File of a new picture.
   QString new_picture() const;
-  /// Folder of a new film.
   QString new_film() const;
 
  private:

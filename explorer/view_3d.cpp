@@ -186,7 +186,6 @@ void View3D::show_all() {
   const auto extent = [&](const Vec3& axis) {
     return std::abs(axis.x) * size.x + std::abs(axis.y) * size.y + std::abs(axis.z) * size.z;
   };
-  // Beside the legend.
   const bool explained = marks_ && !(drawing_.signs.legend.empty() && drawing_.signs.bars.empty());
   const double legend_px = explained ? std::min(120.0, 0.25 * width()) : 0.0;
   const double aspect = std::max(1.0, width() - legend_px) / std::max(1, height());

@@ -26,11 +26,11 @@ struct ReportOptions {
   std::function<void(double)> progress;  ///< called with the finished share [1]; may be empty
 };
 
-/// HTML page on a trace, without network access: a summary in sentences; an interactive view of the scene with the path, events
-/// and primitives at a chosen moment; zoomable plots linked to that moment; roughness and steps of the signal; tables; the
-/// scene's text. Without scripts, and on paper, pictures replace view and plots. Without the scene's data the view shows only
-/// recorded content, with the reason; an incomplete trace is reported as far as it goes. Equal traces give equal bytes on one
-/// machine. Throws LoadError on a folder that is no trace, on an unreadable file, and on a second trace with a different hand.
+/// HTML page on a trace, without network access: summary in sentences; interactive view of the scene with path, events and
+/// primitives at a chosen moment; zoomable plots linked to that moment; roughness and steps of the signal; tables; the scene's
+/// text. Without scripts, and on paper, pictures replace view and plots. Without the scene's data the view shows only recorded
+/// content, with the reason; an incomplete trace is reported as far as it goes. Equal traces give equal bytes on one machine.
+/// Throws LoadError on a folder that is no trace, on an unreadable file, and on a second trace with a different hand.
 std::string report_html(const std::filesystem::path& trace, const ReportOptions& options = {});
 
 /// Writes the page and returns its path: by default report.html in the trace, for two traces beside.html in the first. Replaces

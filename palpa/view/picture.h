@@ -57,19 +57,19 @@ struct ScenePictureOptions {
   std::optional<Vec3> centre_m{};
 };
 
-/// View of a whole path: the scene's own; or straight on, if the hand stayed in a plane across the user's sight; or a direction
-/// near the user's from which most contacts are visible and spread out.
+/// View of a whole path: the scene's own; or straight on, if the hand stayed in a plane across the user's sight; or from near
+/// the user, with most contacts visible and spread out.
 ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path);
 /// View of a moment and its surroundings: the proxy visible, the spring oblique to the line of sight.
 ScenePictureOptions close_up(const Scene& scene, const Moment& moment);
 
 /// Draws the scene's layers, the path coloured by the force on the hand and banded where the guard limited it (the probe's as a
-/// thin grey line), the moment's primitives in front of all (with `half_height_m` only the path near the moment); beside the
-/// scene title, legend, a colour bar in newtons up to the largest force on the hand, a scale bar in millimetres (or a unit that
-/// fits) of the data's world, and axes x y z of the world; in a medical frame instead of axes the patient's directions (L R A P
-/// S I) at the edges. Legend and colour bars have the colours of surfaces that face the viewer. Data that change with time are
-/// drawn at the moment's time, by default the first. Default layers: the levels of the modes as surfaces and their first vector
-/// field as streamlines, or else a scalar field as slices.
+/// thin grey line), and the moment's primitives in front of all (with `half_height_m` only the path near the moment).
+/// Annotations beside the scene: title, legend, colour bar in newtons up to the largest force on the hand, scale bar in
+/// millimetres (or a unit that fits) of the data's world, axes x y z of the world or, in a medical frame, the patient's
+/// directions (L R A P S I) at the edges. Legend and colour bars have the colours of surfaces that face the viewer. Changing
+/// data are drawn at the moment's time, by default the first. Default layers: the levels of the modes as surfaces and their
+/// first vector field as streamlines, or else a scalar field as slices.
 ///
 /// Needs no X; one picture at a time per process, other threads block. Equal input gives equal bytes on one machine. Throws
 /// LoadError without EGL, on a layer of the wrong kind of field, on a size not within 200 x 150 to 8000 x 8000 pixels, and on

@@ -14,12 +14,11 @@ struct VolumePictureOptions {
   int height_px = 860;
 };
 
-/// Draws one field of a volume: slices across the world's axes through the middle of its box, side by side to one scale, with
-/// positions, patient's directions (L R A P S I) or world axes at their edges, a colour bar in the field's unit, and a scale
-/// bar; below them the histogram. For a vector field slices and histogram show the magnitude, and streamlines without noise are
-/// drawn beside it. A CT is shown in the window for its content (ct_window), named by the bar, and its first slice again in a
-/// second window; a label map in a colour per label; directions in red along x, green along y and blue along z. Slices are
-/// checkered where data are missing.
+/// Draws one field of a volume: slices across the world's axes through the middle of its box, at one scale, with positions,
+/// patient's directions (L R A P S I) or world axes, a colour bar in the field's unit, and a scale bar; below them the
+/// histogram. Vector fields: slices and histogram of the magnitude, and streamlines without noise. CT: in the window for its
+/// content (ct_window), named by the bar, and the first slice in a second window; label maps: a colour per label; directions:
+/// red along x, green along y, blue along z. Slices are checkered where data are missing.
 ///
 /// \param field   index of the field in the volume
 /// \param values  its statistics

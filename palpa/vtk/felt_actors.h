@@ -129,7 +129,7 @@ class FeltActors {
 
   // ---- called by the loop's thread ----
 
-  /// Callback for a LiveLoop after each tick; these actors must outlive it.
+  /// Callback for a LiveLoop after each tick; the actors outlive it.
   TickObserver observer() {
     return [this](const TickFrame& frame, const Session& session) { give(frame, session); };
   }

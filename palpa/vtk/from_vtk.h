@@ -43,7 +43,7 @@ struct FromVtkOptions {
 
 namespace detail {
 
-/// Points and cells of a VTK grid, each as a grid of voxels.
+/// Points and cells of a VTK grid, each as voxels.
 struct VtkGrids {
   GridGeometry points, cells;
 };
@@ -238,7 +238,7 @@ inline Volume resampled(vtkDataSet& data, const FromVtkOptions& options) {
   try {
     volume = read_volume(file, read);
   } catch (const LoadError& error) {
-    // The temporary name means nothing to the user.
+    // the temporary name is internal
     std::string what = error.what();
     if (const std::string place = file.string() + ": "; what.rfind(place, 0) == 0) what.erase(0, place.size());
     throw LoadError(what);

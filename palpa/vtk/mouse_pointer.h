@@ -30,7 +30,7 @@ class MousePointer {
 
   /// \param interactor     with its style set
   /// \param renderer       with the camera
-  /// \param pointer        must outlive this object
+  /// \param pointer        outlives this
   /// \param hand_to_world  hand frame to the renderer's world: `scene.hand_to_world()` if that is the data's
   MousePointer(vtkRenderWindowInteractor* interactor, vtkRenderer* renderer, MouseHand& pointer,
                const Similarity& hand_to_world)
