@@ -4,9 +4,10 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "app/info_kind.h"
-#include "app/info_text.h"
+#include "app/info_table.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
 #include "palpa/data/read_series.h"
@@ -144,12 +145,13 @@ int run_info(const InfoArguments& arguments) {
       world_of(place, facts);  // throws where a place cannot be found in these data, before anything is printed
     if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
     if (arguments.scene) continue;
+    InfoTable table = info_table(facts, places, arguments.level);
     if (arguments.json) {
-      list.push_back(as_json(facts, places, arguments.level));
+      list.push_back(std::move(table.json));
       continue;
     }
     if (&asked != &all.front()) print("\n");
-    print_words(facts, places, arguments.level);
+    print(table.words);
     if (all.size() == 1 && arguments.picture.empty() && !asked.is_series && field_to_feel(facts.file.volume, facts.values))
       print(fmt::format("\n  next      palpa info {} --scene first.toml, to feel it\n", for_shell(asked.name)));
     std::fflush(stdout);
