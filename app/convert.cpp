@@ -27,7 +27,7 @@ VoxelRange range_of(const std::string& text) {
   return range;
 }
 
-/// The grid and the fields that a file holds.
+/// Grid and fields of a file, in words.
 std::string words_of(const WrittenVolume& volume) {
   const auto& n = volume.grid.dims;
   std::string fields;

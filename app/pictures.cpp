@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What draws (VTK, Mesa, LLVM) does not say that memory ran out: it aborts, or writes where there is none. The files that are
-/// being made have no name yet and are gone with the program.
+/// VTK, Mesa and LLVM do not report lack of memory: they abort, or write to invalid addresses. Unfinished files have no name
+/// yet and vanish with the process.
 void end_in_words(int signal) {
   constexpr std::string_view aborted = "palpa: pictures: what draws them gave up (aborted)";
   constexpr std::string_view outside = "palpa: pictures: what draws them gave up (segmentation fault)";
