@@ -137,7 +137,7 @@ std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   return {};
 }
 
-// Bash splits words at ':' and '=' and replaces only the part behind the last of these: `word` is the whole word, `left` the
+// Bash splits words at ':' and '=' and replaces only the part behind the last separator: `word` is the whole word, `left` the
 // part that stays.
 constexpr const char* completion_functions = R"sh(
 _palpa_offer() {  # _palpa_offer LINES: those that begin with the word

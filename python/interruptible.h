@@ -13,9 +13,9 @@
 
 namespace palpa::python {
 
-/// Runs `act(stop, token)` on a thread of its own without the interpreter's lock, while this one checks signals. An interrupt
-/// sets `stop` and `token`; KeyboardInterrupt is raised when `act` has returned. Throws the exceptions of `act` and of Python
-/// modes in it.
+/// Runs `act(stop, token)` on a thread of its own without the interpreter's lock, while the calling thread checks signals. An
+/// interrupt sets `stop` and `token`; KeyboardInterrupt is raised when `act` has returned. Throws the exceptions of `act` and
+/// of Python modes in it.
 template <class Act>
 auto interruptible(const Act& act) {
   namespace py = pybind11;

@@ -15,7 +15,7 @@ namespace palpa::python {
 /// calls, at most a thousand times a second; the loop only exchanges a value, so the interpreter never blocks it. If Python
 /// code raises, or does not return for 50 ms, the device has a fault: the guard then removes the force, and only zero is
 /// written until a whole exchange has succeeded. If it does not return, another thread calls `release()`, by which the device
-/// may release without that code. A force that the loop has not renewed for 20 ms is not written any more either.
+/// may remove the force without that code. A force that the loop has not renewed for 20 ms is not written any more either.
 class OwnDevice final : public Device {
  public:
   /// With the interpreter's lock. Raises TypeError if the object is no device.

@@ -77,7 +77,7 @@ void print_filters() {
   if (std::ranges::count(allowing, own_process, &sock_filter::k) != 1)
     throw std::runtime_error("the place of the process's own number is not found");
   print("allowed_calls", allowing);
-  Filter closes(SCMP_ACT_ALLOW);  // those that the first filter allows
+  Filter closes(SCMP_ACT_ALLOW);  // calls of the first filter
   closes.add(Calls{ended, calls_to_become});
   print("no_more_programs", closes.program());
 }

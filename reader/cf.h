@@ -51,7 +51,7 @@ struct Dimension {
 };
 
 /// Indices of an array, slowest first, from its dimension scales (`axis`, `standard_name`, `units`, `positive`, names) and
-/// labels. Adds unused ones to `warnings`.
+/// labels. Adds unused attributes to `warnings`.
 std::vector<Dimension> dimensions_of(hid_t dataset, const Shape& shape, std::vector<std::string>& warnings);
 
 /// True if the file has coordinates of at least one of these axes.

@@ -90,7 +90,7 @@ void unpack(const std::string& path, std::uint64_t offset, std::byte* to, std::u
 
 namespace {
 
-/// Writes parts to a memory file. \param by  decompresses such a file
+/// Writes parts to a memory file. \param by  program that decompresses the file, for errors
 class MemoryWriter {
  public:
   MemoryWriter(int to, std::uint64_t most, std::string by) : to_(to), most_(most), by_(std::move(by)) {}

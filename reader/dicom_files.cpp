@@ -125,11 +125,10 @@ int vtk_type(RawType type) {
 }
 
 /// True if the elements of a file's meta header (group 2, always little endian with types) are undamaged, or the file has none:
-/// vtk-dicom and GDCM crash on some damaged ones.
-/// \param end  [bytes] its end if undamaged; 0 for a file without one
+/// vtk-dicom and GDCM crash on some damage.
+/// \param end  [bytes] its end if undamaged; 0 if absent
 bool has_whole_meta_header(const std::string& name, std::size_t& end) {
-  // A longer meta header, or element of it, is damaged: real ones have some hundred bytes. More: damaged ones are read for
-  // longer.
+  // A longer meta header, or element of it, is damaged: real headers have some hundred bytes. More: damage is read for longer.
   constexpr std::size_t most_bytes = 65536, start = 132;
   detail::InputStream file(name);
   char bytes[start] = {};

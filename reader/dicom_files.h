@@ -28,7 +28,7 @@ class DicomFiles {
 
   const std::string& name(const Slice& slice) const { return names_[static_cast<std::size_t>(slice.file)]; }
   std::string modality(const Slice& slice) const;
-  /// Unit of the values, from the file's standard code; for a CT without one "HU". Empty: none.
+  /// Unit of the values, from the file's standard code; for a CT without a code "HU". Empty: none.
   std::string unit(const Slice& slice) const;
   std::vector<ScanFact> scan(const Slice& slice) const;
   /// Modality and number of the series: "CT, 201".

@@ -1,4 +1,4 @@
-// Words of a DICOM header that are passed on: only those of fixed lists. Names of protocols, scanners and sequences are free
+// Words of a DICOM header that are passed on: fixed lists only. Names of protocols, scanners and sequences are free
 // text and may contain a patient's name.
 #pragma once
 

@@ -27,7 +27,7 @@ std::string joined(const std::vector<FoundArray>& arrays) {
 struct Arranged {
   std::vector<std::int64_t> lengths;  ///< of the kept indices, slowest first
   ArrayLayout layout;                 ///< as `protocol::arranged` expects them
-  std::array<Dimension, 3> space;     ///< those along x, y and z
+  std::array<Dimension, 3> space;     ///< dimensions along x, y and z
   std::size_t time = SIZE_MAX;        ///< index that counts frames; SIZE_MAX: none
 };
 
@@ -66,7 +66,7 @@ std::size_t components_among(const std::vector<Dimension>& kept, const ArrayLayo
   return first == last ? SIZE_MAX : first ? 0 : kept.size() - 1;
 }
 
-/// Assigns x, y and z to the spatial indices: those in `said`, then z, y, x in order to the others.
+/// Assigns x, y and z to the spatial indices: as in `said`, then z, y, x in order to the others.
 void name_axes(std::vector<Dimension>& space, const std::string& said) {
   std::string left = "zyx";
   if (said.size() == space.size()) {

@@ -247,7 +247,7 @@ class MetaImageSource : public Source {
     for (std::byte* number = to; number + size <= to + bytes; number += size) std::reverse(number, number + size);
   }
 
-  /// Reads numbers as text; MetaIO stops at an unknown one, such as nan.
+  /// Reads numbers as text; MetaIO stops at unknown words, such as nan.
   void load_text(std::byte* to, std::uint64_t bytes) const {
     std::vector<std::string> parts(files.begin() + (files.size() > 1 ? 1 : 0), files.end());
     const std::uint64_t first = files.size() > 1 ? static_cast<std::uint64_t>(std::max(image_.HeaderSize(), 0)) : header_bytes_;

@@ -64,7 +64,7 @@ bool check_type(const std::string& start) {
   return swapped;
 }
 
-/// Number of the header.
+/// Number at an offset of the header.
 template <class T>
 T number_at(const std::string& start, std::size_t at, bool swapped) {
   std::array<char, sizeof(T)> bytes{};
@@ -167,8 +167,8 @@ class NiftiSource : public Source {
     }
   }
 
-  /// The library reads the first frame or all, and a compressed file from its beginning for each: so the numbers are read here,
-  /// those of all frames in one pass.
+  /// The library reads the first frame or all, and a compressed file from its beginning for each: so the numbers of all frames
+  /// are read here, in one pass.
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
     const auto numbers = std::make_unique_for_overwrite<std::byte[]>(header.working_bytes);
     read_unpacked(files.back(), first_byte_, numbers.get(), header.working_bytes);

@@ -260,7 +260,7 @@ class NrrdSource : public Source {
     }
     if (nrrdLoad(nrrd.get(), path_.c_str(), state.get()) != 0) {
       if (nrrd->data == to) nrrd->data = nullptr;
-      if (header_only) list_files(*state);  // refuses those that the sandbox blocks, which the library does not distinguish
+      if (header_only) list_files(*state);  // refuses files that the sandbox blocks, which NrrdIO does not distinguish
       throw LoadError("cannot be read as NRRD (" + cause() + "); check that the file is whole");
     }
     if (header_only) {

@@ -167,7 +167,7 @@ CaseAtMoment read_case(const fs::path& folder, const std::string& region, const 
     made.times_s.push_back(info->Get(vtkStreamingDemandDrivenPipeline::TIME_STEPS(), t));
   made.time_s = chosen_time(made.times_s, request.time_s);
   reader->DisableAllPatchArrays();
-  for (int p = 0; p < reader->GetNumberOfPatchArrays(); ++p) {  // those of regions have names like paths
+  for (int p = 0; p < reader->GetNumberOfPatchArrays(); ++p) {  // patches of regions have names like paths
     const std::string name = reader->GetPatchArrayName(p), path = name.starts_with("/") ? name.substr(1) : name;
     if (path == (region.empty() ? "internalMesh" : region + "/internalMesh")) reader->SetPatchArrayStatus(name.c_str(), 1);
   }

@@ -13,7 +13,7 @@ int run_program(const std::function<void(int socket)>& work);
 
 /// Request of the caller. Throws LoadError.
 /// \param take      false: leaves it in the socket for the format program
-/// \param unpacked  memory file for the decompressed file; -1: none came
+/// \param unpacked  memory file for the decompressed file; -1: none
 protocol::Request receive_request(int socket, bool take, int* unpacked = nullptr);
 
 }  // namespace palpa::reader

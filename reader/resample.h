@@ -21,7 +21,7 @@ namespace palpa::reader {
 inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 inline Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
 
-/// Array after resampling.
+/// Report on a resampled array.
 struct Resampled {
   Resampling report;
   std::optional<Box> worst;  ///< box of most positions with an error above `much_error`
@@ -34,7 +34,7 @@ inline constexpr double much_error = 0.05;  ///< [1] of the range. Less: more wa
 class Resampler {
  public:
   /// Chooses the affine grid: along the file's axes, with steps of half the lower quartile of the cells' extents, or longer
-  /// ones if that would be too many voxels. Throws LoadError, with a sentence, if no cell has a volume.
+  /// steps if that would be too many voxels. Throws LoadError, with a sentence, if no cell has a volume.
   /// \param crop  wanted part of the data
   Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std::optional<Box>& crop);
 
@@ -70,7 +70,7 @@ class Resampler {
   bool narrow(const CellAt& cell, const Steps& steps, std::int64_t k, Voxels& i_range, Voxels& j_range) const;
   void fill(const std::vector<PointValues>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
             std::int64_t first_k, std::int64_t last_k, std::atomic<std::int64_t>& tests_left) const;
-  /// Resampling loss of an array.
+  /// Loss of an array by resampling.
   struct Loss {
     ResamplingError error;
     std::optional<Box> worst;

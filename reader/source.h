@@ -1,4 +1,4 @@
-// Opened file: its header is known at once, its voxels are read when the caller has memory for them.
+// Source: an opened file, with its header; voxels are read later, when the caller has memory for them.
 #pragma once
 
 #include <cstddef>

@@ -70,7 +70,7 @@ void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) check_claims(*element.GetNestedElement(n), bytes);
 }
 
-/// Removes field data: they belong to no point or cell, and VTK crashes on damaged ones.
+/// Removes field data: they belong to no point or cell, and VTK crashes if they are damaged.
 void leave_out_field_data(vtkXMLDataElement& primary) {
   while (vtkXMLDataElement* field_data = primary.FindNestedElementWithName("FieldData")) {
     primary.RemoveNestedElement(field_data);
@@ -225,7 +225,7 @@ class VtiSource final : public GridSource {
     finish_header();
   }
 
-  /// True if some points or cells may be blank; which, is known only after reading.
+  /// True if some points or cells may be blank; known exactly only after reading.
   bool has_ghosts() const noexcept { return has_ghosts_; }
 
   void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) override {
