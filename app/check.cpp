@@ -19,7 +19,6 @@
 namespace palpa::app {
 namespace {
 
-/// Number of [coupling].
 struct CouplingNumber {
   std::string key;
   double value = 0.0;

@@ -17,7 +17,6 @@
 namespace palpa::app {
 namespace {
 
-/// Words between commas.
 std::vector<std::string> split(const std::string& list) {
   std::vector<std::string> words(1);
   for (const char c : list) {

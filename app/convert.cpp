@@ -27,7 +27,6 @@ VoxelRange range_of(const std::string& text) {
   return range;
 }
 
-/// Grid and fields of a file, in words.
 std::string words_of(const WrittenVolume& volume) {
   const auto& n = volume.grid.dims;
   std::string fields;

@@ -43,7 +43,6 @@ inline constexpr Described device_keys[] = {
     {"workspace_radius_m", "how far it reaches"},
 };
 
-/// Tables as help text.
 std::string hand_words();
 
 }  // namespace palpa::app

@@ -32,7 +32,6 @@ void refuse_our_own(const fs::path& path) {
     throw LoadError(name + ": is a scene, not data; feel it with: palpa run " + name + " --hand sim:stroke");
 }
 
-/// Requested volumes.
 std::vector<Asked> asked_for(const InfoArguments& arguments) {
   std::vector<Asked> all;
   const auto add = [&](const fs::path& name, const std::vector<fs::path>& files) {

@@ -28,7 +28,6 @@ MapLattice lattice_of(const MapArguments& arguments) {
   }
 }
 
-/// Summary of a map.
 Json summary_of(const ForceMap& map, const MapWork& work) {
   double largest_n = 0.0;
   std::int64_t felt = 0, broken = 0, unsettled = 0;

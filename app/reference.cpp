@@ -102,7 +102,6 @@ std::string quoted_lines(const Words& words) {
   return "'" + out + "'";
 }
 
-/// Names separated by blanks.
 std::string names_of(std::span<const Described> rows) {
   std::string names;
   for (const Described& row : rows) names += (names.empty() ? "" : " ") + std::string(row.name);

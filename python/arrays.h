@@ -13,7 +13,7 @@
 
 namespace palpa::python {
 
-/// Writes the three components of a vector; returns the next position.
+/// Returns the position after the vector.
 inline double* put(double* to, const Vec3& v) noexcept {
   to[0] = v.x, to[1] = v.y, to[2] = v.z;
   return to + 3;

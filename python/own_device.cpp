@@ -253,7 +253,6 @@ double in_range(double value, const char* name, bool may_be_zero) {
                         (may_be_zero ? "of at least 0" : "above 0"));
 }
 
-/// Session behind the guard of a device.
 class Guarded {
  public:
   Guarded(const Scene& scene, const DeviceLimits& limits, std::uint32_t dead_man_buttons)

@@ -101,7 +101,6 @@ std::optional<std::vector<double>> maybe_numbers(py::handle value) {
   return numbers;
 }
 
-/// Item of a part's list.
 class ItemPart final : public Part {
  public:
   ItemPart(PartPtr of, std::string list, std::size_t i) : of_(std::move(of)), list_(std::move(list)), i_(i) {}

@@ -84,9 +84,7 @@ double time_step_of(py::handle given);
 
 /// Python number; TypeError with `name` on anything else.
 double number_of(py::handle value, std::string_view name);
-/// Vector of three numbers.
 Vec3 vector_of(py::handle value, std::string_view name);
-/// Vector as a Python array.
 py::array_t<double> array_of(const Vec3& v);
 
 /// Descriptions of the keys: (name, annotation, form, fallback, sentence, keys of its items or None).

@@ -121,7 +121,6 @@ Numbers steps_of(const py::object& dt_s, py::ssize_t count) {
   return steps;
 }
 
-/// Event of one of many ticks.
 struct ToldEvent {
   py::ssize_t tick;
   SessionEvent event;

@@ -35,7 +35,6 @@ Place place_of(const std::string& word) {
   throw py::value_error("no place " + detail::in_quotes(word) + "; " + detail::suggestion(word, words));
 }
 
-/// Hand at given positions.
 std::shared_ptr<const Target> positions_of(py::handle given, const py::object& dt_s) {
   const Numbers rows = rows_of(given, "positions_m", 3);
   std::vector<Vec3> positions_m;

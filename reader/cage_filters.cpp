@@ -18,7 +18,6 @@
 namespace palpa::reader {
 namespace {
 
-/// Filter of system calls.
 class Filter {
  public:
   explicit Filter(std::uint32_t otherwise) : filter_(::seccomp_init(otherwise)) {

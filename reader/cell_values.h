@@ -11,7 +11,6 @@
 
 namespace palpa::reader {
 
-/// Array of a data set, at its points or cells.
 struct ArrayName {
   std::string name;
   bool of_cells = false;

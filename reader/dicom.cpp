@@ -112,7 +112,6 @@ class DicomSource : public Source {
     convert(loaded.frames.get() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
   }
 
-  /// Reads the present frame.
   void read_frame(Loaded& file, std::byte* to) {
     if (volume_.resampled) {
       const auto own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());

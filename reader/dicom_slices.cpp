@@ -33,7 +33,6 @@ bool belong_together(const Slice& a, const Slice& b) {
          norm(a.right - b.right) < parallel && norm(a.down - b.down) < parallel;
 }
 
-/// Removes duplicates of images.
 void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
   const auto key = [](const Slice& s) { return std::tuple(s.instance, s.frame); };
   std::ranges::stable_sort(stack, {}, key);

@@ -14,7 +14,6 @@
 
 namespace palpa::reader {
 
-/// Number as text for messages.
 inline std::string text_of(double number) { return detail::text("%.6g", number); }
 
 /// Header of an image: a file's only image, or one of its frames.

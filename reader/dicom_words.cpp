@@ -19,7 +19,7 @@ std::string lower(std::string_view text) {
   return small;
 }
 
-/// Words of a text: runs of letters and digits.
+/// Runs of letters and digits.
 std::vector<std::string> words_in(std::string_view text) {
   std::vector<std::string> words(1);
   for (const char c : text) {
@@ -69,7 +69,7 @@ constexpr std::string_view words_of_models =
     " prismafit pro revolution scope sensation signa skyra sola somatom spectral spirit symphony terra titan trio"
     " triotim ultra verio vct vision volumezoom premier prodigy cardiac 15t 3t 7t 16 64 128 256 hd hdx hdxt plus x ";
 
-/// True if a word of letters and digits is in a list.
+/// \param word  letters and digits only
 bool is_listed(const std::string& word, std::string_view list) { return list.find(" " + word + " ") != std::string_view::npos; }
 
 }  // namespace

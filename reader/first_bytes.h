@@ -30,19 +30,15 @@ class Beginning {
 
   const std::string& path() const noexcept { return path_; }
   bool is_folder() const;
-  /// True if its name ends with any of these.
   bool is_named(std::initializer_list<std::string_view> ends) const noexcept;
-  /// True if these bytes are at this offset.
   bool has(std::size_t at, std::string_view bytes) const;
-  /// True if these bytes follow a user block of 512, 1024, 2048 … bytes.
+  /// These bytes follow a user block of 512, 1024, 2048 … bytes.
   bool has_behind_block(std::string_view bytes) const;
-  /// True if it is XML with this first element; with any if empty.
+  /// XML with this first element; with any if empty.
   bool has_xml_root(std::string_view name) const;
-  /// True if it is compressed by gzip as a whole.
+  /// Compressed by gzip as a whole.
   bool is_packed() const;
-  /// True if its first bytes contain these.
   bool contains(std::string_view bytes) const;
-  /// True if its first word is any of these.
   bool begins_with_word(std::initializer_list<std::string_view> words) const;
 
  private:

@@ -394,7 +394,6 @@ class Hdf5Source final : public Source {
     add_image(grids_of(extent, origin, spacing, direction));
   }
 
-  /// Adds an image's point and cell arrays.
   void add_image(const PointsAndCells& grids) {
     std::set<std::string> names;
     for (const bool of_cells : {false, true}) {

@@ -64,7 +64,6 @@ bool check_type(const std::string& start) {
   return swapped;
 }
 
-/// Number at an offset of the header.
 template <class T>
 T number_at(const std::string& start, std::size_t at, bool swapped) {
   std::array<char, sizeof(T)> bytes{};

@@ -58,7 +58,6 @@ RawType raw_type(int type) {
 constexpr std::size_t most_data_files =
     4096;  // as in the message. More: a damaged pattern names files for long; less: refuses series
 
-/// Meanings of the array's axes.
 struct Axes {
   std::vector<unsigned> space;
   std::optional<unsigned> vector;

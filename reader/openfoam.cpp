@@ -109,7 +109,6 @@ std::string chosen_region(const fs::path& folder, const protocol::Request& reque
                       : "is a case without constant/polyMesh; get the whole case, or make its mesh");
 }
 
-/// Sizes of binary numbers.
 struct Widths {
   bool labels_64 = false, floats_64 = true;
 };
@@ -137,7 +136,6 @@ vtkSmartPointer<vtkDataSet> mesh_in(vtkMultiBlockDataSet* blocks) {
   return nullptr;
 }
 
-/// Mesh with its fields at one time.
 struct CaseAtMoment {
   vtkSmartPointer<vtkDataSet> mesh;
   std::vector<double> times_s;  ///< of the case

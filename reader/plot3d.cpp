@@ -119,7 +119,6 @@ std::string unit_of(const std::string& name, bool incompressible) {
   return {};
 }
 
-/// Blocks of a pair of binary files.
 std::vector<vtkSmartPointer<vtkDataSet>> read_binary(const fs::path& grid, const fs::path& solution) {
   vtkNew<CheckedReader> reader;
   reader->most_points = static_cast<double>(file_bytes(grid.string()));  // a point takes more than a byte

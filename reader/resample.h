@@ -21,7 +21,6 @@ namespace palpa::reader {
 inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 inline Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
 
-/// Report on a resampled array.
 struct Resampled {
   Resampling report;
   std::optional<Box> worst;  ///< box of most positions with an error above `much_error`
@@ -70,7 +69,6 @@ class Resampler {
   bool narrow(const CellAt& cell, const Steps& steps, std::int64_t k, Voxels& i_range, Voxels& j_range) const;
   void fill(const std::vector<PointValues>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
             std::int64_t first_k, std::int64_t last_k, std::atomic<std::int64_t>& tests_left) const;
-  /// Loss of an array by resampling.
   struct Loss {
     ResamplingError error;
     std::optional<Box> worst;

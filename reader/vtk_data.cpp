@@ -69,7 +69,6 @@ void for_arrays(vtkDataSet& data, const std::function<void(const std::string&, i
   }
 }
 
-/// Data set in memory on its own grid.
 class OwnGridSource final : public GridSource {
  public:
   OwnGridSource(const protocol::Request& request, const char* format, vtkSmartPointer<vtkDataSet> data, PointsAndCells grids,
