@@ -1,5 +1,5 @@
-// Commands of `palpa`, each with its parsed command line. A command prints its result and
-// returns the exit code 0 (ok) or 1 (it ran and the answer is no); wrong input throws LoadError.
+// Commands of `palpa`: each prints its result and returns exit code 0, or 1 for a negative answer; wrong input throws
+// LoadError.
 #pragma once
 
 #include <atomic>

@@ -27,8 +27,8 @@ struct InfoArguments {
   std::vector<AskedPlace> places{};                       ///< further positions to sample
 };
 
-/// Prints the contents of the files, as a table or as JSON (docs: the keys are promises). Returns 0; throws LoadError at the
-/// first unreadable file.
+/// Prints the contents as a table or as JSON, whose keys are promises. Returns 0; throws LoadError at the first unreadable
+/// file.
 int run_info(const InfoArguments& arguments);
 
 }  // namespace palpa::app

@@ -10,8 +10,8 @@
 namespace palpa::app {
 
 /// Rewrites one line on stderr with the loop's timing, the force and the guard's state, and handles keys: space switches the
-/// force off and on, 1 to 9 toggle modes, q ends. If stderr or stdin is no terminal, that half is omitted; so are the keys
-/// while the program is in the background. Only one at a time; one thread.
+/// force off and on, 1 to 9 toggle modes, q ends. No line unless stderr is a terminal; no keys unless stdin is, with the
+/// program in the foreground. Only one at a time; one thread.
 class LiveTerminal {
  public:
   LiveTerminal();

@@ -1,5 +1,4 @@
-// Program palpa. Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 128 + N ended by signal N: 130
-// interrupted.
+// Program palpa. Exit codes: 0 ok, 1 negative answer, 2 wrong usage or input, 128 + N ended by signal N.
 #include <signal.h>
 #include <sys/prctl.h>
 
@@ -18,8 +17,8 @@ std::atomic<bool> stop = false;
 std::atomic<int> stopped_by = 0;
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free, "set in a signal handler");
 
-/// The first interrupt, or a closed terminal, ends a run after the current tick; the second ends the program at once, with no
-/// motor under force.
+/// The first interrupt, or a closed terminal, ends a run after the current tick; the second ends the program at once, with
+/// forceless motors.
 void stop_on_signals() {
   struct sigaction action = {};
   action.sa_handler = [](int number) {

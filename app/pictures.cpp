@@ -15,8 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// VTK, Mesa and LLVM do not report lack of memory: they abort, or write to invalid addresses. Unfinished files have no name
-/// yet and vanish with the process.
+/// If memory runs out, VTK, Mesa and LLVM abort or write to invalid addresses. Unfinished files have no name yet and vanish.
 void end_in_words(int signal) {
   constexpr std::string_view aborted = "palpa: pictures: what draws them gave up (aborted)";
   constexpr std::string_view outside = "palpa: pictures: what draws them gave up (segmentation fault)";

@@ -29,8 +29,7 @@ struct Pictures {
   void (*check)(const CheckReport& report, const std::filesystem::path& file, detail::Existing existing);
 };
 
-/// Loads the library at the first call. Returns nullptr if this palpa was built without pictures. Throws LoadError if the
-/// library cannot be loaded.
+/// Loads the library at the first call. Returns nullptr in a build without pictures. Throws LoadError if loading fails.
 const Pictures* pictures();
 
 /// Like `pictures`, but throws LoadError if there are none; messages begin with `place`.

@@ -136,8 +136,7 @@ std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   return {};
 }
 
-// Bash splits words at ':' and '=' and replaces only the part behind the last separator: `word` is the whole word, `left` the
-// part that stays.
+// Bash splits words at ':' and '=' and replaces only the part behind the last: `word` is the whole word, `left` the kept part.
 constexpr const char* completion_functions = R"sh(
 _palpa_offer() {  # _palpa_offer LINES: those that begin with the word
   local line

@@ -14,8 +14,7 @@ namespace palpa::app {
 std::string man_page(const CLI::App& app);
 /// Completion of bash for all commands, their options and values.
 std::string bash_completion(const CLI::App& app);
-/// Settings for `--set` in this scene, for the completion: one PATH= or PATH=VALUE per line. For an unreadable scene: settings
-/// common to all scenes.
+/// Settings for `--set` in this scene: one PATH= or PATH=VALUE per line; settings common to all scenes if it is unreadable.
 std::string settings_of(const std::filesystem::path& scene);
 
 }  // namespace palpa::app

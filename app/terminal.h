@@ -20,8 +20,8 @@ void tell(std::string_view text);
 void print_error(std::string_view message);
 void print_warnings(const std::vector<std::string>& warnings);
 
-/// Progress line on stderr during this object's lifetime: the share done and the time left or, if the share is unknown, the
-/// elapsed time. Begins after half a second. Silent if stderr is no terminal. Only one at a time.
+/// Progress line on stderr during this object's lifetime: the share done and the time left, or the elapsed time. Begins after
+/// half a second. Silent if stderr is no terminal. Only one at a time.
 class Progress {
  public:
   explicit Progress(std::string what);

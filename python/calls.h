@@ -5,9 +5,8 @@
 
 namespace palpa::python {
 
-/// From here on a call of the module's functions, methods, constructors or setters that matches no signature raises TypeError
-/// with the sentence of `palpa._calls`, in place of pybind11's list of C++ types. Matching calls cost nothing more. Call after
-/// all bindings.
+/// Makes calls of the module that match no signature raise TypeError with the sentence of `palpa._calls` in place of pybind11's
+/// list of C++ types. Matching calls cost nothing more. Call after all bindings.
 void tell_of_wrong_calls(pybind11::module_& module);
 
 }  // namespace palpa::python

@@ -13,7 +13,7 @@
 
 namespace palpa::python {
 
-/// Runs `act(stop, token)` on a thread of its own without the interpreter's lock, while the calling thread checks signals. An
+/// Runs `act(stop, token)` on a new thread without the interpreter's lock, while the calling thread checks signals. An
 /// interrupt sets `stop` and `token`; KeyboardInterrupt is raised when `act` has returned. Throws the exceptions of `act` and
 /// of Python modes in it.
 template <class Act>

@@ -12,8 +12,8 @@
 
 namespace palpa::python {
 
-/// Exception of a Python mode on this thread. An exception cannot leave a tick, so it is raised afterwards; until then these
-/// modes place nothing.
+/// Exception of a Python mode on this thread. It cannot leave a tick, so it is raised afterwards; until then these modes place
+/// nothing.
 class ModeFailure {
  public:
   /// During its lifetime, modes on this thread store their exceptions in this failure.

@@ -11,11 +11,11 @@
 
 namespace palpa::python {
 
-/// Python object with `limits`, `read()` and `write(force_n)` (palpa.Device) as a device. A thread of its own alternates both
+/// Device from a Python object with `limits`, `read()` and `write(force_n)` (palpa.Device). A thread of its own alternates both
 /// calls, at most a thousand times a second; the loop only exchanges a value, so the interpreter never blocks it. If Python
-/// code raises, or does not return for 50 ms, the device has a fault: the guard then removes the force, and only zero is
-/// written until a whole exchange has succeeded. If it does not return, another thread calls `release()`, by which the device
-/// may remove the force without that code. A force that the loop has not renewed for 20 ms is not written any more either.
+/// code raises, or does not return for 50 ms, the device has a fault: the guard removes the force, and only zero is written
+/// until a whole exchange has succeeded. While a call hangs, another thread calls `release()`, by which the device may remove
+/// the force without that code. A force is not written later than 20 ms after the loop set it.
 class OwnDevice final : public Device {
  public:
   /// With the interpreter's lock. Raises TypeError if the object is no device.
@@ -29,8 +29,8 @@ class OwnDevice final : public Device {
   bool write(const Vec3& force_n) noexcept override;
   bool rests() const noexcept override;
 
-  /// Has its thread write zero and close the device, and blocks for at most a second: code that does not return keeps its
-  /// thread. Without the interpreter's lock; further calls do nothing.
+  /// Writes zero and closes the device on its thread; blocks for at most a second: code that does not return keeps its thread.
+  /// Without the interpreter's lock; further calls do nothing.
   void end();
   /// Errors, a sentence each; any thread.
   std::vector<std::string> told() const;

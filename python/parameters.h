@@ -70,8 +70,8 @@ ModeCatalog& known_modes();
 
 /// Value of a parameter: float, int, bool, str, tuple, Strength, None, or a list of parts. Raises AttributeError.
 py::object value_of(const PartPtr& part, std::string_view name);
-/// Sets a parameter; None removes it or resets it to its default. Raises AttributeError on an unknown name, TypeError and
-/// ValueError on an invalid value.
+/// Sets a parameter; None removes or resets it. Raises AttributeError on an unknown name, TypeError and ValueError on a wrong
+/// value.
 void set_value(Part& part, std::string_view name, py::handle value);
 
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;

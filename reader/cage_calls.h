@@ -1,5 +1,4 @@
-// System calls that the sandbox allows, compiled into filters by cage_filters.cpp when Palpa is built. Calls in no table
-// fail with ENOSYS: libraries do without them.
+// System calls of the sandbox, compiled into filters at build time. Calls in no table fail with ENOSYS: libraries do without.
 #pragma once
 
 #include <fcntl.h>

@@ -1,5 +1,4 @@
-// Compiles the sandbox's system call filters when Palpa is built, because that takes longer than all else in the sandbox, and a
-// reader starts for every file. Writes cage_filters.inc to its output.
+// Build step: compiles the sandbox's filters into cage_filters.inc, which would take too long at each reader's start.
 #include <linux/filter.h>
 #include <seccomp.h>
 #include <unistd.h>

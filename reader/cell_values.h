@@ -55,10 +55,9 @@ struct CellAt {
     int sub = 0;
     return cell->EvaluatePosition(at, closest, sub, parametric, distance2, weights.data()) == 1;
   }
-  /// Narrows a box in x and y to the cell's part between two heights: damaged cells are long and thin, and fill little of the
-  /// layers that they cross. A cell with straight edges lies within the convex hull of its points, and its part between the
-  /// heights within the bounds of all segments between points; for other cells the box stays. False: the cell has no part
-  /// there.
+  /// Narrows a box in x and y to the cell's part between two heights: damaged cells are long and thin, and fill little of their
+  /// layers. A cell with straight edges is within the convex hull of its points, and its part between the heights within the
+  /// bounds of all segments between points; for other cells the box stays. False: no part of the cell.
   bool narrow(double low_z, double high_z, double (&low)[2], double (&high)[2]) const;
   const float* values(const PointValues& of) {
     found.assign(static_cast<std::size_t>(of.per_point), 0.0F);

@@ -314,8 +314,7 @@ std::array<double, 2> metres_per_degree(const Dimension& y) {
   return {per_degree * std::max(0.01, std::cos(middle * std::numbers::pi / 180.0)), per_degree};
 }
 
-/// Unit of x or y if neither has a known unit; empty: a unit is known, or both have none. Throws LoadError if only one of x and
-/// y has a unit.
+/// Unit of x or y if neither has a known unit; empty otherwise, or if both have none. Throws LoadError if only one has a unit.
 std::string unknown_unit(const std::array<Dimension, 3>& of) {
   std::string unknown;
   bool any_known = false;

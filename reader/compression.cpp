@@ -19,7 +19,7 @@ namespace palpa::reader {
 namespace {
 
 /// Compression ratio up to which a claimed size is not checked. More: wrong sizes are found late; less: more files, such as
-/// masks, are decompressed only to count their bytes.
+/// masks, are decompressed only for counting.
 constexpr std::uint64_t usual_ratio = 16;
 constexpr std::uint64_t most_ratio = 1032;  ///< deflate's highest ratio: larger claims are refused at once
 

@@ -5,8 +5,8 @@
 
 namespace palpa::reader {
 
-/// Checks a file that `header` names, before a library opens it: a regular file below the header's folder, or below a folder in
-/// PALPA_READER_FOLDERS. A header from a stranger must not load other files of the user as voxels, nor open a pipe or a device.
+/// Checks a file that `header` names, before a library opens it: a regular file below the header's folder or a folder in
+/// PALPA_READER_FOLDERS. A stranger's header must not load other files of the user as voxels, nor open a pipe or a device.
 /// Throws LoadError with a sentence.
 void check_data_file(const std::string& header, const std::string& file);
 

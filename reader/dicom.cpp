@@ -1,5 +1,4 @@
-// DICOM: volume from a series of images. vtk-dicom only reads the headers; geometry, order and numbers are from dicom_slices.h,
-// because vtk-dicom averages spacings, confuses the spacings of rows and columns, and does not notice missing slices.
+// DICOM series as volumes. From vtk-dicom only headers: it averages spacings, swaps those of rows and columns, ignores gaps.
 #include <algorithm>
 #include <filesystem>
 #include <future>
@@ -84,8 +83,8 @@ class DicomSource : public Source {
   const std::vector<Slice>& slices() const { return volume_.frames[frame_]; }
   std::uint64_t kept_bytes() const { return slices().front().pixels() * palpa::size_of(numbers_.type); }
 
-  /// True if two threads each read half of the slices: writing to shared memory takes longer than reading most slices, and can
-  /// run in parallel. A file of several slices is loaded once, by one thread.
+  /// True if two threads each read half of the slices: writing to shared memory takes longer than reading most slices. A file
+  /// of several slices is loaded once, by one thread.
   bool in_two_threads() const {
     return !volume_.resampled && files.size() == static_cast<std::size_t>(frames_read) * slices().size() && slices().size() > 1;
   }

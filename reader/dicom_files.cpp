@@ -1,5 +1,4 @@
-// DICOM files by vtk-dicom. Compressed images are decoded by GDCM directly: vtk-dicom calls it, too, but does not check that
-// the decoded image fits into its memory.
+// DICOM files by vtk-dicom. GDCM is called directly for compressed images: vtk-dicom does not check their decoded size.
 #include "dicom_files.h"
 
 #include <gdcmImageReader.h>
@@ -124,7 +123,7 @@ int vtk_type(RawType type) {
   }
 }
 
-/// True if the elements of a file's meta header (group 2, always little endian with types) are undamaged, or the file has none:
+/// True if the elements of the meta header (group 2, always little endian with types) are undamaged, or the file has none:
 /// vtk-dicom and GDCM crash on some damage.
 /// \param end  [bytes] its end if undamaged; 0 if absent
 bool has_whole_meta_header(const std::string& name, std::size_t& end) {
@@ -159,8 +158,8 @@ bool has_whole_meta_header(const std::string& name, std::size_t& end) {
 }
 
 /// True if JPEG 2000 images have the size of a slice: GDCM allocates any size that they claim.
-/// \param stored  items of a compressed image; only the start of each item is searched for JPEG 2000 marks, because an item may
-/// contain these bytes by chance
+/// \param stored  items of a compressed image, searched for JPEG 2000 marks only at their start: later these bytes may be
+/// chance
 bool has_size_of(const Slice& slice, std::string_view stored) {
   constexpr std::string_view item("\xfe\xff\x00\xe0", 4), image("\xff\x4f\xff\x51", 4);
   const auto byte = [&](std::size_t at) { return std::int64_t{static_cast<unsigned char>(stored[at])}; };
@@ -182,7 +181,7 @@ bool is_marked(const std::string& name) {
   return file.read(bytes, sizeof bytes) && std::string_view(bytes + 128, 4) == "DICM";
 }
 
-/// True if a file is DICOM: by its mark or, without the preamble, by a first element of group 2 or 8, with or without its type.
+/// True for a DICOM file: by its mark or, without the preamble, by a first element of group 2 or 8, with or without its type.
 bool is_dicom(const std::string& name) {
   if (vtkDICOMUtilities::IsDICOMFile(name.c_str()) || is_marked(name)) return true;
   static const std::set<std::string_view> types{"AE", "AS", "AT", "CS", "DA", "DS", "DT", "IS", "LO",
@@ -394,8 +393,8 @@ DicomFiles::DicomFiles(const std::string& path, int memory, std::uint64_t most_b
   }
 }
 
-/// Path of the file itself, or, for a file with deflated elements, of a memory file with them decompressed, valid until the
-/// next call. Throws LoadError.
+/// Path of the file or, if its elements are deflated, of a memory file with them decompressed, valid until the next call.
+/// Throws LoadError.
 std::string DicomFiles::unpacked(const std::string& name) const {
   constexpr std::string_view deflated = "1.2.840.10008.1.2.1.99", plain = "1.2.840.10008.1.2.1";
   std::size_t end = 0;

@@ -13,9 +13,8 @@ namespace palpa::reader {
 
 class DicomFiles {
  public:
-  /// Opens the DICOM files of a folder and its subfolders, by name; or one file. Reads from the headers only geometry, order,
-  /// value scales and acquisition. Never reads elements about a patient, and passes on only known words of elements with free
-  /// text (dicom_words.h). Throws LoadError.
+  /// Opens the DICOM files of a folder and its subfolders, by name; or one file. Reads only geometry, order, value scales and
+  /// acquisition, never elements about a patient, and of free text only known words (dicom_words.h). Throws LoadError.
   /// \param memory  memory file for a compressed file, of at most `most_bytes` decompressed; -1: none
   DicomFiles(const std::string& path, int memory, std::uint64_t most_bytes);
 

@@ -268,8 +268,8 @@ class Sorter {
     return false;
   }
 
-  /// Groups by a clock or a counter that increases frame after frame, with equal order of positions in each frame. A counter
-  /// that increases position after position is rejected: it may count images of several kinds, in a varying order.
+  /// Groups by a clock or counter that increases frame after frame, with equal order of positions in each. A counter that
+  /// increases position after position is rejected: it may count images of several kinds, in a varying order.
   bool by_numbers(std::vector<Members>& places) {
     for (int a = 0; a < attributes(); ++a) {
       if (attribute(a).apart != Apart::number || values_.count(a) < 2 || !ordered(places, {a})) continue;

@@ -62,9 +62,8 @@ struct Arranged {
   std::vector<double> layer_at;            ///< [slices] position of each layer, if resampled
 };
 
-/// Sorts a stack into a volume. Slices may be oblique to the line of their positions: a gantry tilt shears the grid. Images at
-/// one position become frames (dicom_frames.h); unevenly spaced slices are resampled. Throws LoadError if slices form no
-/// volume.
+/// Sorts a stack into a volume. The line of positions may be oblique to the slices: a gantry tilt shears the grid. Images at
+/// one position become frames (dicom_frames.h); unevenly spaced slices are resampled. Throws LoadError if they form no volume.
 Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings);
 
 /// Number type of the stored slices: kept = raw · factor + shift, value = kept · scale + offset.
@@ -78,8 +77,8 @@ struct ToKept {
   double shift = 0.0;
 };
 
-/// Raw numbers if all slices have one slope and intercept; else whole steps of a common slope, if exact; else floating point.
-/// Floating point, too, for slices with padding, stored as NaN.
+/// Raw numbers for slices of one slope and intercept; else whole steps of a common slope, if exact; else, and for padding
+/// (NaN), floating point.
 Numbers common_numbers(const std::vector<Slice>& stack);
 ToKept to_kept(const Slice& slice, const Numbers& numbers) noexcept;
 

@@ -1,5 +1,4 @@
-// Words of a DICOM header that are passed on: fixed lists only. Names of protocols, scanners and sequences are free
-// text and may contain a patient's name.
+// Filter of DICOM words by fixed lists: names of protocols, scanners and sequences are free text and may identify a patient.
 #pragma once
 
 #include <string>

@@ -11,8 +11,8 @@ namespace palpa::reader {
 /// Up to `most` bytes, decompressed if the file is compressed. Throws LoadError.
 std::string first_bytes(const std::string& path, std::size_t most = 1024);
 
-/// Tag of an XML file's first element, without its "<": after the declaration, comments and the like, of up to 64 MiB. Empty if
-/// the file is no XML. Throws LoadError.
+/// Tag of an XML file's first element, without "<", after the declaration and comments, of up to 64 MiB. Empty if the file is
+/// no XML. Throws LoadError.
 std::string xml_root(const std::string& path);
 /// Value of an attribute in a tag; empty if absent.
 std::string attribute_in(std::string_view tag, std::string_view name);
@@ -22,8 +22,7 @@ std::string first_word(std::string_view text);
 /// Word that follows the first `key` in a text; empty if absent.
 std::string word_after(std::string_view text, std::string_view key);
 
-/// Tests of a file or folder that identify its format. Reads the file at the first test of its bytes; these tests throw
-/// LoadError.
+/// Tests of a file or folder that identify its format. The first test of its bytes reads the file and may throw LoadError.
 class Beginning {
  public:
   explicit Beginning(std::string path) : path_(std::move(path)) {}

@@ -1,5 +1,4 @@
-// HDF5 and netCDF-4: arrays by their paths, and VTKHDF images. The library must not follow links to other files or load filters
-// from plug-ins.
+// HDF5 and netCDF-4 arrays, and VTKHDF images. The library must not follow links to other files or load plug-in filters.
 #include <hdf5.h>
 
 #include <algorithm>
@@ -79,8 +78,7 @@ void name_axes(std::vector<Dimension>& space, const std::string& said) {
   }
 }
 
-/// Removes indices of length 1 that are not marked as spatial, until at most `most` are left. Returns the new index of the
-/// components.
+/// Removes indices of length 1 without a spatial axis, until at most `most` are left. Returns the new index of the components.
 std::size_t leave_out_single(std::vector<Dimension>& kept, std::size_t most, std::size_t components) {
   for (std::size_t n = 0; n < kept.size() && kept.size() > most;) {
     if (n == components || kept[n].length != 1 || kept[n].along != ' ') {

@@ -38,8 +38,7 @@ struct Shape {
   RawType type = RawType::float32;
 };
 
-/// Reason why this data set is not an array of numbers that can be read from this file alone; empty if it is, and `shape` is
-/// filled.
+/// Reason why a data set is no array of numbers in this file alone; empty if it is, and `shape` is filled.
 std::string shape_of(hid_t dataset, Shape& shape);
 
 /// True if fewer bytes are stored than the numbers take, without a filter that compresses: HDF5 would read beyond them.

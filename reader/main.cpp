@@ -1,6 +1,5 @@
-// palpa-read: opens one volume file for its caller (palpa/file/read_volume.cpp). A damaged or hostile file can crash only this
-// process, which the caller reports in one line. Detects the format by the file's first bytes and replaces itself (exec) by the
-// program that has its library: starting with all libraries takes longer than reading most files.
+// palpa-read: opens one volume file for its caller (palpa/file/read_volume.cpp), which reports crashes in one line.
+// Detects the format by the first bytes and executes its library's program: loading all libraries takes longer than most files.
 #include <unistd.h>
 
 #include <cerrno>

@@ -273,8 +273,8 @@ class MetaImageSource : public Source {
     });
   }
 
-  /// If data are too short, MetaIO leaves the rest of the memory unchanged, with at most a message on std::cerr, and none for
-  /// compressed data. So the memory's end is marked before, and the mark must have been overwritten.
+  /// If data are too short, MetaIO leaves the rest of the memory unchanged, with a message on std::cerr or, for compressed
+  /// data, none. So the memory's end is marked before, and the mark must have been overwritten.
   void load(std::byte* to, std::uint64_t bytes) {
     if (compressed_ && files.size() <= 2) return unpack_voxels(to, bytes);
     if (!compressed_ && !image_.BinaryData()) return load_text(to, bytes);

@@ -166,8 +166,8 @@ class NiftiSource : public Source {
     }
   }
 
-  /// The library reads the first frame or all, and a compressed file from its beginning for each: so the numbers of all frames
-  /// are read here, in one pass.
+  /// The library reads the first frame or all, and a compressed file from its beginning for each: here all frames are read in
+  /// one pass.
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
     const auto numbers = std::make_unique_for_overwrite<std::byte[]>(header.working_bytes);
     read_unpacked(files.back(), first_byte_, numbers.get(), header.working_bytes);
@@ -176,8 +176,8 @@ class NiftiSource : public Source {
     }
   }
 
-  /// Checks gzip's checksum, because vtk-dicom stops reading at the last voxel, which may be before it. Files of several frames
-  /// are not checked: reading decompresses only their beginning.
+  /// Checks gzip's checksum, because vtk-dicom stops at the last voxel. Files of several frames are not checked: only their
+  /// beginning is decompressed.
   void check_files() const override {
     if (header.frames > 1) return;
     for (const std::string& file : files) {

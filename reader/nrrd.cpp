@@ -1,5 +1,4 @@
-// NRRD by ITK's NrrdIO, without itk::NrrdImageIO, which drops the units, the frame of vectors and the names of the data files,
-// and refuses grids without right angles.
+// NRRD by NrrdIO. itk::NrrdImageIO drops units, vector frames and data file names, and refuses grids without right angles.
 #include <NrrdIO.h>
 
 #include <algorithm>
@@ -117,8 +116,8 @@ Axes sorted_axes(const Nrrd& nrrd, bool as_vector) {
     throw LoadError("has " + std::to_string(nrrd.axis[a].size) + " numbers per voxel (" + (name != nullptr ? name : "???") +
                     "); one, or a vector of three, can be felt");
   }
-  // Four axes without kinds: the last one counts frames, except that the first one holds a vector if `as_vector` and its size
-  // is three (the two swap below).
+  // Four axes without kinds: the last counts frames, unless the first holds a vector: of size three, `as_vector` (the two swap
+  // below).
   if (axes.space.size() == 4 && !axes.vector && !axes.frames) {
     const bool first = as_vector && nrrd.axis[axes.space.front()].size == 3;
     const auto extra = first ? axes.space.begin() : axes.space.end() - 1;
@@ -331,8 +330,8 @@ class NrrdSource : public Source {
 
   std::string beside(const std::string& name) const { return (std::filesystem::path(path_).parent_path() / name).string(); }
 
-  /// Checks the data files that the header names before NrrdIO, which opens them together with the header, unchecked. Files of
-  /// a pattern are checked when their numbers are known (`list_files`).
+  /// Checks the data files in the header before NrrdIO, which opens them unchecked, together with the header. Files of a
+  /// pattern are checked when their numbers are known (`list_files`).
   void check_named_files() const {
     detail::InputStream text(path_);
     const auto check = [&](const std::string& line, std::size_t from) {

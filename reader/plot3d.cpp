@@ -30,8 +30,8 @@ namespace fs = std::filesystem;
 
 constexpr double gamma = 1.4;  // ratio of specific heats, for files without one
 
-/// True if the density is 1 at all points with data: the solution is that of an incompressible fluid, without energy or speed
-/// of sound, and its velocities are divided by the inflow's.
+/// True if the density is 1 at all points with data: an incompressible solution, without energy or speed of sound, and with
+/// velocities divided by the inflow's.
 bool is_incompressible(const std::vector<vtkSmartPointer<vtkDataSet>>& blocks) {
   constexpr double rounding = 1e-6;  // [1] More: a nearly incompressible gas counts as a liquid; less: single precision
   bool any = false;

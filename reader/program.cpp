@@ -17,9 +17,9 @@
 #include "palpa/base/load_error.h"
 
 #ifdef __SANITIZE_ADDRESS__
-/// Allocations that are too large fail as without the sanitizer, so that libraries report them. The address space is then
-/// unlimited; the slack of serve.cpp, an eighth of it taken at once, replaces that limit.
-/// Crashes in a library, which is not sanitized, end by their signal as without; findings in our own code end by an exit code.
+/// Allocations that are too large fail as without the sanitizer, so that libraries report them. The address space is unlimited;
+/// the slack of serve.cpp, an eighth of it taken at once, replaces that limit.
+/// Crashes in libraries, which are not sanitized, end by their signal; findings in our own code end by an exit code.
 extern "C" const char* __asan_default_options() {
   return "allocator_may_return_null=1:max_allocation_size_mb=512:alloc_dealloc_mismatch=0:"
          "handle_segv=0:handle_sigbus=0:handle_sigfpe=0";

@@ -7,8 +7,8 @@
 
 namespace palpa::reader {
 
-/// Runs `work` with the caller's socket and ends the process with 0, or with 1 after sending the caller an exception of `work`.
-/// Without a caller: prints a hint and returns 2.
+/// Runs `work` with the caller's socket and ends the process with 0, or with 1 after sending an exception of `work`. Without a
+/// caller: prints a hint and returns 2.
 int run_program(const std::function<void(int socket)>& work);
 
 /// Request of the caller. Throws LoadError.

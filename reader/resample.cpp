@@ -14,8 +14,7 @@
 namespace palpa::reader {
 namespace {
 
-// Most voxels of a layer that are searched without first narrowing the range. More: damaged cells cost more; fewer: narrowing
-// costs more than the search.
+// Most voxels of a layer that are searched without narrowing. More: damaged cells cost more; fewer: narrowing costs more.
 constexpr std::int64_t most_whole_layer = 64;
 
 }  // namespace

@@ -62,9 +62,9 @@ constexpr const char* folder_variables[] = {"PALPA_READER_FOLDERS", "LD_LIBRARY_
 
 // Then system calls, by seccomp: cage_calls.h.
 
-// Limits by the kernel, beside that of memory, which depends on the file (serve.cpp). RLIMIT_NPROC is no help: it counts all
-// processes of the user, so a limit that stops a bomb of threads would refuse sound files while the user works. Processes
-// cannot be made at all; the caller counts threads and ends a reader with too many.
+// Limits by the kernel, beside that of memory, which depends on the file (serve.cpp). RLIMIT_NPROC counts all processes of the
+// user, so a limit against a bomb of threads would refuse sound files. Processes cannot be made; the caller counts threads and
+// ends a reader with too many.
 
 /// Computing time beside that for the permitted voxels. More: a hanging reader lasts longer; less: slow files are refused.
 constexpr std::uint64_t most_cpu_s = 3600, cpu_bytes_per_s = 10'000'000;
@@ -182,8 +182,8 @@ void limit(int resource, std::uint64_t most) {
 }  // namespace
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-// Sanitizer runtimes restart themselves, map terabytes, read the program's own files at exit, and report to standard error, all
-// of which the sandbox forbids.
+// Sanitizer runtimes restart themselves, map terabytes, read the program's files at exit and write to stderr: all forbidden
+// here.
 std::string enter_cage(const protocol::Request&) { return "all of it: this is a build with a sanitizer"; }
 void close_cage() {}
 #else

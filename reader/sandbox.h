@@ -1,5 +1,4 @@
-// Sandbox of programs that parse files. Code injected by a damaged file can compute and read the folder of the user's file,
-// nothing else.
+// Sandbox of the readers. Code injected by a damaged file can compute and read the folder of the user's file, nothing else.
 #pragma once
 
 #include <string>
@@ -8,8 +7,7 @@
 
 namespace palpa::reader {
 
-/// Confines palpa-read permanently before it reads a file. Only exec of the programs beside it, which stay confined, is left
-/// open.
+/// Confines palpa-read permanently before it reads a file. Left open: exec of the programs beside it, which stay confined.
 /// \param request  names the files, whose folders stay readable, and the bytes for voxels
 /// Returns the parts that the running kernel lacks, in words; empty: none.
 std::string enter_cage(const protocol::Request& request);
@@ -17,8 +15,8 @@ std::string enter_cage(const protocol::Request& request);
 /// Closes exec, too, before parsing.
 void close_cage();
 
-/// Refuses a file, named by a header or a link, that only the sandbox makes unreadable: libraries would skip it or report a
-/// misleading reason. Throws LoadError.
+/// Refuses a file in a header or link that only the sandbox makes unreadable: libraries would skip it or report another reason.
+/// Throws LoadError.
 void check_within_cage(const std::string& file);
 
 }  // namespace palpa::reader

@@ -145,8 +145,7 @@ void answer(int socket, Open open, bool unpacks) {
   if (!unpacks) unpack_request(request, for_unpacked);
   std::uint64_t bytes = file_bytes(request.path);
   for (const std::string& partner : request.partners) bytes += file_bytes(partner);
-  // A header needs little memory. But a legacy VTK file is read as a whole with its header, and numbers as text grow up to
-  // fourfold in memory.
+  // A header needs little memory, but a legacy VTK file is read as a whole, and numbers as text grow up to fourfold in memory.
   limit_memory(std::min(request.max_bytes, 8 * bytes));
 
   const std::unique_ptr<Source> source = open(request);

@@ -36,20 +36,20 @@ class Source {
 
   std::vector<std::string> warnings;  ///< known only after reading
 
-  /// Copies voxels behind a pointer of `read`. Faster than writing there: a fault for every page of shared memory takes twice
-  /// as long as the copy. Thread-safe for separate ranges.
+  /// Copies voxels behind a pointer of `read`. Writing there is slower: a fault per page of shared memory takes twice as long
+  /// as the copy. Thread-safe for separate ranges.
   std::function<void(std::byte* to, const std::byte* from, std::uint64_t bytes)> put;
 
   /// Writes the voxels of field `wanted[i]` to `to[i]`, and those of the n-th read frame to `to[i + n * wanted.size()]`. Throws
   /// LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
 
-  /// Checks for damage that the library does not detect: complete but wrong voxels. Runs during `read` in another thread, so it
-  /// must not use data that `read` changes. Throws LoadError with a sentence.
+  /// Checks for damage that the library does not detect: complete but wrong voxels. Runs in another thread during `read`, so it
+  /// must not use data that changes there. Throws LoadError with a sentence.
   virtual void check_files() const {}
 
  protected:
-  /// Stores the number of frames in the file, and the frames to read: the requested one, all, or the first with a warning.
+  /// Stores the number of frames, and the frames to read: the requested one, all, or the first with a warning.
   /// \return  index of the first frame to read. Throws LoadError.
   std::int64_t choose_frames(const protocol::Request& request, std::int64_t frames);
 };
@@ -59,7 +59,7 @@ class Source {
 // which throws LoadError with "what is wrong; what would be right", without the file's name, and takes no memory for voxels (a
 // legacy VTK file does, at most its file size). Declared by format_program.cpp.
 
-/// Warns of bytes behind the voxels of a file: they may instead stand before them, so that all voxels would be shifted.
+/// Warns of bytes behind the voxels: if they belong before them, all voxels are shifted.
 /// \param key  header key of the voxels' offset
 void note_left_over(std::uint64_t there, std::uint64_t needed, const char* key, std::vector<std::string>& warnings);
 

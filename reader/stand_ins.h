@@ -8,9 +8,9 @@
 
 namespace palpa::reader {
 
-/// Text of a file in which "nan", "inf" and "infinity", in any case and with a sign, and "1.#INF" and the like are stand-ins;
-/// none if the file has no such number, holds binary numbers, or is too long for the library. Changes only lines of numbers.
-/// Throws LoadError.
+/// Text of a file with stand-ins for "nan", "inf" and "infinity", in any case and with a sign, "1.#INF" and the like; none if
+/// the file has no such number, holds binary numbers, or is too long for the library. Changes only lines of numbers. Throws
+/// LoadError.
 std::optional<std::string> with_stand_ins(const std::string& path);
 
 /// Restores the numbers that are not finite in arrays and coordinates read from such a text.

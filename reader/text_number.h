@@ -11,7 +11,7 @@
 namespace palpa::reader {
 
 /// Value of a whole word: also "nan", "inf" and "infinity" in any case and with a sign, "1.#INF" and "-1.#IND" of older
-/// Windows, and overflow, which is infinite. None for any other word ("1,5", "1d3", "--").
+/// Windows; infinite on overflow. None for any other word ("1,5", "1d3", "--").
 inline std::optional<double> text_number(std::string_view word) {
   const bool negative = word.starts_with("-");
   if (negative || word.starts_with("+")) word.remove_prefix(1);

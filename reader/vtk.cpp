@@ -46,8 +46,8 @@ void check(vtkAlgorithm& reader, const char* as) {
   }
 }
 
-/// Refuses claims that the file cannot hold: VTK makes, and names, as many components as an element claims, and allocates all
-/// points and cells.
+/// Refuses claims that the file cannot hold: VTK makes as many components as an element claims, and allocates all points and
+/// cells.
 void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   // Limits on claims. Larger: VTK takes more memory for damaged files; smaller: sound files could be refused.
   constexpr int most_components = 10'000;
@@ -283,8 +283,7 @@ std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* f
 
 std::int64_t points_of(const int* extent, int a) { return std::int64_t{extent[2 * a + 1]} - extent[2 * a] + 1; }
 
-/// Refuses a legacy file that claims more points than its size can hold, before allocation: these files are uncompressed, so a
-/// point needs at least one bit.
+/// Refuses a legacy file that claims more points than its size can hold: a point needs at least one bit, uncompressed.
 void check_claim(const protocol::Request& request, const int* extent) {
   double voxels = 1;
   for (int a = 0; a < 3; ++a) voxels *= std::max(0.0, static_cast<double>(points_of(extent, a)));

@@ -11,8 +11,8 @@
 
 namespace palpa::reader {
 
-/// Grids of the points and of the cells of one data set, in the file's unit of length. Cell data lie at the centres of cells;
-/// along an axis of one point, at that point.
+/// Grids of the points and of the cells of one data set, in the file's unit of length. Cell data are at the centres of cells,
+/// or at the point on an axis of one point.
 struct PointsAndCells {
   GridGeometry points, cells;
 };
