@@ -65,25 +65,30 @@ function(palpa_test_headers)
     <sstream> <string> <thread> <vector>)
 endfunction()
 
-# palpa_test(NAME SOURCES … LINKS … [DATA] [PARTS n] [TIMEOUT s]): one test program of GoogleTest. ctest runs it in PARTS
-# processes, each with its share of the tests: a process for every test would load the libraries thousands of times. DATA: some
-# of them use real data.
+# For a program that includes palpa_test_headers. Less to compile: what tests compute themselves is little, and floating point is
+# the same at every level. And without g++ 12's false alarms about "text" + std::string, as above: what it keeps to itself in
+# headers of the system it says of those that were read beforehand.
+set(palpa_test_options $<$<CONFIG:Release>:-O1> $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+
+# palpa_test(NAME SOURCES … LINKS … [DATA] [PARTS n] [TIMEOUT s] [COST s]): one test program of GoogleTest. ctest runs it in
+# PARTS processes, each with its share of the tests: a process for every test would load the libraries thousands of times.
+# DATA: some of them use real data. COST: [s] of a part on one core. ctest begins with the largest, so that no core waits for
+# one long test at the end.
 function(palpa_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "DATA" "PARTS;TIMEOUT" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "DATA" "PARTS;TIMEOUT;COST" "SOURCES;LINKS")
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE palpa_rules ${arg_LINKS} GTest::gmock GTest::gtest_main)
-  # Less to compile: what tests compute themselves is little, and floating point is the same at every level.
-  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_compile_options(test_${name} PRIVATE ${palpa_test_options})
   target_precompile_headers(test_${name} REUSE_FROM palpa_test_headers)
-  # g++ 12's false alarms about "text" + std::string, as above: what it keeps to itself in headers of the system it says of
-  # those that were read beforehand.
-  target_compile_options(test_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow>)
   set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if(NOT arg_PARTS)
     set(arg_PARTS 1)
   endif()
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 900)
+  endif()
+  if(NOT arg_COST)
+    set(arg_COST 1)
   endif()
   math(EXPR last "${arg_PARTS} - 1")
   foreach(part RANGE ${last})
@@ -93,7 +98,7 @@ function(palpa_test name)
       set(test ${name}.${part})
     endif()
     add_test(NAME ${test} COMMAND test_${name} --gtest_brief=1)
-    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} COST ${arg_PARTS} ENVIRONMENT
+    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} COST ${arg_COST} ENVIRONMENT
       "PALPA_SHARED=${PALPA_SHARED_FOLDER};PALPA_BIN=${CMAKE_BINARY_DIR}/bin;GTEST_TOTAL_SHARDS=${arg_PARTS};GTEST_SHARD_INDEX=${part}"
       LABELS "$<$<BOOL:${arg_DATA}>:data>")
   endforeach()
