@@ -57,8 +57,11 @@ class Loader {
     for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
     std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene));
     std::ranges::move(detail::layer_findings(loaded_.scene, loaded_.scene.layers), std::back_inserter(warnings));
-    if (options_.thin_parts)
-      std::ranges::move(detail::thin_part_findings(loaded_.scene, volumes_.with_filter()), std::back_inserter(warnings));
+    if (options_.thin_parts) {
+      detail::ThinPartFindings thin = detail::thin_part_findings(loaded_.scene, volumes_.with_filter());
+      std::ranges::move(thin.by_default, std::back_inserter(warnings));
+      for (const Finding& finding : thin.by_choice) loaded_.notes.push_back(detail::one_line(finding.text) + ".");
+    }
     for (const Finding& finding : warnings) {
       loaded_.warnings.push_back(detail::one_line(place_of(finding.part) + ": " + finding.text));
     }

@@ -17,7 +17,7 @@ namespace palpa {
 struct SceneOptions {
   std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
   std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
-  bool thin_parts = false;  ///< also warns of thin parts that the smoothing filter loses; reads all voxels for each level
+  bool thin_parts = false;  ///< also reports thin parts that the smoothing filter loses; reads all voxels for each level
 };
 
 /// A loaded scene with its text and warnings.
@@ -25,6 +25,7 @@ struct LoadedScene {
   Scene scene;
   std::string text;                   ///< the file, byte for byte
   std::vector<std::string> warnings;  ///< `PLACE: …` each
+  std::vector<std::string> notes;     ///< sentences: losses of a filter that the scene names
 };
 
 /// Reads a scene file (docs/scene.md), with the modes of the library, and its volumes by `read_volume`. Throws SceneError with

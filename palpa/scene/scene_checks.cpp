@@ -182,11 +182,12 @@ class TextureChecks final : public SceneChecks {
 class ThinPartChecks final : public SceneChecks {
  public:
   ThinPartChecks(const Scene& scene, const SceneMode& mode, std::size_t number, const std::vector<std::string>& chose,
-                 std::vector<Finding>& out)
-      : SceneChecks(scene, mode, number, out), chose_(chose) {}
+                 bool is_chosen, std::vector<Finding>& out)
+      : SceneChecks(scene, mode, number, out), chose_(chose), is_chosen_(is_chosen) {}
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.name != "field" || ref.name.empty()) return;
-    if (std::ranges::find(chose_, parse_field_name(ref.name).volume()) != chose_.end()) return;
+    const bool is_chosen = std::ranges::find(chose_, parse_field_name(ref.name).volume()) != chose_.end();
+    if (is_chosen != is_chosen_) return;
     const FieldPtr field = scene_.field(ref).field;
     const GridView* grid = grid_below(*field);
     if (grid && grid->filter == Filter::smooth && grid->voxels.components == 1) field_ = field;
@@ -218,6 +219,7 @@ class ThinPartChecks final : public SceneChecks {
 
  private:
   const std::vector<std::string>& chose_;
+  bool is_chosen_;
   FieldPtr field_;
   std::string_view solid_ = "high";
 };
@@ -335,11 +337,13 @@ std::vector<Finding> findings(const Scene& scene) {
   return found;
 }
 
-std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<std::string>& chose) {
-  std::vector<Finding> found;
+ThinPartFindings thin_part_findings(const Scene& scene, const std::vector<std::string>& chose) {
+  ThinPartFindings found;
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
-    ThinPartChecks checks(scene, scene.modes()[i], i, chose, found);
-    look_through(scene.modes()[i].mode, checks);
+    ThinPartChecks by_default(scene, scene.modes()[i], i, chose, false, found.by_default);
+    look_through(scene.modes()[i].mode, by_default);
+    ThinPartChecks by_choice(scene, scene.modes()[i], i, chose, true, found.by_choice);
+    look_through(scene.modes()[i].mode, by_choice);
   }
   return found;
 }

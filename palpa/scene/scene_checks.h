@@ -38,9 +38,13 @@ std::vector<Finding> workspace_findings(const Workspace& workspace);
 /// All, warnings included.
 std::vector<Finding> findings(const Scene& scene);
 
-/// Warns of each level of a smooth grid at which the filter loses more than a tenth of the thin parts, and with them more than
-/// a hundredth of the whole (thin_parts.h); not for filters that the user `chose`.
-std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<std::string>& chose);
+/// Findings of levels of smooth grids, by the origin of the filter.
+struct ThinPartFindings {
+  std::vector<Finding> by_default, by_choice;
+};
+/// Finds each level of a smooth grid at which the filter loses more than a tenth of the thin parts, and with them more than a
+/// hundredth of the whole (thin_parts.h). \param chose  volumes whose filter the scene names
+ThinPartFindings thin_part_findings(const Scene& scene, const std::vector<std::string>& chose);
 
 /// "no volume 'hed'; did you mean 'head'?" for a field's name; empty if its volume is among these.
 std::string problem_with_volume_of(const std::string& field, const std::vector<std::string>& volumes);

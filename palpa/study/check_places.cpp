@@ -64,7 +64,9 @@ class Follower {
 
 }  // namespace
 
-std::vector<CheckPlace> check_places(const Scene& scene, double spacing_m, const std::function<void(double)>& progress) {
+std::vector<CheckPlace> check_places(const Scene& given, double spacing_m, const std::function<void(double)>& progress) {
+  Scene scene = given;
+  scene.coupling.stiffness_n_per_m = sampling_stiffness_n_per_m;
   const int side = 2 * static_cast<int>(std::lround(half_m / spacing_m)) + 1;
   const auto count = static_cast<std::size_t>(side * side);
   detail::Ways ways{side, side, false, std::vector<detail::Way>(count)};

@@ -22,8 +22,14 @@ struct CheckPlace {
   double deeper_n = 0.0;         ///< additional push of an arm for that depth
 };
 
-/// Samples the whole workspace along straight paths from the user, and selects places without repetition: at least one if there
-/// is any contact, else none. On all cores. Deterministic.
+/// [N/m] Stiffness of the coupling on the sampled paths, that of first scenes. One for all scenes: places and directions that
+/// depend on the scene's own stiffness compare different places, and a stiffer scene may seem better. Higher: fewer paths get
+/// deep below the force limit; lower: levels hold a probe far behind them.
+inline constexpr double sampling_stiffness_n_per_m = 500.0;
+
+/// Samples the whole workspace along straight paths from the user, at `sampling_stiffness_n_per_m` instead of the scene's
+/// stiffness, and selects places without repetition: at least one if there is any contact, else none. On all cores.
+/// Deterministic.
 /// \param spacing_m  [m] between paths, in [0.005, 0.05]
 /// \param progress   called with the share done, 0…1, from this thread; may be empty
 /// Throws SceneError on a scene that cannot be felt.

@@ -122,6 +122,7 @@ std::unique_ptr<Device> opened_device(const RunOptions& options) {
 PreparedRun held(std::unique_ptr<Device> device, LoadedScene loaded, const RunOptions& options) {
   PreparedRun prepared;
   prepared.loaded = std::move(loaded);
+  prepared.notes = prepared.loaded.notes;
   prepared.real_device = std::move(device);
   prepared.device = options.device;
   const DeviceLimits limits = prepared.real_device->limits();
@@ -164,6 +165,7 @@ SoughtHand sought_hand(const RunOptions& options) {
 PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions& options) {
   PreparedRun prepared;
   prepared.loaded = std::move(loaded);
+  prepared.notes = prepared.loaded.notes;
   prepared.device = hand.plant.name;
   prepared.target = hand.target;
   if (prepared.target) {

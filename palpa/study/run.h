@@ -83,7 +83,7 @@ struct PreparedRun {
   std::optional<RecordingPlacement> laid;  ///< placement of the recording, if any
   bool goes_its_own_way = false;           ///< the hand is a rigid recording
   std::string remedy;                      ///< option that would place the recording at most contact, if unused
-  std::vector<std::string> notes;          ///< sentences: treatment of the hand, and levels that it cannot press through
+  std::vector<std::string> notes;          ///< sentences: losses of a named filter, treatment of the hand, unyielding levels
 };
 /// Loads scene and hand, places the hand in contact (`Reach`), and checks all options, also whether the trace's folder can be
 /// created. Writes no file. Throws LoadError.

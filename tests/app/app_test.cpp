@@ -189,6 +189,30 @@ TEST_F(Program, DryRunChecksAndFeelsNothing) {
   EXPECT_EQ(palpa({"run", "wrong.toml", "--hand", "sim:press", "--dry-run"}).code, 2);
 }
 
+// A wall of one voxel is lost by the smooth filter: a warning where that is the default, a note where the scene names it.
+TEST_F(Program, RunNamesAWallOfOneVoxelUnderANamedFilter) {
+  std::string voxels;
+  for (int v = 0; v < 12 * 12 * 12; ++v) voxels += v / 144 == 6 ? "900\n" : v / 144 < 3 ? "800\n" : "0\n";
+  write("wall.nrrd",
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 12 12 12\nencoding: ascii\n"
+        "space: left-posterior-superior\nspace directions: (5,0,0) (0,5,0) (0,0,5)\nspace origin: (0,0,0)\n"
+        "space units: \"mm\" \"mm\" \"mm\"\n\n" +
+            voxels);
+  const auto dry = [&](const std::string& filter) {
+    write("wall.toml",
+          "palpa = 1\n[volume.wall]\nfile = 'wall.nrrd'\n" + filter +
+              "\n[[mode]]\nname = 's'\ntype = 'surface_and_friction'\nfield = 'wall'\n[[mode.level]]\nvalue = 700\n");
+    return palpa({"run", "wall.toml", "--hand", "sim:press", "--dry-run"});
+  };
+  const auto lost = HasSubstr("% of the parts thinner than 2 voxels");
+  const Ended by_default = dry(""), named = dry("filter = 'smooth'"), kept = dry("filter = 'trilinear'");
+  ASSERT_EQ(by_default.code + named.code + kept.code, 0) << by_default.err << named.err << kept.err;
+  EXPECT_THAT(by_default.err, lost);
+  EXPECT_THAT(named.out, lost);
+  EXPECT_THAT(named.err, testing::Not(lost));
+  EXPECT_THAT(kept.out + kept.err, testing::Not(lost));
+}
+
 TEST_F(Program, ReadsARecordedHandInEveryWayItIsHeld) {
   write_scene("scene.toml");
   std::string rows = "x,y,z\n";

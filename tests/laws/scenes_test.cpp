@@ -1,8 +1,13 @@
 // What every scene that we ship promises under the hand that the demo gives it: it is felt, and so is each of its modes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "palpa/device/hand.h"
+#include "palpa/file/read_volume.h"
 #include "palpa/palpa.h"
+#include "palpa/scene/load_scene.h"
+#include "palpa/study/check.h"
 #include "palpa/study/run.h"
 #include "palpa/study/summary.h"
 #include "tests/laws/shipped_scenes.h"
@@ -34,6 +39,28 @@ TEST_P(ShippedScene, IsFeltAndSoIsEachOfItsModes) {
   EXPECT_EQ(s.dropped_primitives, 0);
   EXPECT_EQ(s.faults, 0);
   EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
+}
+
+// A CT head on an omega: soft it is fine, stiffer it hums, stiffer still it shakes, and no stiffer one is judged better.
+TEST(CheckOfARealHead, IsFineThenWarnsThenStops) {
+  if (const std::string missing = test::missing_for("head"); !missing.empty()) GTEST_SKIP() << missing;
+  ReadOptions read;
+  read.reader = test::reader();
+  SceneOptions options;
+  options.data_folders = {test::shared_data()};
+  Scene scene = load_scene(test::scene_file("head"), volume_reader(read), standard_modes(), options).scene;
+  std::vector<Grade> grades;
+  std::string verdicts;
+  for (const double k : {300.0, 500.0, 1000.0, 1300.0, 1800.0, 2500.0, 5000.0}) {
+    scene.coupling.stiffness_n_per_m = k;
+    const CheckReport report = check(scene, device_plant("omega"), {.advise = false});
+    grades.push_back(report.grade);
+    verdicts += std::to_string(k) + ": " + report.verdict + "\n";
+  }
+  EXPECT_TRUE(std::ranges::is_sorted(grades)) << verdicts;
+  EXPECT_EQ(grades.front(), Grade::fine) << verdicts;
+  EXPECT_EQ(std::ranges::count(grades, Grade::warn), 2) << verdicts;
+  EXPECT_EQ(grades.back(), Grade::stop) << verdicts;
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ShippedScene, testing::ValuesIn(test::shipped_scenes()),

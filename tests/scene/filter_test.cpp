@@ -166,12 +166,14 @@ TEST_F(FilterKey, ThinPartsThatAreLostAreWarnedOfWhereThatIsAskedFor) {
         {"f", "", grid_field({{n, n, n}, 0.01 * Mat3::identity(), {}}, {VoxelType::int16, 1, {voxels, voxels->data()}})}};
     return volume;
   };
-  const auto warnings = [&](const std::string& filter, const std::string& solid, int level, bool asked) {
+  const auto loaded = [&](const std::string& filter, const std::string& solid, int level, bool asked) {
     const std::string scene = "palpa = 1\n[volume.v]\nfile = 'ct'\n" + filter +
                               "\n[[mode]]\nname = 's'\ntype = 'surface_and_friction'\nfield = 'v'\nsolid = '" + solid +
                               "'\n[[mode.level]]\nvalue = " + std::to_string(level) + "\nstrength_n = 1\n";
-    return parse_scene(scene, "s.toml", folder_, plate, standard_modes(), {.thin_parts = asked}).warnings;
+    return parse_scene(scene, "s.toml", folder_, plate, standard_modes(), {.thin_parts = asked});
   };
+  const auto warnings = [&](auto&&... scene) { return loaded(scene...).warnings; };
+  const auto notes = [&](auto&&... scene) { return loaded(scene...).notes; };
   ASSERT_EQ(warnings("", "high", 700, true).size(), 1U);
   EXPECT_THAT(warnings("", "high", 700, true)[0], testing::AllOf(testing::StartsWith("s.toml:11:9: "),
                                                                  HasSubstr("loses 100 % of the parts thinner than 2 voxels")));
@@ -180,6 +182,13 @@ TEST_F(FilterKey, ThinPartsThatAreLostAreWarnedOfWhereThatIsAskedFor) {
   EXPECT_TRUE(warnings("", "high", 500, true).empty());
   EXPECT_TRUE(warnings("", "low", 700, true).empty());
   EXPECT_TRUE(warnings("filter = 'trilinear'", "high", 700, true).empty());
+  EXPECT_TRUE(notes("", "high", 700, true).empty());
+  EXPECT_TRUE(notes("filter = 'trilinear'", "high", 700, true).empty());
+  EXPECT_TRUE(notes("filter = 'smooth'", "high", 500, true).empty());
+  EXPECT_TRUE(notes("filter = 'smooth'", "high", 700, false).empty());
+  EXPECT_TRUE(warnings("filter = 'smooth'", "high", 700, true).empty()) << "the scene names its filter";
+  EXPECT_THAT(notes("filter = 'smooth'", "high", 700, true),
+              testing::ElementsAre(HasSubstr("loses 100 % of the parts thinner than 2 voxels")));
 }
 
 // The shell of one voxel of a label map has few holes after the filter, 1.6 % of it, but a hand falls through each.

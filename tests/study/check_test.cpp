@@ -249,6 +249,43 @@ TEST(Check, HasStiffnessesOfEachGrade) {
   EXPECT_TRUE(std::ranges::find(grades, Grade::warn) != grades.end()) << said;
 }
 
+/// A head whose skin breaks and whose bone holds.
+Scene phantom(double stiffness_n_per_m, double damping_ns_per_m) {
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = 7.0});
+  scene.add("head", head_phantom());
+  scene.workspace.fit = "head";
+  scene.add("surface", SurfaceAndFriction{.field = {"head"},
+                                          .levels = {{.value = -300.0, .strength_n = Strength{0.8}, .stiffness_n_per_m = 300.0},
+                                                     {.value = 300.0, .strength_n = Strength{12.0}}},
+                                          .friction_n = 0.1});
+  return scene;
+}
+
+// At each stiffness the device is tried at the same places in the same directions, so that a stiffer scene is never the better
+// one for having been tried elsewhere.
+TEST(Check, NeverJudgesAStifferCouplingBetter) {
+  for (const char* device : {"omega", "falcon"}) {
+    for (Scene (*const of)(double, double) : {ball, phantom}) {
+      const DevicePlant plant = device_plant(device);
+      std::string said;
+      std::vector<CheckPlace> places;
+      Grade before = Grade::fine;
+      for (const double k : {200.0, 500.0, 900.0, 1300.0, 1800.0, 2500.0, 3000.0}) {
+        const CheckReport report = check(of(k, 0.2), plant, {.advise = false});
+        said += detail::text("%g: ", k) + report.verdict + "\n";
+        EXPECT_GE(report.grade, before) << device << "\n" << said;
+        before = report.grade;
+        if (places.empty()) places = report.places;
+        ASSERT_EQ(report.places.size(), places.size()) << device << ", " << k;
+        for (std::size_t p = 0; p < places.size(); ++p) {
+          EXPECT_EQ(report.places[p].front_m, places[p].front_m) << device << ", " << k;
+          EXPECT_EQ(report.places[p].inwards, places[p].inwards) << device << ", " << k;
+        }
+      }
+    }
+  }
+}
+
 // The margin is one of friction: a device with half of it hums, or rests, as the margin says.
 TEST(Check, ItsMarginIsWhatADeviceOfHalfTheFrictionDoes) {
   for (const double k : {500.0, 1000.0, 2000.0}) {
