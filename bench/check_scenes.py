@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The table of docs/check.md: nine scenes with real data on four devices, as `palpa check` finds them.
+"""The table of docs/check.md: `palpa check` of nine scenes with real data on four devices.
 
-  check_scenes.py PALPA DATA_FOLDER [DEVICE...]
+check_scenes.py PALPA DATA_FOLDER [DEVICE...]
 """
 import json
 import pathlib

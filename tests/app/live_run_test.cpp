@@ -1,4 +1,4 @@
-// palpa in real time: it ends whole however it is ended, goes on where its recording cannot, and obeys keys.
+// palpa in real time: every stop leaves a complete trace, gaps of the recording are bridged, keys work.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>

@@ -198,7 +198,7 @@ TEST(Derived, of_a_posed_field_is_that_of_the_grid_laid_there) {
   };
   const auto value = [](const Vec3& x) { return std::sin(250 * x.x) * std::cos(200 * x.y) + 100 * x.z; };
   const Similarity pose{rotation(random), 2.5, {0.4, -0.5, 0.6}};
-  // The same voxels, laid into the world by their geometry, vectors turned.
+  // The voxels placed into the world by their geometry, with turned vectors.
   const GridGeometry laid{g.dims, pose.scale * (pose.rotation * g.index_to_world_m), pose.to_world(g.origin_m)};
   const FieldPtr posed_flow = posed(vectors(g, flow), pose), posed_value = posed(scalars(g, value), pose);
   const FieldPtr laid_flow = vectors(laid, [&](const Vec3& x) { return pose.rotation * flow(pose.to_hand(x)); });
@@ -265,7 +265,7 @@ TEST(Derived, of_a_formula_is_that_of_its_samples) {
     ASSERT_TRUE(q->scalar(x).inside);
     EXPECT_NEAR(q->scalar(x).value, by_samples->scalar(x).value, 1e-4 * q->value_ranges()[0].max);
   }
-  // And of what was derived: the curl of a curl of a flow without divergence is minus its Laplacian.
+  // Derived twice: the curl of a curl of a flow without divergence is minus its Laplacian.
   const FieldPtr twice = derived(Derivation::curl, derived(Derivation::curl, vortex));
   EXPECT_EQ(smooth_grid_of(*twice)->geometry.dims[0], 97);
   const FieldPtr steepness = derived(Derivation::gradient_magnitude, derived(Derivation::magnitude, sampled(*vortex, 49)));
