@@ -1,5 +1,5 @@
-// A library that behaves as 3D Systems' libHD does, with two Touch behind it: a thread of its own that calls back a thousand
-// times a second, errors that have to be asked for, motors that get warm, an inkwell, and whatever the tests have go wrong.
+// A stand-in for 3D Systems' libHD with two Touch: a callback thread at 1 kHz, errors to be polled, motors that get warm, an
+// inkwell, and faults for the tests.
 #include "tests/devices/hd_stand_in.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using What = HdStandIn::What;
 
 constexpr unsigned nobody = 0xFFFFFFFF;
 constexpr double most_n = 3.3;
-// Frames without which the driver lets the motors rest.
+// Frames must be this frequent, or the driver releases the motors.
 constexpr auto rest_after = std::chrono::milliseconds(20);
 
 struct Touch {

@@ -1,5 +1,5 @@
 #!/bin/bash
-# scenes/README.md says of every file that a scene reads where it comes from, and size and checksum are those of the real ones.
+# scenes/README.md gives the source, size and checksum of every file of a scene; size and checksum match the file.
 set -u
 root=$1
 data=${PALPA_SHARED:-$root/../shared}/data

@@ -234,7 +234,7 @@ TEST(Protocol, DescriptorsTravelWithMessages) {
   char c = 0;
   EXPECT_EQ(::read(pipe_ends[0], &c, 1), 1);
 
-  // Two at once, and a message that is only looked at comes again.
+  // Two at once, and a peeked message comes again.
   EXPECT_TRUE(send(pair[0], ReadRequest{{1}}, pipe_ends[1], pipe_ends[0]));
   for (const bool take : {false, true}) {
     const auto both = receive(pair[1], garbled, take);

@@ -1,4 +1,4 @@
-"""Scenes, modes and their parameters: the same names, defaults and errors as in C++ and scene files."""
+"""Scenes, modes and their parameters: names, defaults and errors as in C++ and scene files."""
 
 import copy
 import inspect

@@ -1,5 +1,5 @@
-// What attributes of HDF5 and netCDF-4 say of the numbers and places of arrays, written here with the library itself: packed
-// numbers, numbers that stand for no data, coordinates, time. The law: what is felt at a place is what the conventions say.
+// Attributes of HDF5 and netCDF-4 for numbers and positions of arrays, written here with the library itself: packed numbers,
+// fill values, coordinates, time. A sampled value equals the conventions' value.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -114,7 +114,7 @@ class Conventions : public ReaderTest {
     request.layout.spacing_m = {1, 1, 1};
     return request;
   }
-  /// The value of a voxel; NaN where it has none. Not a sample, which has none beside such a voxel either.
+  /// The value of a voxel; NaN for a missing value. Not a sample, which is NaN beside a missing voxel too.
   static double at(const Volume& volume, std::int64_t i, std::int64_t j = 0, std::int64_t k = 0) {
     const GridView& grid = *grid_of(*volume.fields[0].field);
     const auto& dims = grid.geometry.dims;
@@ -132,7 +132,7 @@ using Stored = ::testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::ui
                                 std::int64_t, std::uint64_t, float, double>;
 TYPED_TEST_SUITE(Packed, Stored);
 
-/// Numbers 10, 11 … of 8 × 2 × 2, packed: each voxel alone is asked for, as its neighbours may be none.
+/// Numbers 10, 11 … of 8 × 2 × 2, packed: single voxels are read, as neighbours may be missing.
 template <class T>
 std::vector<T> counted() {
   std::vector<T> numbers;
@@ -371,7 +371,7 @@ TEST_F(Conventions, CoordinatesRisingFallingAndUnevenPlaceTheGrid) {
       }
     }
   }
-  NewHdf5 file(path());  // to and fro: no grid
+  NewHdf5 file(path());  // not monotone: no grid
   file.array<double>("T", {5, 5, 4}, linear_on({1, 3, 2, 4}, rising, rising));
   file.scale<double>("x", {1, 3, 2, 4}, "m");
   file.scales("T", {"", "", "x"});

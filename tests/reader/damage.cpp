@@ -50,7 +50,7 @@ std::string Damage::damaged(std::string bytes) {
   return bytes;
 }
 
-// A number of a header in text becomes another; of one in bytes, four bytes do.
+// Changes a number of a text header; of a binary header, four bytes.
 void Damage::change_number(std::string& bytes) {
   static constexpr const char* numbers[] = {"0",        "-1",         "1",          "7",     "65536",
                                             "99999999", "2147483647", "4294967296", "1e308", "nan"};

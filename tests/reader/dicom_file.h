@@ -1,4 +1,4 @@
-// DICOM files for tests, written element by element: by no library, so that none can share a mistake with its reader.
+// DICOM files for tests, written element by element: without a library, so that no mistake is shared with the reader.
 #pragma once
 
 #include <gdcmImageChangeTransferSyntax.h>

@@ -1,4 +1,4 @@
-// What the title and the comments of a first scene promise is so, on each set of the shared data.
+// Promises in titles and comments of first scenes, on each set of the shared data.
 #include <algorithm>
 #include <cmath>
 
@@ -25,7 +25,7 @@ struct Felt {
 
 class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<DataSet> {
  protected:
-  /// The first scene of the set; none where the data are not here.
+  /// The first scene of the set; none without the data.
   std::optional<LoadedScene> first() const {
     const fs::path data = shared_file(GetParam().file);
     if (data.empty()) return std::nullopt;
@@ -109,7 +109,7 @@ TEST_P(FirstPromises, AreKeptUnderARecordedHandWhichSoftTissueDoesNotKeepPopping
   }
 }
 
-/// [N] What a rigid hand that goes 20 mm along a way at 50 mm/s has against it, on average.
+/// [N] Mean resistance to a rigid hand on a path of 20 mm at 50 mm/s.
 double against_n(const Scene& scene, const Vec3& from_m, const Vec3& way) {
   constexpr double speed_m_per_s = 0.05, length_m = 0.02, dt_s = 1e-3;
   Session session(scene);
@@ -137,7 +137,7 @@ TEST_P(FirstPromises, UpstreamCostsMoreThanDownstream) {
     const VectorSample here = flow_at(at_m);
     if (!here.inside || !(norm(here.value) > 0.0)) continue;
     const Vec3 way = normalized(map.gradient_to_hand(normalized(here.value)));
-    // Where it flows the same way all along.
+    // Where the flow's direction is constant along the path.
     bool even = true;
     for (double m = 0.0; m <= 0.02; m += 0.005) {
       const VectorSample there = flow_at(at_m + m * way);

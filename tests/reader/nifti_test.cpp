@@ -43,7 +43,7 @@ struct File {
   }
 };
 
-/// The grid as single precision keeps it.
+/// The grid in single precision.
 FileGrid rounded(FileGrid grid) {
   const auto narrow = [](Vec3& v) { v = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; };
   for (Vec3& row : grid.step.row) narrow(row);
@@ -74,13 +74,13 @@ TEST_F(Nifti, ShearedSformsOfEitherHandAndByteOrder) {
   }
 }
 
-/// The header with other bytes at a place.
+/// The header with other bytes at an offset.
 template <class T>
 std::string with(std::string header, std::size_t at, T value, bool big) {
   return header.replace(at, sizeof value, bytes_of(value, big));
 }
 
-// The law: no byte of the header becomes a voxel, and no voxel is shifted.
+// No byte of the header becomes a voxel, and no voxel is shifted.
 TEST_F(Nifti, AnOffsetIntoTheHeaderIsRefusedOrTheHeadersEndIsTaken) {
   for (const bool big : {false, true}) {
     File file;
