@@ -194,7 +194,7 @@ TEST_F(Nifti, ValuesAreRescaledUnlessTheSlopeIsZero) {
   EXPECT_EQ(read(folder_.write("c.nii", file.header() + voxels)).fields[0].field->value_ranges()[0].min, 100.0);
 }
 
-// Vectors of RAS, stored in planes as NIfTI has them: v(x) = position, scaled, in the world v = x too.
+// Vectors of RAS, stored in planes as in NIfTI: v(x) = position, scaled, in the world v = x too.
 TEST_F(Nifti, VectorsTurnWithPositions) {
   File file;
   file.sform = 1;
@@ -231,7 +231,7 @@ TEST_F(Nifti, VectorsTurnWithPositions) {
   const fs::path five = folder_.write("5.nii", file.header() + voxels);
   expect_positions(read(five, as_vector));
   EXPECT_NE(error_of([&] { read(five); }).find("as = \"vector\""), std::string::npos);
-  // A mirrored grid: its slices are reversed on the way.
+  // A mirrored grid: its slices are reversed when read.
   file.grid.step = file.grid.step * Mat3{{{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}};
   file.intent = 1007;
   const Vec3 mirrored_m = ras_mm(rounded(file.grid).at({2, 1, 3}));
@@ -328,7 +328,7 @@ TEST_F(Nifti, ShortDataAreNotFilledUp) {
   std::string wrong = packed;
   wrong[packed.size() - 6] ^= 1;  // gzip's checksum
   error_of([&] { read(folder_.write("b.nii.gz", wrong)); });
-  // The same where the voxels are complete before the end is read.
+  // Likewise with complete voxels before the end is read.
   file.dim = {3, 30, 30, 30};
   std::string hard_to_pack;
   for (std::uint32_t n = 0; n < 30 * 30 * 30; ++n) hard_to_pack += bytes_of(static_cast<float>(n * 2654435761U));

@@ -1,5 +1,5 @@
-// No number that leaves the process, or is read, depends on the locale of the program that uses the library: whatever writes or
-// reads is asked again in a program whose numbers have commas, and the bytes are the same.
+// No written or read number depends on the locale of the library's program: each writer and reader runs again under a decimal
+// comma, with equal bytes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ class Locale : public StudyTest, public testing::WithParamInterface<LocaleOf> {
     run(weaker);
   }
 
-  /// What `make` makes in the classic locale and in one with commas is the same.
+  /// Expects equal output of `make` in the classic locale and with commas.
   void is_the_same(const std::function<Bytes(const fs::path& folder)>& make) const {
     fs::create_directories(folder / "classic");
     fs::create_directories(folder / "commas");
@@ -78,7 +78,7 @@ class Locale : public StudyTest, public testing::WithParamInterface<LocaleOf> {
                     << "\n  with commas: " << other.substr(at - std::min<std::size_t>(at, 60), 90);
     }
   }
-  /// All files of a folder but those that are never the same twice.
+  /// All reproducible files of a folder.
   Bytes files_of(const fs::path& of) const {
     Bytes files;
     for (const auto& entry : fs::recursive_directory_iterator(of)) {

@@ -1,4 +1,4 @@
-// A report says what the trace holds, escapes what others wrote, and comes from any trace, whole or not.
+// A report shows the trace's content, escapes foreign text, and works for any trace, complete or not.
 #include "palpa/report/report.h"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ class Report : public StudyTest {
     run(o);
     return folder / name;
   }
-  /// The report's text; a machine without EGL has no pictures, which the report says.
+  /// The report's text; a machine without EGL has no pictures, which the report mentions.
   static std::string html_of(const fs::path& trace) {
     const std::string html = report_html(trace);
     EXPECT_EQ(markup_error(html, true), "");
@@ -193,7 +193,7 @@ TEST_F(Report, ADamagedFileIsOneLine) {
   EXPECT_THAT(error_of(made), HasSubstr("modes.csv:2: column 'force_x_n' cannot be"));
 }
 
-/// A trace felt with a hand, data, a plug-in's name and settings that lie in folders with a name in them.
+/// A trace whose hand, data, plug-in and settings lie in folders with a person's name.
 TEST_F(Report, HoldsLastNamesOfPathsUnlessWholeOnesAreAskedFor) {
   const fs::path home = folder / "Jane Doe 1970" / "st-mary";
   fs::create_directories(home / "data");

@@ -1,4 +1,4 @@
-// What the tests of loading share: a scene of a ball, texts about it, and the law for texts that are refused.
+// Shared parts of the loading tests: a scene of a ball, texts about it, and the check of refused texts.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -30,7 +30,7 @@ strength_n = 0.8
 
 inline std::string with(const std::string& more) { return ball + more; }
 
-/// A folder that is gone after the test.
+/// A temporary folder.
 class Folder {
  public:
   Folder() {
@@ -52,7 +52,7 @@ struct Wrong {
   const char* error;  ///< begins with
 };
 
-/// Each is refused in one line that begins as it should: with its place.
+/// Each refusal is one line that begins with its place.
 inline void expect_refused(const std::vector<Wrong>& scenes) {
   for (const Wrong& wrong : scenes) {
     const std::string error = error_of(wrong.text);
