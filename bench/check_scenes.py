@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The table of docs/check.md: `palpa check` of nine scenes with real data on four devices.
+"""The table of docs/check.md: nine scenes with real data on four devices, as `palpa check` finds them.
 
-check_scenes.py PALPA DATA_FOLDER [DEVICE...]
+  check_scenes.py PALPA DATA_FOLDER [DEVICE...]
 """
 import json
 import pathlib

@@ -1,6 +1,6 @@
 // The explorer's window: time of a picture for each view, start time, and cost for the haptic loop.
 //
-// bench_explorer [FRAMES] [SECONDS]    on a display of its own, at 800 x 600 pixels of the view
+//   bench_explorer [FRAMES] [SECONDS]    on a display of its own, at 800 x 600 pixels of the view
 #include <QElapsedTimer>
 #include <QOpenGLContext>
 #include <QOpenGLFunctions>

@@ -1,7 +1,7 @@
 // Force figures of the four scenes with real data and of five suggested scenes of files: a table for each, a table of the
 // worst, and optional pictures.
 //
-// bench_felt [--part NAME]… [--scene NAME]… [--pictures FOLDER] DATA_FOLDER
+//   bench_felt [--part NAME]… [--scene NAME]… [--pictures FOLDER] DATA_FOLDER
 //
 // Without --part all parts, without --scene all scenes. The tables are the Markdown of docs/felt.md.
 #include "bench/felt.h"

@@ -1,7 +1,7 @@
 // A new user's path for each data set of a folder: a first scene, then each simulated hand and each recording, through the
 // program. Prints the table of docs/data.md; exit status 1 if a promised figure is missed.
 //
-// bench_first_touch PALPA DATA [FILE…]
+//   bench_first_touch PALPA DATA [FILE…]
 //
 // PALPA: the program. DATA: the shared data with its folder `trajectories`. FILEs replace the sets of DATA.
 #include <algorithm>

@@ -1,6 +1,6 @@
 // Random hands against the limiter: every command is checked against docs/safety.md; and the limiter's cost per tick.
 //
-// bench_guard [TICKS [SEED]]
+//   bench_guard [TICKS [SEED]]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

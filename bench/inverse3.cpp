@@ -1,6 +1,6 @@
 // An Inverse3 end to end: the loop, its link, and a stand-in for Haply's Inverse Service on this machine.
 //
-// bench_inverse3 SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
+//   bench_inverse3 SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
 //
 // The round trip is from a written force to the receipt of a state sent after it. Then the scene runs for 60 s at 1 kHz, with
 // the stand-in's handle on the path of the run's hand.

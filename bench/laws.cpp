@@ -1,6 +1,6 @@
 // Deviation of earlier systems' laws from the exact balance, in a scene under a hand: the tables of docs/laws.md.
 //
-// bench_laws SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
+//   bench_laws SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
 #include "palpa/study/compare_laws.h"
 #include "palpa/study/run.h"
 #include "run_arguments.h"

@@ -1,7 +1,7 @@
 // Timing of a live loop: against a bare loop, with and without rehearsals, under scene changes, and with busy processors and
 // foreign caches.
 //
-// bench_live SCENE HAND DATA_FOLDER [SECONDS [RATE_HZ [loaded]]]
+//   bench_live SCENE HAND DATA_FOLDER [SECONDS [RATE_HZ [loaded]]]
 //
 // SECONDS (60) are for each kind, in interleaved blocks of 5 s, so that other load of the machine meets all kinds alike. A
 // trace is written throughout.

@@ -1,6 +1,6 @@
 // Throughput of a slice's map on one core and on all: probe positions and points per second.
 //
-// bench_map SCENE [POINTS [DATA_FOLDER]]
+//   bench_map SCENE [POINTS [DATA_FOLDER]]
 #include "palpa/study/map.h"
 
 #include <palpa/palpa.h>

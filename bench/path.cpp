@@ -1,6 +1,6 @@
 // Accuracy of the proxy's path: a table for each figure that the theory quotes.
 //
-// bench_path [--part NAME]… [--scene FILE]… [--count N] [DATA_FOLDER]
+//   bench_path [--part NAME]… [--scene FILE]… [--count N] [DATA_FOLDER]
 //
 // Without --part all parts that need no data, and with a folder of data all. --count: strokes, places or ticks instead of the
 // part's own. Scenes are read from scenes/ beside the source.

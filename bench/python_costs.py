@@ -1,6 +1,6 @@
 """Costs of the Python binding.
 
-PYTHONPATH=build/release/python python3 bench/python_costs.py [build/bench/bin/bench_python_path]
+    PYTHONPATH=build/release/python python3 bench/python_costs.py [build/bench/bin/bench_python_path]
 
 The argument: a C++ program that runs the identical path (bench/python_path.cpp).
 """

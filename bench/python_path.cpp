@@ -1,6 +1,6 @@
 // The path of python_costs.py in C++: prints the time of a tick [us].
 //
-// bench_python_path TICKS
+//   bench_python_path TICKS
 #include <palpa/palpa.h>
 
 #include <cmath>

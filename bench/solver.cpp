@@ -1,6 +1,6 @@
 // Time of a balance: the exact law by family, number of primitives and stage, and in scenes under a moving hand.
 //
-// bench_solver [--problems 200] [--family NAME] [--part scenes|families]
+//   bench_solver [--problems 200] [--family NAME] [--part scenes|families]
 //
 // Times are of `Solver::solve` alone, by the clock named at the top, less the clock's own time. Each problem is timed 3 times
 // and the best kept; median, p99 and maximum are over problems, so that they show hard problems, not a noisy machine. Cold: an

@@ -1,10 +1,10 @@
 // The measured program of bench_versions: one scene under one hand, whose path is recorded once and replayed in every version.
 //
-// bench_tick_cost record SCENE HAND TICKS PROBES [DATA]     a firm hand's probes to the file PROBES
-// bench_tick_cost hot SCENE PROBES [DATA]                   microseconds per tick of some passes, a line each
-// bench_tick_cost count SCENE PROBES [DATA]                 the number of ticks under valgrind's callgrind
-// bench_tick_cost lines SCENE PROBES [DATA]                 the number of ticks that callgrind dumps one by one
-// bench_tick_cost prefilter VOXELS                          milliseconds of the cubic filter's preparation, a line each
+//   bench_tick_cost record SCENE HAND TICKS PROBES [DATA]     a firm hand's probes to the file PROBES
+//   bench_tick_cost hot SCENE PROBES [DATA]                   microseconds per tick of some passes, a line each
+//   bench_tick_cost count SCENE PROBES [DATA]                 the number of ticks under valgrind's callgrind
+//   bench_tick_cost lines SCENE PROBES [DATA]                 the number of ticks that callgrind dumps one by one
+//   bench_tick_cost prefilter VOXELS                          milliseconds of the cubic filter's preparation, a line each
 //
 // SCENE is a file; "five", five modes on 256³ voxels under a hand without a name; or "empty:FILE", a file's scene with no mode
 // enabled. callgrind must begin with --instr-atstart=no.

@@ -1,7 +1,7 @@
 // Time of a tick: five modes on volumes of 256³, with caches evicted and under a recorded hand, and one surface on volumes of
 // 128³ to 1024³.
 //
-// bench_tick_speed [--part evicted|hot|sizes]… [--ticks N] [--hand FILE] [--pages small|huge]
+//   bench_tick_speed [--part evicted|hot|sizes]… [--ticks N] [--hand FILE] [--pages small|huge]
 //
 // Without --part: evicted, sizes, and with a hand hot. --ticks: evicted ticks of each table's row instead of 2000. --hand: a
 // recorded hand (hand.h), held firmly. --pages: of the voxels. Pins itself to its first core. Times are by the cycle counter;

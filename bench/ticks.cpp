@@ -1,6 +1,6 @@
 // Ticks per second of a scene under a hand, headless, with no trace.
 //
-// bench_ticks SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
+//   bench_ticks SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
 //
 // All figures come from one run of this program: the scene's ticks, the hand's with no mode enabled, and the scene's with
 // evicted caches.

@@ -1,7 +1,7 @@
 // Bounds of the balances in traces, by the formula of docs/trace.md alone; and differences between two traces of one hand.
 //
-// bench_traces FOLDER…               traces recorded with --primitives: one line each
-// bench_traces --compare OLD NEW     largest and p99 change of the proxy, the force and the probe per tick
+//   bench_traces FOLDER…               traces recorded with --primitives: one line each
+//   bench_traces --compare OLD NEW     largest and p99 change of the proxy, the force and the probe per tick
 #include <palpa/palpa.h>
 
 #include <algorithm>

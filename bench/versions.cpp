@@ -2,14 +2,15 @@
 // tick, by valgrind's callgrind; time of hot ticks; time to prepare the cubic filter. And the accuracy of the path:
 // bench_path's tables of both versions, at the sizes of the promises.
 //
-// bench_versions BASE_BUILD THIS_BUILD DATA [--part instructions|lines|hot|prefilter|path]… [--rounds N]
+//   bench_versions BASE_BUILD THIS_BUILD DATA [--part instructions|lines|hot|prefilter|path]… [--rounds N]
 //
 // Both builds are folders with bench_tick_cost, bench_path and palpa-read, built alike and optimised. The earlier version is
 // built with these benchmarks, for equal work:
 //
-// git worktree add ../palpa-f5900ca f5900ca
-// git -C ../palpa-f5900ca checkout THIS_BRANCH -- bench tests
-// cd ../palpa-f5900ca && cmake --preset bench -DPALPA_VIEW=OFF && cmake --build build/bench --target bench_tick_cost palpa-read
+//   git worktree add ../palpa-f5900ca f5900ca
+//   git -C ../palpa-f5900ca checkout THIS_BRANCH -- bench tests
+//   cd ../palpa-f5900ca && cmake --preset bench -DPALPA_VIEW=OFF && cmake --build build/bench --target bench_tick_cost
+//   palpa-read
 //
 // Scenes are the earlier version's, BASE_BUILD/../../scenes; DATA holds the shared sets and `trajectories`. The hand of real
 // data is firm on a recording; both versions replay its path in the earlier version.

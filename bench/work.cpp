@@ -1,7 +1,7 @@
 // Largest work of a tick: hostile scenes and hands (tests/session/hostile_scene.h), the work units of their ticks, and their
 // processor time.
 //
-// bench_work [SCENES [TICKS]]
+//   bench_work [SCENES [TICKS]]
 #include <palpa/palpa.h>
 #include <time.h>
 

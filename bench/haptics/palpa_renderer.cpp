@@ -1,6 +1,6 @@
 // Palpa as a renderer under the benchmark's public protocol: a case's file becomes a scene, each line a tick.
 //
-// bench_haptics_palpa [--law NAME] CASE.json
+//   bench_haptics_palpa [--law NAME] CASE.json
 //
 // NAME is a law of docs/laws.md: exact, paper-2005, ikits-2003, ikits-2003-sequential or no-proxy.
 #include <palpa/palpa.h>

@@ -2,7 +2,7 @@
 """Minimal renderer, and a template for adapters of other renderers: a spring on the penetration that value and slope at the
 probe give to first order. No proxy, no memory, standard library only.
 
-penalty.py CASE.json
+    penalty.py CASE.json
 """
 import array
 import json

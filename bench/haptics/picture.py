@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The picture of docs/benchmark.md: force error of each renderer in each family. Standard library only.
 
-picture.py SCORES.csv OUT.svg
+    picture.py SCORES.csv OUT.svg
 """
 import csv
 import html

@@ -18,14 +18,14 @@ struct Shape {
 };
 
 /// Descriptions:
-/// plane                      below y = 0
-/// sphere, bumpy_sphere       radius_m; the second is |x| = R (1 + 0.05 sin 5n_x sin 5n_y sin 5n_z), n = x/|x|
-/// torus                      radius_m, tube_m; about z
-/// plate                      thickness_m, below y = 0
-/// wedge                      opening_deg: between y = 0 where x < 0 and a plane through z that is so far below it
-/// groove                     opening_deg: all but a wedge along z that opens towards +y
-/// helix                      radius_m, rise_m: a curve about z with this rise per radian; 0: a circle
-/// scan                       file, level: the surface of a measured volume, at that file's resolution
+///   plane                      below y = 0
+///   sphere, bumpy_sphere       radius_m; the second is |x| = R (1 + 0.05 sin 5n_x sin 5n_y sin 5n_z), n = x/|x|
+///   torus                      radius_m, tube_m; about z
+///   plate                      thickness_m, below y = 0
+///   wedge                      opening_deg: between y = 0 where x < 0 and a plane through z that is so far below it
+///   groove                     opening_deg: all but a wedge along z that opens towards +y
+///   helix                      radius_m, rise_m: a curve about z with this rise per radian; 0: a circle
+///   scan                       file, level: the surface of a measured volume, at that file's resolution
 /// `turn`, an integer quaternion, rotates it about the origin. Bit-identical on every machine with IEEE arithmetic.
 /// \param folder  of the description's files
 /// Throws LoadError.

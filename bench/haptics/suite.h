@@ -15,12 +15,12 @@ struct MakeOptions {
 };
 
 /// Writes into a folder:
-/// cases/NAME.json    a renderer's input
-/// volumes/NAME.nrrd
-/// probes/NAME.csv    the hand, tick by tick
-/// truth/NAME.json    the scores and their reference shape
-/// truth/NAME.csv     the right force, tick by tick
-/// SHA256SUMS         of all of them, for sha256sum -c
+///   cases/NAME.json    a renderer's input
+///   volumes/NAME.nrrd
+///   probes/NAME.csv    the hand, tick by tick
+///   truth/NAME.json    the scores and their reference shape
+///   truth/NAME.csv     the right force, tick by tick
+///   SHA256SUMS         of all of them, for sha256sum -c
 /// Byte-identical on every machine with IEEE arithmetic. Throws LoadError.
 void make(const std::filesystem::path& folder, const MakeOptions& options);
 

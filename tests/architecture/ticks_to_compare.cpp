@@ -1,6 +1,6 @@
 // Prints every number of every tick and its primitives exactly, for a comparison of builds.
 //
-// ticks_to_compare SCENE HAND DURATION_S [DATA_FOLDER]
+//   ticks_to_compare SCENE HAND DURATION_S [DATA_FOLDER]
 #include <cstdio>
 #include <cstdlib>
 #include <exception>

@@ -1,6 +1,6 @@
 // A campaign: random cases from a seed that test a promise. The shared frame:
 //
-// seed ──► choices ──► case ──► judge ──► (minimised failure) ──► a row of the table
+//     seed ──► choices ──► case ──► judge ──► (minimised failure) ──► a row of the table
 //
 // A campaign adds only the middle: a function that makes a case of its choices and judges it.
 #pragma once

@@ -1,6 +1,6 @@
 // Campaigns as a command: runs them from a seed on, and prints the table.
 //
-// palpa_campaign [OPTION]... [NAME]...      a NAME, or its beginning: "ticks", "file", "fault disk"; none: all
+//   palpa_campaign [OPTION]... [NAME]...      a NAME, or its beginning: "ticks", "file", "fault disk"; none: all
 //
 // 0: no failure, 1: failures, 2: wrong usage.
 #include <signal.h>

@@ -2,7 +2,7 @@
 # Builds the packages, installs them in a bare Debian 12, runs their programs, purges them, and compares the files before and
 # after. Needs root, debootstrap and dpkg-dev, a Debian mirror as in this machine's apt, and up to 3 GB; so ctest leaves it out.
 # By hand:
-# sudo tests/install/deb_test.sh BUILD [ROOT]
+#   sudo tests/install/deb_test.sh BUILD [ROOT]
 # BUILD is a finished build, configured with CMAKE_INSTALL_PREFIX=/usr and BUILD_TYPE Release. ROOT is a bare root made before
 # (by debootstrap --variant=minbase, of this machine's release); it is copied, not changed.
 set -eu

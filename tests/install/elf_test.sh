@@ -1,10 +1,10 @@
 #!/bin/bash
 # Hardening of every program and library:
 # - libraries are searched beside the file alone ($ORIGIN): an empty or relative element of a RUNPATH would load a file of a
-# library's name from the current folder, an absolute element from the build's former folder;
+#   library's name from the current folder, an absolute element from the build's former folder;
 # - its tables of addresses are read-only once it runs (RELRO, and bound at the start);
 # - its stack is not executable, and a program's address is random (PIE).
-# elf_test.sh FOLDER
+#   elf_test.sh FOLDER
 set -eu
 # Prints the faults of an ELF file, a line each.
 faults() {

@@ -1,6 +1,7 @@
 #!/bin/bash
 # Installs the build into an empty prefix, moves the prefix, and uses it from outside: the installed program, a program and a
-# plug-in built outside of the tree. Then uninstalls; no file may be left. install_test.sh SOURCE BUILD
+# plug-in built outside of the tree. Then uninstalls; no file may be left.
+#   install_test.sh SOURCE BUILD
 set -eu
 source=$1 build=$2
 work=$(mktemp -d)

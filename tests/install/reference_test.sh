@@ -1,5 +1,6 @@
 #!/bin/bash
-# Man page and completion contain every command and option of --help, with their values. reference_test.sh PALPA
+# Man page and completion contain every command and option of --help, with their values.
+#   reference_test.sh PALPA
 set -eu
 palpa=$1
 fail() {

@@ -1,5 +1,5 @@
 // The scene of docs_test.py in C++: prints it as TOML, runs and records it.
-// python_same_scene FOLDER TRACE     with FOLDER/ramp.raw
+//   python_same_scene FOLDER TRACE     with FOLDER/ramp.raw
 #include <palpa/palpa.h>
 
 #include <cstdio>

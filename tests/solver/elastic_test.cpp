@@ -1,4 +1,4 @@
-// Planes and corners that give way: Huber's function of the distance, in series with the coupling.
+// Elastic planes and corners: Huber's function of the distance, in series with the coupling.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -71,7 +71,7 @@ TEST(Elastic, BecomesRigidAsItsStiffnessGrows) {
   }
 }
 
-// Where a primitive holds its force is its stiffness times the way out; where it slips, all its strength along that.
+// A holding primitive's force is its stiffness times the way out; a slipping one's, all its strength along that.
 TEST(Elastic, SatisfiesTheInclusionPrimitiveByPrimitive) {
   for (const char* name : {"elastic_random", "elastic_haptic", "elastic_corner", "elastic_groove", "elastic_two_corners"}) {
     const test::Family& family = *test::family_named(name);
@@ -89,7 +89,7 @@ TEST(Elastic, SatisfiesTheInclusionPrimitiveByPrimitive) {
           const Vec3 way_m = residual(problem.primitives, i, found.balance.position_m);
           const double asked_n = p.stiffness_n_per_m * norm(way_m);
           const Vec3 should_n = asked_n > p.strength_n ? (p.strength_n / norm(way_m)) * way_m : p.stiffness_n_per_m * way_m;
-          // A force is as far from its own as an error of the position makes it, and as the gap allows.
+          // A force's error follows from the position's error and the gap.
           const double error_m = found.balance.error_bound_m + 1e-15;
           const double allowed_n = 2e-9 * (problem.stiffness_n_per_m + p.stiffness_n_per_m) +
                                    2.0 * error_m * std::sqrt(problem.stiffness_n_per_m * p.stiffness_n_per_m);
@@ -104,7 +104,7 @@ TEST(Elastic, SatisfiesTheInclusionPrimitiveByPrimitive) {
   }
 }
 
-// Two that stand in one place share a load as their stiffnesses are; nobody else's split is possible.
+// Two at one point share a load by their stiffnesses; no other split is possible.
 TEST(Elastic, SharesALoadByStiffness) {
   Random random(4);
   for (int i = 0; i < 500; ++i) {
@@ -123,7 +123,7 @@ TEST(Elastic, SharesALoadByStiffness) {
   }
 }
 
-// What fixed elastic primitives take they give back: the force is that of a potential, to the order of the hold.
+// Fixed elastic primitives return their energy: the force is that of a potential, to the order of the hold.
 TEST(Elastic, GivesBackWhatItTook) {
   Random random(5);
   for (int i = 0; i < 50; ++i) {
@@ -147,8 +147,8 @@ TEST(Elastic, GivesBackWhatItTook) {
   }
 }
 
-// However its plane turns and moves between two ticks, as long as it leaves the old foot free it holds no more than it did:
-// then hand and level together bring nothing in but what the hold does (theory.md 7.8).
+// Its plane may turn and move between two ticks: while it leaves the old foot free it stores no more than before, and hand and
+// level together inject only the hold's energy (theory.md 7.8).
 TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
   Random random(6);
   for (int run = 0; run < 200; ++run) {
@@ -177,7 +177,7 @@ TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
   }
 }
 
-// The foot is where its force has pressed it in from, and no further off than it can give way.
+// The foot is offset against its force by at most its largest deflection.
 TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
   for (const char* name : {"elastic_random", "elastic_haptic", "elastic_corner", "elastic_groove"}) {
     int sunk = 0;
@@ -197,7 +197,7 @@ TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
         for (std::size_t facet = 0; facet < whole.size(); ++facet) force_n += found.forces_n[i + facet];
         const double longest_m = p.strength_n / p.stiffness_n_per_m;
         EXPECT_LE(norm(way_m), longest_m * (1.0 + 1e-12)) << recipe;
-        // Forces are known as well as the proxy is, softly as a spring, and up to a direction where it slips.
+        // Forces are as exact as the proxy times a spring, and up to a direction when slipping.
         const double off_n = p.stiffness_n_per_m * (found.balance.error_bound_m + 1e-12) + 1e-9 * p.strength_n;
         if (norm(force_n) > 0.999 * p.strength_n || off_n > 0.01 * p.strength_n) continue;
         EXPECT_LE(distance(p.stiffness_n_per_m * way_m, force_n), 3.0 * off_n) << recipe;
@@ -222,7 +222,7 @@ TEST(Elastic, FeetAreKeptByPrimitiveAndFoundByMode) {
   EXPECT_EQ(feet.offset_m({4, 2}), (Vec3{4.0, 2.0, 0.0}));
   EXPECT_EQ(feet.offset_m({2, 2}), Vec3{});
   for (std::uint16_t slot = 0; slot < 100; ++slot) feet.put({{9, slot}, {1.0, 1.0, 1.0}, 0.5});
-  EXPECT_EQ(feet.of(4).size(), 4u);  // those behind are left out
+  EXPECT_EQ(feet.of(4).size(), 4u);  // facets behind are left out
   EXPECT_LT(feet.of(9).size(), 100u);
   feet.clear();
   EXPECT_TRUE(feet.all().empty());

@@ -1,4 +1,4 @@
-// Families of balance problems, easy and degenerate: the same problems on every machine.
+// Families of balance problems, easy and degenerate: identical on every machine.
 #pragma once
 
 #include <span>
@@ -63,12 +63,12 @@ struct Family {
   const char* name;
   bool at_proxy;  ///< all anchors are exactly at the start
   Problem (*make)(Random& random, int n, bool drags);
-  bool is_new = false;  ///< corners or elastic: earlier laws know none
+  bool is_new = false;  ///< corners or elastic: unknown to earlier laws
 };
 
 std::span<const Family> families();
 
-/// The family of this name; nullptr if there is none.
+/// The family of this name; nullptr without it.
 const Family* family_named(std::string_view name);
 
 }  // namespace palpa::test

@@ -1,4 +1,4 @@
-// The shapes that a report's page turns: they lie where the field says, however coarse they are made.
+// Shapes of a report's interactive page: true to the field at any resolution.
 #include "palpa/view/scene_shapes.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
     EXPECT_LE(ball.triangles.size(), most + most / 50);
     EXPECT_GT(ball.triangles.size(), most / 2);
     ASSERT_EQ(ball.normals.size(), ball.points_m.size());
-    // A triangle of a ball that so many cover lies no deeper than the square of half its side over twice the radius.
+    // A triangle of a ball covered by this many lies at most at the depth of the square of half its side over twice the radius.
     const double deep_m = 4.0 * radius_m / static_cast<double>(ball.triangles.size());
     for (std::size_t i = 0; i < ball.points_m.size(); ++i) {
       EXPECT_NEAR(norm(ball.points_m[i]), radius_m, deep_m + 2e-5);
@@ -41,7 +41,7 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
   }
 }
 
-/// Balls within each other as layers, the outermost first.
+/// Concentric balls as layers, the outermost first.
 SceneShapes balls_of(const std::vector<ViewLayer>& layers) {
   Scene scene;
   scene.workspace.scale = 1.0;

@@ -1,5 +1,5 @@
-// Laws of the headers for programs that have VTK: what VTK's own readers have is what our reader has, to the bit; nothing is
-// copied; what cannot be felt is said.
+// Headers for programs with VTK: data of VTK's own readers equal the reader's, to the bit; no copies; unusable data are
+// reported.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <vtkActorCollection.h>
@@ -48,7 +48,7 @@ std::string error_of(Action action) {
   return "(no error)";
 }
 
-/// 4 × 3 × 2 points of an oblique grid, whose values tell them apart.
+/// 4 × 3 × 2 points of an oblique grid with unique values.
 vtkSmartPointer<vtkImageData> oblique(int type = VTK_SHORT) {
   const auto image = vtkSmartPointer<vtkImageData>::New();
   image->SetExtent(1, 4, -1, 1, 2, 3);
@@ -65,7 +65,7 @@ vtkSmartPointer<vtkImageData> oblique(int type = VTK_SHORT) {
   return image;
 }
 
-/// The field has VTK's values at VTK's places.
+/// The field has VTK's values at VTK's positions.
 void expect_values(const Field& field, vtkDataSet& data, vtkDataArray& values) {
   for (vtkIdType n = 0; n < data.GetNumberOfPoints(); ++n) {
     double at[3];
@@ -179,7 +179,7 @@ TEST(FromVtk, BlankPointsHaveNoDataAndGhostsThatRepeatOnesHave) {
 }
 
 TEST(FromVtk, WhatHasNoGridOfItsOwnIsResampledAndTellsItsError) {
-  // A block of 5 × 5 × 5 cells along x, y and z, one of which is missing.
+  // A block of 5 × 5 × 5 cells along x, y and z, without one.
   vtkNew<vtkUnstructuredGrid> mesh;
   vtkNew<vtkPoints> points;
   vtkNew<vtkDoubleArray> values;
@@ -362,7 +362,7 @@ TEST(TransferFunctions, AreTheSameThereAndBack) {
   EXPECT_THAT(error_of([&] { transfer_function_from_vtk(*vtkNew<vtkPiecewiseFunction>()); }), HasSubstr("has no points"));
 }
 
-/// Where the middle of an actor that is seen lies.
+/// Centres of the visible actors.
 std::vector<Vec3> seen_in(vtkRenderer& renderer) {
   std::vector<Vec3> all;
   vtkActorCollection& actors = *renderer.GetActors();
