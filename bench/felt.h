@@ -15,7 +15,6 @@
 
 namespace palpa::bench {
 
-/// A row of the table.
 struct Figure {
   std::string name;
   std::string measured;
@@ -28,7 +27,7 @@ struct Figure {
 /// A scene and the data that its hands need.
 struct FeltScene {
   std::string name;
-  std::string origin;  ///< its file
+  std::string origin;
   Scene scene;
   Encounter rigid, held;  ///< first contact of a rigid and of a relaxed hand
   EdgesOfData edges;

@@ -21,7 +21,6 @@ const SurfaceAndFriction* surface_of(const SceneMode& mode) {
   return mode.enabled ? mode.mode.as<SurfaceAndFriction>() : nullptr;
 }
 
-/// A press's stay on a level.
 struct Held {
   std::vector<double> depths_m, forces_n;
 };

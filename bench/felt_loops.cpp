@@ -19,9 +19,9 @@ constexpr const char* hands[] = {"let go", "relaxed", "firm"};
 
 /// The hand's force in the tactile band once it is still.
 double still_rms_n(const FeltScene& felt, const DevicePlant& plant, int hand, double beside_m) {
-  constexpr double duration_s = 1.1;  // evaluated
-  constexpr double landed_s = 1.2;    // after landing, before sliding off
-  constexpr double push_n = 0.3;      // less than the strength of any level in the scenes
+  constexpr double duration_s = 1.1;
+  constexpr double landed_s = 1.2;  // after landing, before sliding off
+  constexpr double push_n = 0.3;    // less than the strength of any level in the scenes
   double from_s = even_s;
   std::unique_ptr<SimulatedDevice> device;
   if (hand == 0) {

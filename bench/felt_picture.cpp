@@ -72,7 +72,6 @@ Plot spectra(const FeltScene& felt, const HandSlide& slide, const FeltRun& smoot
   return plot;
 }
 
-/// Of five presses, the press with most contact.
 Plot press(const FeltScene& felt) {
   constexpr double press_m_per_s = 0.02;
   const double beside_m = 0.5 * felt.rigid.radius_m, duration_s = press_duration_s(felt.rigid, press_m_per_s);

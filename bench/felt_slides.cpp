@@ -16,9 +16,9 @@ namespace {
 using detail::text;
 
 struct Slides {
-  std::vector<std::vector<Vec3>> commands_n;  ///< in contact, away from events
-  double worst_n = 0.0;                       ///< [N] rms above 100 Hz, of a single slide
-  double felt_s = 0.0;                        ///< all evaluated time
+  std::vector<std::vector<Vec3>> commands_n;
+  double worst_n = 0.0;  ///< [N] rms above 100 Hz, of a single slide
+  double felt_s = 0.0;
   std::map<StepCause, int> steps;
   std::map<std::string, int> modes;  ///< with force steps without an event
 };

@@ -37,8 +37,8 @@ constexpr double block_s = 5.0;
 struct Kind {
   const char* name;
   bool is_bare = false, rehearses = true;
-  double changes_per_s = 0.0;  // of a parameter
-  double swaps_per_s = 0.0;    // of a mode
+  double changes_per_s = 0.0;
+  double swaps_per_s = 0.0;
   std::vector<float> late_us{}, tick_us{};
   std::int64_t missed = 0, ticks = 0, scenes = 0;
   double jump_n = 0.0;  // the largest between two ticks
@@ -57,7 +57,6 @@ long resident_kib() {
   return 0;
 }
 
-/// Keeps a processor and the caches busy.
 class Load {
  public:
   explicit Load(bool is_wanted) {
@@ -155,7 +154,6 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
   kind.scenes += account.scenes;
 }
 
-/// Mean processor time of back-to-back ticks.
 double hot_mean_us(const PreparedRun& prepared, double seconds, double rate_hz) {
   const auto made = hand_at(prepared, 0.0);
   SimulatedDevice& hand = *made;

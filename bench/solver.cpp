@@ -143,7 +143,6 @@ class Bench {
     return std::max(0.0, clock_.ns_between(begin, end) - clock_.own_ns());
   }
 
-  /// The best of some cold solves.
   double cold_ns(Law& law, const Problem& problem, bool evicted, Balance& balance) {
     test::fill(set_, problem);
     double best = 1e300;

@@ -78,7 +78,6 @@ struct Row {
   double bound_m = 0.0;
 };
 
-/// Reader of ticks.csv, row by row.
 class Ticks {
  public:
   explicit Ticks(const fs::path& trace) : rows_(trace / "ticks.csv") {}

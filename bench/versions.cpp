@@ -133,7 +133,6 @@ void print_ratio(const std::string& name, double base, double here) {
   std::fflush(stdout);
 }
 
-/// Interleaved passes of both versions.
 void print_times(const Options& options, const std::string& name, const std::vector<std::string>& words) {
   std::vector<double> times[2];
   for (int round = 0; round < options.rounds; ++round) {

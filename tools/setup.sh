@@ -93,7 +93,7 @@ $(printf '%s\n' "$plan" | grep '^E:')"
 
   mkdir -p "$root/build"
   before=$(installed_packages)
-  trap 'record_added_packages "$before"' EXIT  # also when interrupted half-way
+  trap 'record_added_packages "$before"' EXIT
   say "Installing; waiting for the download. What apt says goes to build/apt.log."
   # A failing foreign source does not stop the script: apt-get install reports missing packages.
   $updated || as_root apt-get update >"$log" 2>&1 || true
@@ -114,7 +114,7 @@ has_options() {
 }
 
 # Filters a build's output. Of its steps "[12/340] Building …" a terminal shows the number of finished steps and an estimate of
-# the remaining time, on one line that is overwritten; elsewhere such a line appears every half minute. All else is passed on
+# the remaining time, on one line that is overwritten; elsewhere a line appears every half minute. All else is passed on
 # unchanged.
 follow_build() {
   local line step=0 steps left begin=$SECONDS said=$SECONDS terminal=false

@@ -21,7 +21,6 @@ inline constexpr double force_limit_n = 8.0;
 /// The hand's phase, which scores select by.
 enum class Phase { moving, still, sliding };
 
-/// A probe and the right force.
 struct Touch {
   Vec3 probe_m;
   Vec3 force_n;
@@ -71,7 +70,6 @@ void add_field_cases(Suite& suite);
 /// \param head_file  the CT head of tools/get-ct-head
 void add_scan_cases(Suite& suite, const std::filesystem::path& head_file);
 
-/// Sampling of a shape by a simulated scanner.
 struct Sampling {
   int samples = 128;  ///< along each side of the cube
   double edge_m = 0.072;

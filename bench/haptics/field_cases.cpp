@@ -50,7 +50,7 @@ struct Streamline {
   std::string name;
   Flow flow;
   double radius_m;
-  double rise_m;  // per radian
+  double rise_m;
   int period_ticks;
   double noise;
   bool quick = false;

@@ -10,7 +10,6 @@
 
 namespace palpa::haptics {
 
-/// A renderer's answers to a case.
 struct Answer {
   enum class End {
     whole,
@@ -18,7 +17,7 @@ struct Answer {
     failed,       ///< it broke the protocol or its time
   };
   End end = End::whole;
-  std::string reason;              ///< of a failure
+  std::string reason;
   std::vector<Vec3> forces_n;      ///< one per probe; zero from a failure on
   double load_s = 0.0;             ///< from its start to its first line
   std::vector<double> outside_us;  ///< from a probe's line to its force's line, with the pipes

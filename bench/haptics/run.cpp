@@ -32,7 +32,6 @@ std::vector<std::string> in_order(const std::vector<Result>& results, std::strin
   return names;
 }
 
-/// One renderer's results in one family.
 std::vector<const Result*> of(const std::vector<Result>& results, const std::string& family, const std::string& renderer) {
   std::vector<const Result*> found;
   for (const Result& result : results) {

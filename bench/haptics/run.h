@@ -10,7 +10,6 @@
 
 namespace palpa::haptics {
 
-/// A renderer and its name in tables.
 struct NamedRenderer {
   std::string name;
   std::string command;
@@ -18,7 +17,6 @@ struct NamedRenderer {
 /// `NAME=COMMAND`, or a command that is its own name.
 NamedRenderer named(const std::string& argument);
 
-/// One renderer's result of one case.
 struct Result {
   std::string renderer;
   std::string family;
@@ -41,7 +39,6 @@ std::vector<Result> run(const std::filesystem::path& folder, const std::vector<N
 std::string tables(const std::vector<Result>& results);
 /// The times, which differ from run to run.
 std::string time_table(const std::vector<Result>& results);
-/// One row for each case and renderer.
 std::string score_rows(const std::vector<Result>& results);
 std::string time_rows(const std::vector<Result>& results);
 

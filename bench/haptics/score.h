@@ -13,9 +13,9 @@ namespace palpa::haptics {
 
 /// A figure of merit; 0 is perfect. Formulas: README.md.
 struct Metric {
-  const char* name;     ///< with its unit
-  const char* of;       ///< the entry of a case's `scores` that selects it
-  const char* heading;  ///< of its column
+  const char* name;
+  const char* of;  ///< the entry of a case's `scores` that selects it
+  const char* heading;
   const char* format;
 };
 inline constexpr std::array metrics{

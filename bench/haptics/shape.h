@@ -33,7 +33,6 @@ Shape shape_of(const nlohmann::json& description, const std::filesystem::path& f
 
 /// Rotation of an integer quaternion [1]: all entries are fractions, without sines.
 Mat3 turn_of(const nlohmann::json& quaternion);
-/// A description's rotation, or the identity.
 Mat3 turn_in(const nlohmann::json& description);
 
 /// The foot [m] of a point in a convex wedge along z between two planes through the origin: the nearest point behind both.

@@ -24,17 +24,16 @@ struct MakeOptions {
 /// Byte-identical on every machine with IEEE arithmetic. Throws LoadError.
 void make(const std::filesystem::path& folder, const MakeOptions& options);
 
-/// A case for the runner.
 struct MadeCase {
   std::string name;
   std::string family;
-  std::filesystem::path file;  ///< for the renderer
+  std::filesystem::path file;
   bool quick = false;
   std::vector<std::string> scores;
   nlohmann::json shape;
   int period_ticks = 0;
   double friction_deg = 0.0;
-  std::vector<std::string> probe_lines;  ///< as sent to the renderer
+  std::vector<std::string> probe_lines;
   std::vector<Touch> touches;
 };
 /// A folder's cases, by family in the tables' order, then by name. Throws LoadError.

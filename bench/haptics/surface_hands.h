@@ -42,7 +42,6 @@ std::vector<Touch> through_plate(const nlohmann::json& plate);
 /// the pull is on the cone. Exact tick by tick for any path.
 std::vector<Touch> with_friction(double coefficient);
 
-/// Concentric shells.
 struct Shell {
   double radius_m;
   double strength_n;

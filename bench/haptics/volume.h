@@ -14,9 +14,9 @@ namespace palpa::haptics {
 
 /// Samples on a grid along the axes of the world.
 struct SampledGrid {
-  std::array<int, 3> size{};  ///< along x, y, z
+  std::array<int, 3> size{};
   Vec3 spacing_m;
-  Vec3 origin_m;  ///< of the first sample
+  Vec3 origin_m;
 
   Vec3 place_m(int i, int j, int k) const { return origin_m + Vec3{i * spacing_m.x, j * spacing_m.y, k * spacing_m.z}; }
   /// Calls `f` with the position [m] of each sample, in storage order.

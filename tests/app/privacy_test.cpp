@@ -35,7 +35,7 @@ std::string nifti() {
   const float pixdim[] = {1, 5, 5, 5};
   put(76, pixdim);
   put(108, 352.0F);
-  header[123] = 2;                 // millimetres
+  header[123] = 2;
   text(14), text(148), text(228);  // db_name, descrip, aux_file
   put(344, std::array{'n', '+', '1', '\0'});
   return header + ball();

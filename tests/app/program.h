@@ -27,11 +27,9 @@ class ProgramTest : public testing::Test {
 
   /// Runs `palpa` to its end.
   Ended palpa(const std::vector<std::string>& arguments, const Environment& environment = {}) const;
-  /// Returns while it runs.
   pid_t start(const std::vector<std::string>& arguments, const Environment& environment = {}) const;
   /// Waits for its end; its streams are in the folder until the next start.
   Ended wait(pid_t process) const;
-  /// Waits until its second stream contains `piece`.
   void wait_for_words(const std::string& piece) const;
   /// Waits until a recording has ticks on disk.
   void wait_for_ticks(const std::filesystem::path& trace) const;

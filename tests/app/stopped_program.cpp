@@ -78,7 +78,6 @@ int main(int argc, char** argv) {
       });
     });
   }
-  // The test decides the moment.
   char word = 0;
   if (::read(STDIN_FILENO, &word, 1) != 1) ::_exit(4);
   if (how == "forked_child_ends") {

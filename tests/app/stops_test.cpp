@@ -286,7 +286,6 @@ TEST_P(Stops, ASecondInterruptLeavesNoForce) {
   }
 }
 
-/// A program of the user's own, on the library.
 class OwnProgram {
  public:
   OwnProgram(Device& device, const std::string& how) {

@@ -40,7 +40,6 @@ class Strangers : public ProgramTest {
     ::kill(process, SIGKILL);
     return wait(process);
   }
-  /// Expects a refusal at once, in one line with these words.
   void expect_refused(const std::vector<std::string>& arguments, const std::string& words) const {
     const Ended ended = in_time(arguments);
     const std::string shown = testing::PrintToString(arguments);

@@ -169,7 +169,6 @@ class NewFiles : public Disk, public testing::WithParamInterface<bool> {
       return what();
     });
   }
-  /// Expects a refusal that begins with `words`.
   void expect_refused(const fs::path& name, Existing existing, const std::string& words) const {
     EXPECT_EQ(on_disk([&] {
                 const std::string error = error_of([&] { write_whole(name, "new", existing); });

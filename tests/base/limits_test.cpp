@@ -131,7 +131,7 @@ TEST(Limits, OfEmbeddedDataAsGridsAreSaidBeforeTheWorkBegins) {
 }
 
 // A component lies along an axis of the world, so that its derived fields change with every move of its volume. The grids of
-// the moments are such a scene's cost.
+// the moments are the scene's cost.
 TEST(Limits, OfWhatIsDerivedOfAVolumeThatMoves) {
   const auto moved = [](std::size_t count, const std::string& field) {
     return "palpa = 1\n[volume.v]\nanalytic = \"burgers_vortex\"\nsampled = 16\nposes = " + poses(count) +

@@ -31,7 +31,6 @@ std::string key_of(int parts) {
   return key;
 }
 
-/// Nesting depth of tables.
 int depth_of(const toml::node& node) {
   int deepest = 0;
   if (const toml::table* table = node.as_table()) {

@@ -76,7 +76,7 @@ Errors errors_of(std::vector<double> each_m) {
 
 TEST(BaselineLaw, IsFoundByTheNameThatASceneGives) {
   Scene scene;
-  EXPECT_NE(baseline::law(scene.law), nullptr);  // the exact one
+  EXPECT_NE(baseline::law(scene.law), nullptr);
   for (const std::string& method : earlier) {
     scene.law = method;
     EXPECT_NE(baseline::law(scene.law), nullptr) << method;

@@ -13,7 +13,6 @@ enum class Reading {
   energy_falls,    ///< a step counts if the energy falls whose gradient is −f_res
 };
 
-/// A balance problem.
 struct Posed {
   std::span<const Primitive> primitives;
   Vec3 start_m;

@@ -320,7 +320,7 @@ TEST(Analytic, ring_in_a_chamber_is_free_of_divergence_and_still_at_the_wall) {
       const Vec3 x = within(random, velocity.bounds_m());
       const VectorSample u = velocity.vector(x);
       fastest = std::max(fastest, norm(u.value));
-      EXPECT_NEAR(divergence(u.jacobian), 0.0, 1e-11);  // of derivatives near 100/s
+      EXPECT_NEAR(divergence(u.jacobian), 0.0, 1e-11);
       // On the wall and beyond: no motion and no shear.
       const Vec3 way = normalized({uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)});
       const Vec3 wall{27e-3 * way.x, 27e-3 * way.y, 32e-3 * way.z};

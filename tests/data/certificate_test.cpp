@@ -123,7 +123,7 @@ TEST(LipschitzBound, BoundsEveryChangeWithinItsRadius) {
       }
     }
   }
-  EXPECT_GT(with_certificate, places / 3);  // holes and borders have none
+  EXPECT_GT(with_certificate, places / 3);
   EXPECT_GT(without_data, 100);
 }
 

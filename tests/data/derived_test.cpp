@@ -125,7 +125,7 @@ TEST(Derived, smoothing_adds_half_its_variance_times_the_curvature) {
   });
   for (const double sigma_m : {0.0, 2.5e-3}) {
     const FieldPtr smooth = derived(Derivation::smooth, bowl, sigma_m);
-    const double used_m = sigma_m > 0.0 ? sigma_m : 2e-3;  // two spacings
+    const double used_m = sigma_m > 0.0 ? sigma_m : 2e-3;
     const Vec3 spline{1e-6 / 6.0, 2.25e-6 / 6.0, 4e-6 / 6.0};
     const double rise = 0.5 * used_m * used_m * (curvature.x + curvature.y + curvature.z) + dot(curvature, spline);
     for (int n = 0; n < 200; ++n) {
@@ -176,7 +176,7 @@ TEST(Derived, hessian_of_any_field_is_finite_symmetric_and_right_where_it_is_smo
     const Vec3 x = within(random, ball->bounds_m());
     const double r = norm(x);
     if (r < 0.02) continue;
-    Mat3 exact;  // of −|x|
+    Mat3 exact;
     const double c[3] = {x.x / r, x.y / r, x.z / r};
     for (int a = 0; a < 3; ++a) exact.row[a] = -1.0 / r * (axis(a) - c[a] * (x / r));
     const Mat3 h = ball->hessian(x);

@@ -258,7 +258,7 @@ TEST(Derived, q_and_curl_agree_with_a_plain_reference_gaps_and_all) {
               double j_norm = 0.0;
               for (const Vec3& row : jac.row) j_norm += norm_squared(row);
               if (d == Derivation::q) {
-                EXPECT_NEAR(is, q, 2e-3 * j_norm + 1e-9);  // the Gaussian ends at 4 sigma
+                EXPECT_NEAR(is, q, 2e-3 * j_norm + 1e-9);
               } else {
                 EXPECT_NEAR(is, middle_of_symmetric_part(j2), 4e-3 * j_norm + 1e-9);
               }

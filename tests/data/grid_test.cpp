@@ -107,7 +107,6 @@ TYPED_TEST(EveryVoxelType, holds_the_extremes_of_its_type) {
   EXPECT_EQ(field->value_ranges()[0].max, static_cast<double>(Limits::max()));
 }
 
-/// Random voxels on a sheared, turned grid.
 FieldPtr random_grid(std::mt19937& random, const GridGeometry& geometry, int components = 1) {
   std::vector<float> values(geometry.voxels() * components);
   for (float& v : values) v = static_cast<float>(uniform(random, -1, 1));
@@ -311,7 +310,7 @@ void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int co
     }
   }
   for (ValueRange& range : ranges) {
-    if (range.min > range.max) range = {0.0, 0.0};  // nothing is finite
+    if (range.min > range.max) range = {0.0, 0.0};
   }
   const Voxels voxels = voxels_of(values, components);
   const FieldPtr field = preview_grid_field(geometry, voxels, 1.0, 0.0, one_row_in);

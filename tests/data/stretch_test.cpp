@@ -115,7 +115,6 @@ TEST(PolynomialPiece, IsTheInterpolantAlongRandomWays) {
   }
 }
 
-// Adjacent pieces have equal values at their joint, across faces, edges and corners.
 TEST(PolynomialPiece, PiecesMeet) {
   std::mt19937 random(2);
   const std::array<std::int64_t, 3> dims{20, 20, 20};
@@ -195,7 +194,6 @@ TEST(PolynomialPiece, SaysWhereDataAreMissing) {
   }
 }
 
-// Samples along a quiet piece stay between the levels.
 TEST(PolynomialPiece, QuietPiecesAreQuiet) {
   std::mt19937 random(4);
   const std::array<std::int64_t, 3> dims{70, 40, 50};

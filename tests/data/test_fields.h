@@ -52,7 +52,6 @@ struct VoxelTypeOf<double> {
   static constexpr auto value = VoxelType::float64;
 };
 
-/// Voxels that own a vector.
 template <class T>
 Voxels voxels_of(std::vector<T> values, int components = 1) {
   auto owner = std::make_shared<std::vector<T>>(std::move(values));

@@ -411,7 +411,7 @@ TEST(Moving, refuses_a_track_that_is_none) {
     EXPECT_THROW(moving(ball, track), std::invalid_argument);
   }
   EXPECT_EQ(problem_with(PoseTrack{{0.0, {}}, {1.0, {}}}), nullptr);
-  EXPECT_EQ(timed(*moving(ball, {{0.0, {Mat3::identity(), 2.0, {}}}})), nullptr);  // one pose: nothing moves
+  EXPECT_EQ(timed(*moving(ball, {{0.0, {Mat3::identity(), 2.0, {}}}})), nullptr);
 }
 
 TEST(TimedDerived, is_the_derived_field_of_each_frame_at_its_moment) {

@@ -34,7 +34,6 @@ bool are_alike(const Field& a, const Field& b) {
 
 using Make = FieldPtr (*)(std::vector<float> values, int components);
 
-// Number of values that change the sample.
 int values_read(Make make, int components) {
   const std::vector<float> values = noise(components);
   const FieldPtr as_it_is = make(values, components);

@@ -160,7 +160,6 @@ TEST_F(RecordedHand, TheCubicGoesThroughItsRowsAndStaysBetweenNeighbours) {
       const double now = hand->at(t[i] + (t[i + 1] - t[i]) * j / 50).position_m.x;
       EXPECT_GE(now, std::min(x[i], x[i + 1]));
       EXPECT_LE(now, std::max(x[i], x[i + 1]));
-      // Monotone between neighbours, to rounding.
       EXPECT_GE((now - last) * (x[i + 1] - x[i]), -1e-16);
       last = now;
     }
@@ -291,7 +290,6 @@ TEST_F(RecordedHand, ATrackersRepeatsAreLeftOutAtEveryRateOfRows) {
   }
 }
 
-// Every row of an encoder is kept, in any motion.
 TEST_F(RecordedHand, AnEncodersStepsStayAtEveryHapticRate) {
   for (const int motion : {0, 1, 2}) {
     for (const double rows_hz : {500.0, 1000.0, 4000.0}) {

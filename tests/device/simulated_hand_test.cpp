@@ -15,7 +15,6 @@ namespace simulated_hand_test {
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// A resting target.
 class Still final : public Target {
  public:
   explicit Still(const Vec3& position_m = {}, double valid_until_s = 1e9)
@@ -75,7 +74,7 @@ TEST(SimulatedHand, SubStepsBoundTheDependenceOnTheRate) {
     for (int i = 0; i < static_cast<int>(0.05 * rate_hz); ++i) hand->advance(1 / rate_hz);
     return hand->read().position_m.x;
   };
-  EXPECT_NEAR(at_rate(100), at_rate(1000), 1e-12);  // 50 µs is the longest sub-step
+  EXPECT_NEAR(at_rate(100), at_rate(1000), 1e-12);
   EXPECT_NEAR(at_rate(4000), at_rate(1000), 1e-5);
 }
 

@@ -264,7 +264,7 @@ TEST_P(EveryDevice, HoldsNoButtonWhileItsPositionIsUnknown) {
   }
 }
 
-// A program's stop waits for this.
+// A stop of the program polls this.
 TEST_P(EveryDevice, RestsOnlyOnceItsMotorsHaveNoForce) {
   const auto device = rig->open();
   EXPECT_TRUE(works(*device));
@@ -279,7 +279,6 @@ TEST_P(EveryDevice, RestsOnlyOnceItsMotorsHaveNoForce) {
     ASSERT_TRUE(device->rests());
     ASSERT_EQ(rig->force_n(), Vec3{});
   }
-  // Of a stopped writer.
   if (!GetParam().is_steered) {
     ASSERT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
   }

@@ -203,7 +203,7 @@ int dhdSetForce(double x, double y, double z, char id) {
     const double size = std::sqrt(x * x + y * y + z * z);
     if (size <= most_n) return 0;
     for (double& component : omega.force) component *= most_n / size;
-    return 2;  // the motors are saturated
+    return 2;
   });
 }
 #endif

@@ -14,19 +14,19 @@ struct DhdSeen {
 struct DhdStandIn {
   static constexpr int devices = 2;
   enum class What {
-    there,        ///< plugged in
+    there,
     power,        ///< its supply is on
     initialized,  ///< its position is initialised
     off_button,   ///< 1: the button on its base was pressed to switch the force off; 0: pressed again
     speed_brake,  ///< 1: its speed was too high: it brakes and makes no force until it is enabled again
     freezes,      ///< calls of the exchange return after 100 ms
     lies,         ///< its positions are not numbers
-    refuses,      ///< it takes no force
-    buttons,      ///< mask
+    refuses,
+    buttons,
   };
   void (*reset)(int device);
   void (*hold)(int device, const double place_m[3], const double speed_m_per_s[3]);
-  void (*force_n)(int device, double force_n[3]);  ///< of the motors at present
+  void (*force_n)(int device, double force_n[3]);
   void (*set)(int device, What what, int value);
   bool (*brakes)(int device);
   /// True if its motors got a command since the last `reset`, or, where the library opens by number, it was opened.

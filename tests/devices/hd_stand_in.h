@@ -7,16 +7,16 @@ namespace palpa::test {
 struct HdStandIn {
   static constexpr int devices = 2;  ///< "first" and "second"; the default device is the first connected
   enum class What {
-    there,       ///< plugged in
-    calibrated,  ///< else it waits for its inkwell
+    there,
+    calibrated,  ///< else it needs its inkwell
     error,       ///< a code that each frame reports; 0: none
     warm,        ///< temperature of its motors in hundredths
     stalls,      ///< the library's thread has no frames
-    buttons,     ///< mask
+    buttons,
   };
   void (*reset)(int device);
   void (*hold)(int device, const double place_mm[3], const double speed_mm_per_s[3]);
-  void (*force_n)(int device, double force_n[3]);  ///< of the motors at present
+  void (*force_n)(int device, double force_n[3]);
   void (*set)(int device, What what, int value);
   bool (*is_touched)(int device);  ///< its motors got a command since the last `reset`
 };

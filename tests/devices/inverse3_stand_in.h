@@ -43,7 +43,7 @@ class Inverse3StandIn {
   // ---- the device ----
 
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s);
-  Vec3 force_n();            ///< of the motors at present
+  Vec3 force_n();
   Vec3 last_word_n();        ///< the last force sent to it, on any connection
   bool is_second_touched();  ///< true after a force to another device
   void turn_power(bool on);
@@ -64,7 +64,7 @@ class Inverse3StandIn {
   void send(Manner manner);
   /// Every sent text goes through `change`; none: unchanged.
   void change_texts(std::function<std::string(const std::string&)> change, bool snapshots_too = false);
-  void stop();  ///< closes all connections and stops listening
+  void stop();
   void start();
 
   // ---- received ----

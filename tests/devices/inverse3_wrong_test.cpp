@@ -113,7 +113,6 @@ const std::vector<Wrong>& wrongs() {
 
 class Inverse3Wrong : public Inverse3, public testing::WithParamInterface<Wrong> {
  protected:
-  /// For as long as the fault lasts.
   void expect_no_force(Device& device) {
     const auto end = Clock::now() + milliseconds(100);
     while (Clock::now() < end) {

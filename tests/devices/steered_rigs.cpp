@@ -183,7 +183,6 @@ class SpaceMouseRig final : public Rig {
   Vec3 deflection_;
 };
 
-/// Virtual joysticks of SDL.
 class ControllerRig final : public ControllerRigBase {
  public:
   ControllerRig() {

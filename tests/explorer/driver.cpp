@@ -55,7 +55,7 @@ Driver::Driver(WindowOptions options) {
   window_ = std::make_unique<MainWindow>(options);
   window_->show();
   (void)QTest::qWaitForWindowExposed(window_.get());
-  QApplication::setActiveWindow(window_.get());  // no window manager does it
+  QApplication::setActiveWindow(window_.get());
 }
 
 Driver::~Driver() {

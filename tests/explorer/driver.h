@@ -47,7 +47,6 @@ class Driver {
   // Keeps a picture of the whole window.
   QImage look(const std::string& name);
   QString message();
-  /// [N] of the latest tick.
   double force_n();
   /// A point of the view on a surface, nearest to the view's middle; none without a surface.
   std::optional<QPoint> surface_px();

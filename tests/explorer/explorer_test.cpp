@@ -109,7 +109,6 @@ TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
       most_n = std::max(most_n, norm(shown.command_n));
     EXPECT_TRUE(most_n > 0.05 || Driver::wait_for([&] { return driver.force_n() > 0.05; }, 3000)) << "nothing was felt";
     driver.look(name + "-touched");
-    // The proxy is drawn at its position.
     const Moment moment = driver.window().touch().moment();
     const QPointF px = on_screen(driver.view().view(), moment.proxy_m);
     const QImage seen = driver.view().grab().toImage();
@@ -214,7 +213,6 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   for (const auto& entry : fs::recursive_directory_iterator(std::getenv("HOME")))
     pictures += entry.path().extension() == ".png";
   EXPECT_NEAR(static_cast<double>(pictures), 25.0 * player.trace()->duration_s, 2.0);
-  // The scene without skin.
   driver.key(Qt::Key_1, Qt::ControlModifier);
   ASSERT_TRUE(Driver::wait_for([&] { return player.other_moment().has_value(); }));
   QTest::mouseClick(driver.window().findChild<QFrame*>("message_bar")->findChild<QToolButton*>(), Qt::LeftButton);
@@ -344,7 +342,6 @@ TEST(ExplorerInFolder, APointOfAFunctionIsDraggedAndTyped) {
   Driver::live(100);
   EXPECT_NEAR(editor.shown().strength->points()[1].result, 0.7, 1e-12);
   EXPECT_FALSE(driver.window().document().scene() == before);
-  // Dragged: the typed point goes up.
   QWidget& chart = *editor.findChild<QWidget*>("function_chart");
   const TransferFunction typed = *editor.shown().strength;
   const auto changed = [&] { return !(*editor.shown().strength == typed); };
@@ -511,7 +508,7 @@ TEST(ExplorerInFolder, AFrozenWindowTakesTheForceAwayUntilItLivesAgain) {
 TEST(ExplorerInFolder, ACrashLeavesTheMotorsWithoutForce) {
   Driver driver;
   ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
-  const MotorsAtRest motors_at_rest;  // as a crash handler makes it
+  const MotorsAtRest motors_at_rest;
   Driver::live(100);
   LiveLoop& loop = *driver.window().touch().loop();
   EXPECT_EQ(loop.latest().frame.guard_cause, GuardCause::stops);

@@ -205,7 +205,7 @@ TEST(Protocol, AMemoryInTwoFilesIsOne) {
       const std::uint64_t at = random() % bytes;
       write(at, random() % (bytes - at));
     }
-    if (middle < bytes) write(middle - 3, 7), write(middle, 5), write(middle - 5, 5);  // across the two, beside their border
+    if (middle < bytes) write(middle - 3, 7), write(middle, 5), write(middle - 5, 5);
     EXPECT_EQ(std::memcmp(to.all.get(), expected.data(), bytes), 0);
     EXPECT_EQ(std::memcmp(mapped(files, bytes, false).all.get(), expected.data(), bytes), 0);
   }

@@ -68,7 +68,6 @@ struct Note {
   Text broken;
 };
 
-// One process of a round.
 struct Worker {
   std::atomic<std::uint64_t> seed;
   std::atomic<double> since_s;  // 0: between two cases
@@ -92,7 +91,6 @@ struct Round {
   }
 };
 
-// A case with recorded choices.
 struct NotedCase {
   std::uint64_t choices[most_choices];
   std::size_t taken;

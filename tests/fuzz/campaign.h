@@ -19,7 +19,6 @@ namespace palpa::fuzz {
 
 namespace fs = std::filesystem;
 
-/// Result of one case.
 struct Tried {
   std::string broken{};      ///< the broken promise, in one line; empty: none
   std::int64_t tries = 1;    ///< ticks of a session, runs of a program
@@ -32,8 +31,8 @@ using Attempt = std::function<Tried(Choices& choices, const fs::path& folder)>;
 
 struct Campaign {
   std::string name;
-  std::string of;               ///< unit of the tries: "ticks", "files"
-  std::int64_t long_tries = 0;  ///< of a long run
+  std::string of;  ///< unit of the tries: "ticks", "files"
+  std::int64_t long_tries = 0;
   /// Makes the shared parts of a process's tries (a corpus, say) in a folder of its own, and returns the function of a try.
   std::function<Attempt(const fs::path& folder)> begin;
   double patience_s = 60.0;                        ///< longer cases count as endless
@@ -45,8 +44,8 @@ struct Row {
   std::uint64_t next_seed = 1;
   std::int64_t tries = 0;
   std::int64_t failures = 0;
-  std::int64_t cases = 0;    ///< made for the tries
-  std::int64_t refused = 0;  ///< of the cases
+  std::int64_t cases = 0;  ///< made for the tries
+  std::int64_t refused = 0;
   double slowest_s = 0.0;
   std::uint64_t slowest_seed = 0;
   double peak_bytes = 0.0;  ///< most resident memory of a process

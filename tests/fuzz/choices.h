@@ -52,7 +52,6 @@ class Choices {
     for (char& c : made) c = static_cast<char>(below(256));
     return made;
   }
-  /// Number of choices drawn.
   std::size_t taken() const { return taken_; }
 
  private:

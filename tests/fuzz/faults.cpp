@@ -38,7 +38,7 @@ std::string content(const fs::path& file) {
 /// A command of the program, and its output in its working folder.
 struct Work {
   std::vector<std::string> arguments;
-  std::string makes{};  ///< empty: nothing
+  std::string makes{};
 };
 
 /// Inputs of all commands: a scene, a hand, a file of voxels, a trace. Made once, then read-only.
@@ -125,7 +125,6 @@ std::string broken_by_rest(const Work& work, const fs::path& folder, const Ended
   return look.code == 0 ? "" : "what has its name is whole" + said() + ": " + look.err.substr(0, 200);
 }
 
-/// Checks for files besides the output.
 std::string broken_by_litter(const Work& work, const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
@@ -147,7 +146,6 @@ Tried tried(const Ended& run, std::string broken) {
 
 // ---- faults ----
 
-/// By a signal at any moment.
 Tried ended_by(int signal, const Given& given, Choices& choices, const fs::path& folder) {
   const Work work = given.any_work(choices, given.folder());
   const double moment_s = choices.log_between(1e-4, 1.0);
@@ -164,7 +162,6 @@ Tried ended_by(int signal, const Given& given, Choices& choices, const fs::path&
   return tried(run, broken.empty() ? broken : broken + " (palpa " + work.arguments[0] + ")");
 }
 
-/// Under resource limits.
 Tried limited(const std::function<void()>& limit, const Given& given, Choices& choices, const fs::path& folder) {
   const Work work = given.any_work(choices, given.folder());
   Start start = start_of(work, folder);

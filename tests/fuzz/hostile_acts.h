@@ -14,10 +14,10 @@ struct Act {
     send,     ///< the bytes as one packet
     receive,  ///< any message
     fill,     ///< the received memory, with the bytes repeated
-    shrink,   ///< that memory
-    close,    ///< its end of the socket
-    spin,     ///< endless
-    hang,     ///< endless
+    shrink,
+    close,  ///< its end of the socket
+    spin,   ///< endless
+    hang,   ///< endless
     crash,
   };
   Kind kind = send;

@@ -15,7 +15,7 @@ struct Ended {
   int code = -1;  ///< exit code; 128 + signal after a signal
   std::string out, err;
   double spent_s = 0.0;
-  double peak_bytes = 0.0;  ///< most resident memory
+  double peak_bytes = 0.0;
 };
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -29,7 +29,7 @@ constexpr double slowness = is_sanitized ? 5.0 : 1.0;
 struct Start {
   fs::path program;
   std::vector<std::string> arguments;
-  fs::path folder;                               ///< working folder
+  fs::path folder;
   double patience_s = 30.0;                      ///< then killed
   std::function<void()> before = nullptr;        ///< in the new process, before exec
   std::function<void(int)> meanwhile = nullptr;  ///< in this process, with the other's id, once it runs

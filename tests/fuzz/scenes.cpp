@@ -240,7 +240,7 @@ class AnyParameters : public ParameterVisitor {
       case 0: value = choices_.log_between(0.1, 5.0); break;
       case 1: value = function(1.0); break;
       case 2: value = choices_.log_between(1e-9, 1000.0); break;
-      default: break;  // its default
+      default: break;
     }
   }
   void numbers(const ParameterInfo& info, std::vector<double>& value) override {
@@ -331,7 +331,7 @@ double odd_number(Choices& choices, double usual) {
 
 Scene random_scene(Choices& choices) {
   Scene scene(coupling(choices));
-  std::vector<std::string> names[2];  // of scalar, of vector fields
+  std::vector<std::string> names[2];
   const std::uint64_t volumes = 1 + choices.below(3);
   for (std::uint64_t n = 0; n < volumes; ++n) add_volume(choices, scene, choices.one_in(2) ? 3 : 1, names);
   if (choices.one_in(3)) {

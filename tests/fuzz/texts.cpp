@@ -124,7 +124,6 @@ bool is_of_word(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("._-+\"").find(c) != std::string_view::npos;
 }
 
-/// Replaces a word of the line.
 void change_word(Choices& choices, std::string& line, const std::string& by) {
   if (line.empty()) return;
   std::size_t at = static_cast<std::size_t>(choices.below(line.size()));

@@ -44,7 +44,6 @@ std::set<std::string> lines_of(const fs::path& file) {
   return lines;
 }
 
-/// A temporary folder.
 class Folder {
  public:
   Folder() {
@@ -66,7 +65,6 @@ const fs::path& made() {
   return folder.path;
 }
 
-/// The quick set.
 const fs::path& made_quick() {
   static const Folder folder;
   static const bool done = [] {
@@ -186,7 +184,6 @@ TEST(Truth, OfGroovesIsTheNearestFreePlace) {
   }
 }
 
-// The hand's motion has no jumps.
 TEST(Hands, MoveLikeHands) {
   for (const MadeCase& one : cases()) {
     for (std::size_t i = 1; i < one.touches.size(); ++i)
@@ -292,7 +289,7 @@ TEST(Scores, OfADragAreItsWorkAndNoDrift) {
 
 TEST(Scores, OfWhatCreepsAreHowFarInATurn) {
   const Scores scores = score_of(round_a_ball(400, 5, 0), {"drift"}, [](std::size_t i, const Touch& touch) {
-    const double crept_m = 2e-6 * std::max(0.0, static_cast<double>(i) / 400.0 - 1.0);  // the first turn does not count
+    const double crept_m = 2e-6 * std::max(0.0, static_cast<double>(i) / 400.0 - 1.0);
     return touch.force_n + Vec3{0, 0, stiffness_n_per_m * crept_m};
   });
   EXPECT_NEAR(scores.at("drift_um"), 2.0, 1e-9);

@@ -57,7 +57,7 @@ install_what_is_missing() {
 # Dependencies stay: the comparison covers the packages' own files.
 needed=$(for deb in "$build"/*.deb; do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' |
   grep -v -e '^libpalpa' -e '^palpa' -e '^python3-palpa' | sort -u | tr '\n' ' ')
-if [ -n "$(find "$build" -maxdepth 1 -name 'palpa-explorer*.deb')" ]; then needed="$needed xvfb xauth libgl1-mesa-dri"; fi  # a display
+if [ -n "$(find "$build" -maxdepth 1 -name 'palpa-explorer*.deb')" ]; then needed="$needed xvfb xauth libgl1-mesa-dri"; fi
 echo "== what they need: $needed"
 install_what_is_missing "$needed"
 files >"$work/before"

@@ -69,7 +69,7 @@ step "libraries beside each file, read-only tables, no executable stack, PIE"
 bash "$(dirname "${BASH_SOURCE[0]}")/elf_test.sh" "$moved"
 
 step "every installed header can be included, alone and with all others; there are few"
-with_vtk=$(sed -n 's/^ *foreach(header \(.*\))$/\1/p' "$source/palpa/CMakeLists.txt")  # of the component vtk
+with_vtk=$(sed -n 's/^ *foreach(header \(.*\))$/\1/p' "$source/palpa/CMakeLists.txt")
 [ -n "$with_vtk" ] || fail "the headers of the component vtk are not known"
 find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/every.cpp"
 for header in $with_vtk; do

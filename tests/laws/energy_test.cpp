@@ -44,7 +44,6 @@ double largest_of(const Table& table) {
   return largest_j;
 }
 
-/// A row of ticks.csv.
 struct Row {
   bool usable = false;
   Vec3 probe_m, proxy_m, force_n, command_n;

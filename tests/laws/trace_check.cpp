@@ -18,7 +18,6 @@ double stiffness_of(const CsvRows& primitives) {
   return primitives.has(column) && !primitives.text(column).empty() ? primitives.number(column) : 0.0;
 }
 
-// The rows of one corner, in order.
 struct Corner {
   std::string owner;
   Facets facets;
@@ -131,7 +130,7 @@ namespace {
 // The set of forces of a primitive or a corner at a point: the nearest to a given force.
 struct Exertable {
   std::string kind, owner;
-  std::vector<Vec3> at_m, directions;  // of a corner its facets
+  std::vector<Vec3> at_m, directions;
   double strength_n = 0.0, drag_n_per_m = 0.0, stiffness_n_per_m = 0.0;
   Vec3 force_n;
 
@@ -256,8 +255,8 @@ std::map<std::int64_t, ElasticEnergy> elastic_energies(const std::filesystem::pa
   CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
   while (balances.next()) {
     ElasticEnergy& held = all[balances.integer("tick")];
-    held = {};                            // earlier sub-steps' energy is gone
-    std::map<std::string, Level> levels;  // by mode and slot
+    held = {};  // earlier sub-steps' energy is gone
+    std::map<std::string, Level> levels;
     for (std::int64_t i = balances.integer("primitives"); i > 0; --i) {
       if (!primitives.next()) throw LoadError(balances.place() + ": its primitives are missing");
       if (!(stiffness_of(primitives) > 0.0)) continue;

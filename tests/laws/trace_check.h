@@ -31,7 +31,6 @@ class CsvRows {
   std::int64_t integer(const std::string& column) const;
   /// NAME_x_UNIT and its two neighbours; without a unit NAME_x.
   Vec3 vector(const std::string& name, const std::string& unit) const;
-  /// "FILE:LINE" of the row.
   std::string place() const { return lines_.place(); }
 
  private:
@@ -46,7 +45,7 @@ struct CheckedBalance {
   std::int64_t sub_step = 0;
   std::string_view status;
   double claimed_m = 0.0;  ///< error_bound_m of the trace
-  double bound_m = 0.0;    ///< the formula's
+  double bound_m = 0.0;
   /// Permitted excess of the formula over the claim, as the files hold doubles: the position, and a force, whose length is its
   /// strength to a few ulp. The bound has a root over both.
   double rounding_m = 0.0;
@@ -60,8 +59,8 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
 /// The last balance of a tick, judged at the proxy.
 struct CheckedRest {
   std::int64_t tick = 0;
-  bool directed = false;  ///< a directed force acts
-  double pull_n = 0.0;    ///< of the spring: k |proxy − probe|
+  bool directed = false;
+  double pull_n = 0.0;  ///< of the spring: k |proxy − probe|
   /// Remainder of the pull and the directed forces over the best choice of primitive forces at the proxy. A primitive within
   /// the tolerance of the proxy can exert each of its forces; a farther primitive only the force of docs/theory.md, 1.3.
   double left_n = 0.0;
@@ -77,7 +76,7 @@ struct CheckedWork {
   std::int64_t sub_step = 0;
   std::string_view mode;
   bool directed = false;
-  bool exact = false;      ///< of its balance
+  bool exact = false;
   double claimed_j = 0.0;  ///< work_j of the trace; without a row, recomputed
   double work_j = 0.0;     ///< force · (proxy − start − move_fraction · carried)
   double moved_j = 0.0;    ///< force · move_fraction · carried
@@ -92,7 +91,7 @@ void check_works(const std::filesystem::path& trace, const std::function<void(co
 /// up to its strength. A slipping level keeps its energy if it yields and has none if it breaks, which the files do not record.
 struct ElasticEnergy {
   double least_j = 0.0, most_j = 0.0;
-  std::string mode;  ///< of the last level
+  std::string mode;
 };
 
 /// By tick, of ticks with balances. Throws as check_balances.

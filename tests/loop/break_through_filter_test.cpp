@@ -203,8 +203,8 @@ struct Pressed {
   int breaks = 0;
   double deepest_proxy_m = 0.0;
   double largest_command_n = 0.0;
-  double fastest_fall_n = 0.0;  ///< of the command in a tick
-  double unbooked_j = 0.0;      ///< largest difference between work on the hand, withheld energy and force × path
+  double fastest_fall_n = 0.0;
+  double unbooked_j = 0.0;  ///< largest difference between work on the hand, withheld energy and force × path
 };
 Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
   Session session(scene);
@@ -230,7 +230,7 @@ Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
 
 TEST(BreakThroughFilter, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
   for (const double strength_n : {0.5, 2.0, 5.0, 9.0}) {
-    for (const double drag_ns_per_m : {0.0, 0.2, 1.0, 3.0}) {  // behind the level
+    for (const double drag_ns_per_m : {0.0, 0.2, 1.0, 3.0}) {
       Scene scene = wall(strength_n, 10.0);
       if (drag_ns_per_m > 0.0) scene.add("syrup", Viscosity{.drag_ns_per_m = drag_ns_per_m});
       const Pressed pressed = press(scene, 0.025, 20.0);

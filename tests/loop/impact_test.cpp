@@ -150,7 +150,6 @@ TEST(Impact, IsOfHardLevelsAndNeverHigherThanTheyAreStrong) {
     EXPECT_NEAR(pulses_of({.gain_ns_per_m = 10.0, .strength_n = strength_n}, down)[0].z, strength_n, 1e-6) << strength_n;
 }
 
-// For any speed and gain the smaller limit of scene and device holds.
 TEST(Impact, StaysWithinTheGuard) {
   Random random(2);
   for (int run = 0; run < 100; ++run) {

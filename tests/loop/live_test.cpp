@@ -204,7 +204,7 @@ TEST(LiveLoop, MissedTicksTakeNothingFromAHandWithoutMotors) {
   loop.run(never, [&](const TickFrame& frame, const Session&) { frames.push_back(frame); });
   EXPECT_GT(loop.statistics().missed, 1000);
   int felt = 0;
-  bool is_on = false;  // set once
+  bool is_on = false;
   for (const TickFrame& frame : frames) {
     is_on = is_on || frame.guard == GuardState::pass;
     if (!is_on) continue;

@@ -1,4 +1,4 @@
-// The recorder: every accepted tick is in the trace, in order and to the bit; it never waits for the disk; and accepted ticks
+// The recorder: every accepted tick is in the trace, in order and to the bit; the disk never blocks it; and accepted ticks
 // survive a kill.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -218,7 +218,7 @@ TEST(FirstCrossing, AFormulasLevelIsLocatedAsWell) {
       const double one = (-b - std::sqrt(under)) / a, other = (-b + std::sqrt(under)) / a;
       root = one > 0.0 ? one : other > 0.0 ? other : 2.0;
     }
-    if (under > 0.0 && std::sqrt(under) < 1e-3 * a) continue;  // grazed
+    if (under > 0.0 && std::sqrt(under) < 1e-3 * a) continue;
     ASSERT_EQ(met.stopped, root <= 1.0) << n;
     if (!met.stopped) continue;
     ASSERT_NEAR(met.share * norm(d), root * norm(d), 5e-12) << n;

@@ -129,7 +129,6 @@ TEST(VortexPlane, StandsOnTheLevelItWasCapturedOnAndFacesTheCore) {
   EXPECT_LT(distance(fresh.of(mode, VortexPlane::Memory{})[0].position_m, {0.52 * core, 0, 0}), 1e-15);
 }
 
-// No force depends on the data's size or rotation in the world.
 TEST(DirectedModes, AreTheSameInAnyWorld) {
   const Volume still = sphere_field(0.05);
   test::Random random(3);

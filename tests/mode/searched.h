@@ -52,7 +52,7 @@ struct Searched {
   EventPolicy policy;
   Event event;
   std::vector<Crossing> crossings;
-  std::vector<std::int32_t> edges;  // fields whose edges stop the path
+  std::vector<std::int32_t> edges;
 
   struct Met {
     double share = 1.0;

@@ -119,7 +119,7 @@ std::vector<OrderCase> order_cases() {
 }
 
 Order measure_order(const OrderCase& wanted, bool in_steps) {
-  constexpr int warm_up = 200, ticks = 150;  // steps of the hand
+  constexpr int warm_up = 200, ticks = 150;
   const Scene scene = scene_of(wanted.scene);
   const auto session_of = [&] { return in_steps ? Session(scene) : Session::in_one_step(scene); };
   // A circle that tilts and breathes: curved in space everywhere.

@@ -27,8 +27,8 @@ FieldPtr helical_field(double rise_m, double sign = 1.0);
 /// Errors of the path that shrink with the step: one scene, one curved hand path without onsets and break-throughs.
 struct OrderCase {
   std::string name;
-  std::string scene;  ///< TOML
-  Vec3 centre_m;      ///< of the hand's path
+  std::string scene;
+  Vec3 centre_m;
   double radius_m = 0.0;
   double step_m = 3e-4;  ///< of the hand, straight; in one tick or several
   friend std::ostream& operator<<(std::ostream& out, const OrderCase& one) { return out << one.name; }
@@ -69,7 +69,6 @@ Rate measure_rate(const RateCase& wanted);
 bool of_a_shell(const Scene& scene, const SessionEvent& event);
 /// The finest sample spacing [hand m] of the scene's volumes.
 double finest_spacing_m(const Scene& scene);
-/// A scene from TOML text without files.
 Scene scene_of(const std::string& toml, const ModeCatalog& modes = standard_modes());
 
 }  // namespace palpa::test

@@ -159,7 +159,7 @@ TEST(RateIndependence, HoldsFromATenthToTenTimesTheSpeed) {
     // Not deep: towards the edge of the data the surface yields at k/2 × the depth in them.
     const Vec3 middle = number == 0 ? Vec3{0, 0, 0.046} : Vec3{0.01, 0, 0};
     std::vector<Vec3> corners;
-    for (int i = 0; i < 40; ++i) corners.push_back(middle + hand.at(0.0) + Vec3{0, 0, 0.0004 * (40 - i)});  // from outside
+    for (int i = 0; i < 40; ++i) corners.push_back(middle + hand.at(0.0) + Vec3{0, 0, 0.0004 * (40 - i)});
     for (int i = 0; i < 200; ++i) corners.push_back(middle + hand.at(i * 0.004));
     const Rate rate = measure_rate({&scene, corners});
     EXPECT_GT(rate.corners, 100) << rate.waiting << " wait, " << rate.differing << " differ in events";

@@ -27,9 +27,9 @@ struct Halving {
   double p99_voxels = 0.0;
   double max_voxels = 0.0;
   int worst_tick = -1;
-  int differing_events = 0;          ///< windows in which the events differ
-  double differing_per_10_s = 0.0;   ///< of contact
-  std::vector<int> differing_ticks;  ///< where
+  int differing_events = 0;
+  double differing_per_10_s = 0.0;  ///< of contact
+  std::vector<int> differing_ticks;
 };
 Halving measure_halving(const Scene& scene, const std::vector<Probe>& probes);
 
@@ -45,7 +45,7 @@ struct Still {
   double force_p99_n = 0.0;  ///< peak to peak
   double force_max_n = 0.0;
   double beyond_max_n = -1e9;  ///< peak to peak beyond its bound: 1 mN + (k + 2π·150·D) × the probe's own
-  int beyond = 0;              ///< points
+  int beyond = 0;
   Vec3 worst_m;
 };
 Still measure_still(const Scene& scene, const StillCase& wanted);
@@ -74,8 +74,8 @@ struct ClosedLoop {
   double gained_j = -1e9;   ///< most that hand and spring hold beyond where a second began + the arm's, the modes' and the
                             ///< moving data's work, as it is booked
   double arm_work_j = 0.0;  ///< taken and given, for comparison
-  double injected_j = 0.0;  ///< booked to modes
-  double path_j = 0.0;      ///< Σ path_j above zero
+  double injected_j = 0.0;
+  double path_j = 0.0;
 };
 void measure_closed_loop(const Scene& scene, int ticks, double reach_m, Random& random, ClosedLoop& loop);
 

@@ -35,7 +35,6 @@ FieldPtr formula(std::function<ScalarSample(const Vec3&)> at, double size_m, dou
 /// A vector field from a formula of value and Jacobian.
 FieldPtr vector_formula(std::function<VectorSample(const Vec3&)> at, double size_m, double spacing_m);
 
-/// A volume of that single field.
 Volume volume_of(FieldPtr field, const char* unit = "m");
 /// A grid's own filter, which overrides the default of its voxels.
 std::optional<Filter> filter_of(const Field& field);

@@ -180,7 +180,6 @@ namespace {
 
 constexpr double groove_voxel_m = 1e-3, groove_n_per_m = 800.0, groove_strength_n = 4.0;
 
-// Sums over all orientations of a groove.
 struct GrooveTicks {
   Groove groove;
   std::vector<double> jumps, sub_steps;

@@ -60,7 +60,7 @@ struct Groove {
   double never_rest_share = 0.0;      ///< another sub-step with an equal probe moves more than 1e-3 voxel, or is cut short
   double restless_still_share = 0.0;  ///< likewise, over the ticks with the hand still
   double sub_steps_p99 = 0.0;
-  double force_jump_p99_n = 0.0;  ///< from tick to tick
+  double force_jump_p99_n = 0.0;
   double force_jump_max_n = 0.0;
   int lost_ticks = 0;   ///< the surface released a hand inside of it
   int audited = 0;      ///< every fifth tick in contact that reports rest

@@ -22,8 +22,8 @@ constexpr int voxels = 131;
 
 // A plate or a piece of a sphere's shell, its pose, and the direction through it.
 struct Wall {
-  Vec3 normal;          // from the near side to the far side; of a shell: at first contact
-  Vec3 centre_m;        // of a shell
+  Vec3 normal;  // from the near side to the far side; of a shell: at first contact
+  Vec3 centre_m;
   double radius_m = 0;  // 0: a plate
   double thickness_m = 0;
 

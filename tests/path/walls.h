@@ -31,12 +31,11 @@ struct Held {
 };
 Held measure_held_walls(const WallCase& wanted);
 
-/// Weaker walls.
 struct LetGo {
   int strokes = 0;
   int break_throughs = 0;
-  int without_onset = 0;  ///< without an earlier onset
-  int missing = 0;        ///< through the solid without a break-through in the trace
+  int without_onset = 0;
+  int missing = 0;  ///< through the solid without a break-through in the trace
 };
 LetGo measure_weak_walls(const WallCase& wanted);
 

@@ -214,7 +214,7 @@ def test_the_hand_goes_where_the_mouse_points(parallel):
         interactor.SetEventInformation(x, y)
         interactor.InvokeEvent(event)
 
-    def seen_at(place_m):  # pixels
+    def seen_at(place_m):
         matrix = camera.GetCompositeProjectionTransformMatrix(400 / 300, -1, 1)
         seen = np.array(matrix.MultiplyPoint((*place_m, 1)))
         return 0.5 * np.array([400, 300]) * seen[:2] / seen[3]
@@ -254,7 +254,7 @@ def test_actors_follow_a_mouse_that_feels():
         assert "plane" in kinds and visible >= 3
         with pytest.raises(ValueError, match="the hand of another live scene"):
             palpa.live(scene, device=hand)
-    palpa.live(scene, device=hand).stop()  # free again
+    palpa.live(scene, device=hand).stop()
     with pytest.raises(TypeError, match="two hands"):
         palpa.live(scene, hand="sim:press", device=hand)
 

@@ -27,7 +27,6 @@ hid_t type_of() {
   return H5T_IEEE_F64LE;
 }
 
-/// A file that is being written.
 class NewHdf5 {
  public:
   explicit NewHdf5(const fs::path& path, hsize_t block_bytes = 0) : path_(path) {
@@ -92,7 +91,6 @@ class NewHdf5 {
     H5Awrite(attribute, type, lists.data());
     H5Aclose(attribute), H5Sclose(space), H5Tclose(type), H5Oclose(object);
   }
-  /// A scale with coordinates.
   template <class T>
   void scale(const std::string& name, const std::vector<T>& at, const std::string& units, const std::string& axis = {}) {
     array<T>(name, {at.size()}, at);

@@ -19,7 +19,7 @@ void Damage::put(const fs::path& file, const std::string& bytes) {
     case 0: return write(file, "");
     case 1: return fs::create_symlink(file.filename(), file);
     case 2: return static_cast<void>(fs::create_directory(file));
-    case 3: return;  // gone
+    case 3: return;
     case 4: return write(file, bytes + bytes.substr(0, below(1 << 16)));
     default: return write(file, damaged(bytes));
   }

@@ -11,7 +11,7 @@ namespace palpa::test {
 /// A file or a folder of the shared data, and the files that are read with it.
 struct DataSet {
   std::string file;
-  std::vector<std::string> with{};  ///< in the same folder
+  std::vector<std::string> with{};
 };
 inline void PrintTo(const DataSet& set, std::ostream* to) { *to << set.file; }
 
@@ -51,7 +51,6 @@ inline std::vector<DataSet> data_sets() {
   };
 }
 
-/// Sets that are refused.
 inline std::vector<DataSet> refused_sets() {
   return {
       {"weather_storm_dx/wind.dx", {"storm_data.dx"}},

@@ -170,8 +170,8 @@ struct PrivateKind {
   const char* creator;
   std::uint32_t group, element;
   const char* vr;
-  std::vector<std::vector<std::string>> values;  ///< of each kind, in each element
-  std::string named;                             ///< by a warning
+  std::vector<std::vector<std::string>> values;
+  std::string named;  ///< by a warning
 };
 
 std::vector<PrivateKind> private_kinds() {

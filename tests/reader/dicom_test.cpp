@@ -65,7 +65,7 @@ TEST_F(Dicom, ObliqueAndBackwardSeriesLieWhereTheySay) {
   write(series, six);
   const Volume volume = open();
   expect_values(volume, series, 6);
-  EXPECT_GT(determinant(grid_of(*volume.fields[0].field)->geometry.index_to_world_m), 0.0);  // rising along the normal
+  EXPECT_GT(determinant(grid_of(*volume.fields[0].field)->geometry.index_to_world_m), 0.0);
 }
 
 TEST_F(Dicom, AGantryTiltIsAShearAndExact) {
@@ -135,7 +135,7 @@ TEST_F(Dicom, PaddingIsOutside) {
     series.negative = true, series.intercept = 0, series.linear = {{300, 0, 0}, 0};
     write(series, six, [&](int, DicomElements& e) {
       std::string pixels = series.pixels({0, 0, 0});
-      for (std::size_t row = 0; row < 6; ++row) pixels.replace(16 * row, 2, bytes_of(std::int16_t{-2000}));  // the first column
+      for (std::size_t row = 0; row < 6; ++row) pixels.replace(16 * row, 2, bytes_of(std::int16_t{-2000}));
       e.set(0x7fe00010, "OW", pixels);
       e.set_short(0x00280120, -2000, unsigned_padding ? "US" : "SS");
     });

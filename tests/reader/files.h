@@ -34,7 +34,6 @@ class TemporaryFolder {
   fs::path path_;
 };
 
-/// Tests that need the built palpa-read.
 class ReaderTest : public ::testing::Test {
  protected:
   void SetUp() override;

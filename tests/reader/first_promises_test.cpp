@@ -17,7 +17,6 @@
 namespace palpa::test {
 namespace first_promises_test {
 
-/// A run of a first scene.
 struct Felt {
   Summary summary;
   std::vector<SessionEvent> broken;
@@ -74,7 +73,6 @@ class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<Da
     EXPECT_LE(felt.summary.force_max_n, first.scene.coupling.max_force_n + 1e-9);
   }
 
-  /// The values of the levels of this name.
   static std::vector<double> values_of(const SceneMode& mode, const std::string& name) {
     std::vector<double> values;
     for (const SurfaceAndFriction::Level& level : mode.mode.as<SurfaceAndFriction>()->levels) {

@@ -12,7 +12,6 @@ namespace frames_test {
 
 class Frames : public ReaderTest {
  protected:
-  /// Starts palpa-read, and logs the start.
   void SetUp() override {
     ReaderTest::SetUp();
     if (IsSkipped()) return;

@@ -290,8 +290,8 @@ TEST_F(InfoFacts, SayWhichWayThePatientLies) {
 }
 
 TEST_F(InfoFacts, SayWhatTheDataAre) {
-  // As in the list of the shared data; without a declaration in the file, it "looks like" it, or its modality is unknown,
-  // whatever its name suggests.
+  // As in the list of the shared data; without a declaration in the file, it "looks like" it, or its modality is unknown, for
+  // any file name.
   for (const auto& [file, kind, said] :
        {std::tuple{"ct_head_cranium/cranium.mhd", "CT", false},
         {"ct_head_headsq/quarter.nhdr", "CT", false},

@@ -41,9 +41,9 @@ double processor_s() {
 }
 
 struct Outcome {
-  std::string refusal;       ///< empty: it was read
-  double voxel_bytes = 0.0;  ///< of all fields
-  double spent_s = 0.0;      ///< of the processor
+  std::string refusal;  ///< empty: it was read
+  double voxel_bytes = 0.0;
+  double spent_s = 0.0;
 };
 
 Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOptions& options, MutationResult& result) {
@@ -152,7 +152,7 @@ class DamagedSet::State {
   TemporaryFolder made_, work_;
   fs::path original_, set_folder_, copy_;
   VolumeRequest request_;
-  std::vector<fs::path> targets_;  // in the set's folder
+  std::vector<fs::path> targets_;
   Outcome undamaged_;
   double true_peak_bytes_ = 0.0;
 };

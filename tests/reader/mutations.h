@@ -13,8 +13,8 @@ namespace palpa::test {
 
 /// Results of the damaged copies of one set.
 struct MutationResult {
-  int read = 0;                    ///< gave a volume
-  int refused = 0;                 ///< gave one line
+  int read = 0;
+  int refused = 0;
   std::vector<std::string> ended;  ///< of these: palpa-read crashed or was killed, a one-line error for its user
   std::string refused_undamaged;   ///< reason of the undamaged set's refusal; empty: readable
   double slowest_s = 0.0;          ///< of the processor, this process and its palpa-read

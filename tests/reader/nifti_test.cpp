@@ -13,10 +13,10 @@ struct File {
   float pixdim[4] = {1, 2, 3, 4};
   std::int16_t datatype = 16, bits = 32, intent = 0;
   float slope = 0, inter = 0;
-  char units = 2;  // mm
+  char units = 2;
   std::int16_t qform = 0, sform = 0;
   float quaternion[3] = {0, 0, 0}, offset[3] = {0, 0, 0};
-  FileGrid grid = sheared_grid();  // of the sform
+  FileGrid grid = sheared_grid();
   bool big = false;
   bool pair = false;
 
@@ -126,7 +126,7 @@ TEST_F(Nifti, QformsWithAndWithoutReversedSlices) {
     const Volume volume = read(folder_.write("a.nii", file.header() + linear_voxels<float>(file.grid, ras_mm)));
     EXPECT_TRUE(volume.medical_frame);
     expect_linear(*volume.fields[0].field, file.grid, ras_mm);
-    EXPECT_EQ(grid_of(*volume.fields[0].field)->geometry.origin_m, ras_mm(file.grid.origin));  // the file's first voxel
+    EXPECT_EQ(grid_of(*volume.fields[0].field)->geometry.origin_m, ras_mm(file.grid.origin));
   }
 }
 
@@ -249,7 +249,7 @@ TEST_F(Nifti, SformGoesBeforeQformAndDisagreementIsTold) {
   file.pixdim[0] = 1, file.pixdim[1] = 2, file.pixdim[2] = 3, file.pixdim[3] = 4;
   for (const auto& [shift, warned] : {std::pair{0.05, false}, std::pair{0.15, true}}) {
     file.grid = qform;
-    file.grid.origin.z += 4 * shift;  // [voxels]
+    file.grid.origin.z += 4 * shift;
     const FileGrid grid = rounded(file.grid);
     const Volume volume = read(folder_.write("a.nii", file.header() + linear_voxels<float>(grid, ras_mm)));
     expect_linear(*volume.fields[0].field, grid, ras_mm);
@@ -326,7 +326,7 @@ TEST_F(Nifti, ShortDataAreNotFilledUp) {
   EXPECT_NE(error_of([&] { read(folder_.write("a.nii.gz", packed.substr(0, packed.size() - 60))); }).find("a.nii.gz: "),
             std::string::npos);
   std::string wrong = packed;
-  wrong[packed.size() - 6] ^= 1;  // gzip's checksum
+  wrong[packed.size() - 6] ^= 1;
   error_of([&] { read(folder_.write("b.nii.gz", wrong)); });
   // Likewise with complete voxels before the end is read.
   file.dim = {3, 30, 30, 30};

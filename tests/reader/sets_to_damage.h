@@ -15,8 +15,8 @@ struct SetToDamage {
   /// Path of a file or a folder; a made set is written into the folder first.
   std::function<fs::path(const TemporaryFolder&)> original;
   std::vector<std::string> with{};  ///< files that are read with it, in the same folder
-  VolumeRequest request{};          ///< without files
-  std::string frames{};             ///< of a folder: the pattern of a time series' files
+  VolumeRequest request{};
+  std::string frames{};  ///< of a folder: the pattern of a time series' files
 };
 inline void PrintTo(const SetToDamage& set, std::ostream* to) { *to << set.name; }
 

@@ -101,7 +101,7 @@ TEST_F(Wrapped, AFileThatIsPackedAsAWholeIsReadAsItIs) {
       EXPECT_EQ(error.find("/proc"), std::string::npos) << error;
     }
     std::string damaged = packed;
-    damaged[damaged.size() - 6] = static_cast<char>(damaged[damaged.size() - 6] ^ 1);  // of the checksum
+    damaged[damaged.size() - 6] = static_cast<char>(damaged[damaged.size() - 6] ^ 1);
     EXPECT_NE(refused(std::string(file.name) + ".gz", damaged, file.request).find("gzip"), std::string::npos);
   }
 }
@@ -176,7 +176,7 @@ TEST_F(Wrapped, NumbersThatAreNotFiniteAreNoDataInText) {
   EXPECT_NE(refused("b.vtk", legacy("made", numbers.replace(0, numbers.find(' '), "nano"))).find("whole"), std::string::npos);
 }
 
-// The library silently stops at such a word.
+// The library silently stops at this word.
 TEST_F(Wrapped, NumbersOfMetaImageAsTextAreReadToTheLastOrRefused) {
   std::string header = meta_header;
   header.replace(header.find("BinaryData = True"), 17, "BinaryData = False");

@@ -22,7 +22,6 @@ struct Shown {
   std::vector<std::string> console;  ///< its log, with errors
 };
 
-/// True if Chromium is installed.
 bool has_browser();
 
 /// Opens `page` in Chromium, with `options` beside those for machines without screen and graphics card, runs it for some

@@ -1,4 +1,4 @@
-// A private locale with a decimal comma and a thousands point: machines need not have such a locale.
+// A private locale with a decimal comma and a thousands point: machines need not have one.
 #pragma once
 
 #include <gtest/gtest.h>

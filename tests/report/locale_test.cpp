@@ -104,7 +104,7 @@ TEST_P(Locale, RunsAndTheirTraces) {
       o.scene_options.sets.emplace_back("coupling.stiffness_n_per_m", "612.5");
       run(o);
     }
-    RunOptions recorded = options("", 0.5);  // rows are read
+    RunOptions recorded = options("", 0.5);
     recorded.hand = (folder / "recorded/ticks.csv").string();
     recorded.out = out / "again";
     const RunResult felt = run(recorded);

@@ -41,7 +41,6 @@ class Report : public StudyTest {
     }
     return {};
   }
-  /// Exchanges one piece of a file's text.
   void exchange(const fs::path& file, const std::string& from, const std::string& to) const {
     std::string text = read(file);
     const std::size_t at = text.find(from);

@@ -30,7 +30,6 @@ strength_n = 0.8
 
 inline std::string with(const std::string& more) { return ball + more; }
 
-/// A temporary folder.
 class Folder {
  public:
   Folder() {
@@ -49,7 +48,7 @@ class Folder {
 struct Wrong {
   const char* what;
   std::string text;
-  const char* error;  ///< begins with
+  const char* error;
 };
 
 /// Each refusal is one line that begins with its place.
@@ -71,7 +70,6 @@ inline std::string mode(const std::string& body) {
 }
 inline std::string layer(const std::string& body) { return with("[[view.layer]]\n" + body + "\n"); }
 
-/// `--set path=value`.
 inline SceneOptions set(const std::string& path, const std::string& value) {
   SceneOptions options;
   options.sets = {{path, value}};

@@ -15,7 +15,6 @@ namespace fs = std::filesystem;
 using test::parse;
 using testing::IsEmpty;
 
-/// A page's TOML blocks that are whole scenes.
 std::vector<std::string> whole_scenes(const std::string& page) {
   std::vector<std::string> scenes;
   const std::string begin = "```toml\npalpa = 1", end = "\n```";

@@ -99,7 +99,6 @@ TEST_F(SeriesFiles, AreFramesOfOneVolume) {
   EXPECT_NEAR(field.scalar_at(x, {0.10, true}).value, 5.5, 1e-12);
   const LoadedScene nearest = load(scene_with("files = \"p_*.vti\"\nframe_period_s = 0.04\nbetween_frames = \"nearest\"\n"));
   EXPECT_EQ(timed(*nearest.scene.volumes().front().volume.fields.front().field)->scalar_at(x, 0.055).value, 2.0);
-  // The printed scene loads to an equal scene.
   EXPECT_THAT(to_toml(loaded.scene), HasSubstr("files = \"p_*.vti\"\nframe_period_s = 0.04\n"));
   EXPECT_TRUE(load(to_toml(loaded.scene)).scene == loaded.scene);
 }

@@ -81,7 +81,6 @@ struct Felt {
   int resting = 0;
 };
 
-/// A slow, straight, rigid hand.
 void push_through(const Scene& scene, const Vec3& from_m, const Vec3& to_m, Felt& felt) {
   constexpr double speed_m_per_s = 0.025, strengths_n = (skin_n + bone_n) * (1.0 + friction) + held_n;
   Session session(scene);
@@ -139,7 +138,6 @@ Scene plane_with(double strength_n, Filter filter) {
   return scene;
 }
 
-// A border's own effect reaches two spacings. Further in a surface has its full strength.
 TEST(Border, WeakensNoSurfaceBeyondAFewSpacings) {
   for (const Filter filter : {Filter::trilinear, Filter::smooth}) {
     const Scene scene = plane_with(1.3, filter);
@@ -178,7 +176,7 @@ TEST(Border, FadesWithoutAKickOrABreak) {
     const double begin_m = half_m - 0.010, force_n = 1.19, speed_m_per_s = 0.05;
     Vec3 last_n = press_plane(session, {begin_m, 1.3e-3, 0.0}, force_n, breaks).force_n;
     double steepest_n = 0.0;
-    for (int i = 0; i < 600; ++i) {  // out of the data, and back again
+    for (int i = 0; i < 600; ++i) {
       const double offset_m = (i < 300 ? i : 600 - i) * speed_m_per_s * dt_s;
       const Tick tick = session.tick({.position_m = {begin_m + offset_m, 1.3e-3, -force_n / k}}, dt_s);
       for (const SessionEvent& event : session.events()) breaks += event.kind == SessionEventKind::break_through;

@@ -92,7 +92,7 @@ TEST(DamperUnderAnEncoder, TakesEnergyFromAVibrationAsADamperDoes) {
     last_m = stretch_m;
     held = damper.relative_velocity({0, 0, rounded(stretch_m, q)}, {}, dt, k);
   }
-  const double ideal_j = 0.5 * damping * swing_m * swing_m * omega * omega * 2.0;  // in 2 s
+  const double ideal_j = 0.5 * damping * swing_m * swing_m * omega * omega * 2.0;
   EXPECT_GT(taken_j, 0.9 * ideal_j);
   EXPECT_LT(taken_j, 1.02 * ideal_j);
 }

@@ -233,7 +233,6 @@ TEST(ElasticLevel, NeverHoldsMoreThanItBearsWhereItFolds) {
   }
 }
 
-// The limit of high stiffness is the rigid level.
 TEST(ElasticLevel, BecomesRigidAsItsStiffnessGrows) {
   test::Random random(3);
   const test::Wander hand(random, 0.06);

@@ -95,7 +95,7 @@ TEST(StaticFriction, HoldsUpToTheRatioTimesTheKineticOne) {
   }
 }
 
-// Sliding steadily it is μ · N + c · v, whatever the ratio.
+// Sliding steadily it is μ · N + c · v, for any ratio.
 TEST(StaticFriction, IsTheKineticOneAndTheViscousPartWhileSliding) {
   test::Random random(2);
   for (int i = 0; i < 100; ++i) {
@@ -115,7 +115,6 @@ TEST(StaticFriction, IsTheKineticOneAndTheViscousPartWhileSliding) {
   }
 }
 
-// A sliding contact sticks again after holding for 20 ms, not before.
 TEST(StaticFriction, ReturnsWhereItHasHeldForTwentyMilliseconds) {
   for (const int held_ticks : {1, 10, 18, 22, 60}) {
     OnAPlane hand(level_with(0.3, 0.0, 2.0, 0.0), 1.0, {1, 0, 0});

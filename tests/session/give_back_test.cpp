@@ -129,7 +129,6 @@ TEST(GivenBack, AfterAGlitchTheHandHasItsForce) {
   EXPECT_GT(withheld, 1000) << "nothing was withheld";
 }
 
-// The glitch of a hundred, in each direction, from the wall.
 TEST(GivenBack, AfterAGlitchInAnyDirectionTheWallIsThere) {
   const test::RestingHand hand = test::resting_hands(spacing_m).front();
   for (const double rate_hz : test::resting_rates_hz) {
@@ -141,7 +140,6 @@ TEST(GivenBack, AfterAGlitchInAnyDirectionTheWallIsThere) {
   }
 }
 
-// A fast stroke along and across the constraint and back, at low rates and high ones, then rest.
 TEST(GivenBack, AfterAFastStrokeTheHandHasItsForce) {
   int withheld = 0;
   for (const test::RestingHand& hand : test::resting_hands(0.5 * spacing_m)) {

@@ -60,7 +60,7 @@ Slide slide(const Scene& scene, double from_m = -0.028, double to_m = 0.028) {
   Session session(scene);
   Slide slid;
   Vec3 last_n;
-  for (int i = 0; i < 100; ++i) {  // comes from above
+  for (int i = 0; i < 100; ++i) {
     const double share = (i + 1) / 100.0;
     last_n = session.tick({.position_m = {from_m, 1.3e-3, 2e-3 - share * (2e-3 + pressed_m)}}, dt).force_n;
   }

@@ -56,7 +56,6 @@ inline Scene hostile_scene(Random& random, double stiffness_n_per_m) {
   return scene;
 }
 
-/// Wanders, with some jumps.
 class HostileHand {
  public:
   explicit HostileHand(Random& random) : random_(random), wander_(random, 0.02) {}

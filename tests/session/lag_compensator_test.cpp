@@ -15,7 +15,6 @@ constexpr double k = 500.0;
 
 static_assert(std::is_trivially_copyable_v<LagCompensator>);  // part of a session's StateArena
 
-/// A compensator that records its applied extension.
 class Felt : public LagCompensator {
  public:
   Vec3 applied_extension_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s,
@@ -86,7 +85,7 @@ TEST(LagCompensator, BringsInNothing) {
 // all is as before.
 TEST(LagCompensator, IsMadeGoodByTheHandsOwnMotion) {
   Felt slack;
-  const Vec3 wall_m{};  // the proxy is held here, whatever the hand does
+  const Vec3 wall_m{};  // the proxy is held here, for any hand
   Vec3 probe_m{0, 0, -0.004};
   for (int tick = 0; tick < 60; ++tick) slack.applied_extension_m(wall_m - probe_m, {}, 1e-3 * tick, {});
   EXPECT_EQ(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {}), Vec3{})

@@ -20,7 +20,6 @@ namespace modes_felt_test {
 
 constexpr double tick_s = 1e-3;
 
-/// A uniform flow.
 struct Uniform {
   Vec3 velocity_m_per_s;
   Vec3 velocity(const Vec3&) const { return velocity_m_per_s; }
@@ -136,7 +135,7 @@ TEST(FrontShape, LetsGoWithTheFlowAndHoldsAgainstIt) {
   Session with(scene), along_the_front(scene), against(scene);
   EXPECT_LT(norm(led(with, 0.1 * flow, 200).force_n), 1e-9);
   EXPECT_LT(norm(led(along_the_front, 0.1 * across, 200).force_n), 1e-6);
-  const Tick held = led(against, -0.01 * flow, 50);  // 0.5 mm of 1.2 mm
+  const Tick held = led(against, -0.01 * flow, 50);
   EXPECT_LT(norm(held.proxy_m), 1e-9);
   EXPECT_LT(norm(held.force_n - 500 * 0.5e-3 * flow), 1e-6);
   Session pressed(scene);

@@ -100,7 +100,7 @@ TEST(MovingWall, LetsGoOfAHandThatItPressesTooHard) {
 TEST(MovingWall, DragsTheHandAlongByFrictionUpToItsStrength) {
   const double friction_n = 0.5, speed_m_per_s = 0.05;
   Session session(wall_that_moves({speed_m_per_s * 0.5, 0, 0}, 0.5, friction_n));
-  const Vec3 hand{0.0, 0.0, -2e-3};  // 1 N deep
+  const Vec3 hand{0.0, 0.0, -2e-3};
   Session still(wall_that_moves({0, 0, 1e-9}, 0.5, friction_n));
   Books books;
   Vec3 proxy{0, 0, 1e-3};
@@ -125,7 +125,6 @@ TEST(MovingWall, DragsTheHandAlongByFrictionUpToItsStrength) {
   EXPECT_GT(books.dissipated_j, 0.5 * books.moved_j);
 }
 
-/// A volume and a hand in common motion: forces equal the case at rest.
 TEST(MovingTogether, WithTheHandGivesAConstantForce) {
   const double seconds = 0.5;
   const double angle = 1.2;
@@ -193,7 +192,6 @@ TEST(MovingTogether, ViscosityDragsTowardsTheDatasOwnVelocity) {
   }
 }
 
-/// Two volumes in opposite motion through a still hand, with force from each.
 TEST(TwoVolumes, MovingOppositelyThroughAStillHandHoldItBetweenThem) {
   Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
   const double speed_m_per_s = 0.02;
@@ -238,7 +236,7 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
     scene.time.play = TimeOptions::Play::loop;
     Session session(scene);
     const Similarity map = session.hand_to_world();
-    // The wall's rest is at 27 mm of the world along x; the hand waits 0.5 mm outside of it.
+    // The wall's rest is at 27 mm of the world along x; the hand is 0.5 mm outside of it.
     const Vec3 hand = map.to_hand({27.5e-3, 0.0, 0.0});
     Books books;
     Vec3 proxy = hand;
@@ -272,7 +270,7 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
     EXPECT_NEAR(books.brought_j, 3.0 * 0.5 * most_n * most_n / k, 0.15 * books.brought_j);  // each beat fills the spring
     double off_n = 0.0;
     for (std::size_t i = 0; i < first_beat.size(); ++i) off_n = std::max(off_n, std::abs(first_beat[i] - third_beat[i]));
-    EXPECT_LT(off_n, 0.02);  // a beat like the one before
+    EXPECT_LT(off_n, 0.02);
   }
 }
 

@@ -51,7 +51,6 @@ Volume channel(double first) {
   return volume;
 }
 
-/// Height at this speed of the flow.
 double height_m(double speed_m_per_s) { return -half_m + 2.0 * half_m * (1.0 - std::pow(1.0 - speed_m_per_s, 1.0 / 8.0)); }
 
 struct Felt {
@@ -133,7 +132,6 @@ TEST_P(RefinedGrid, ALevelOfAMagnitudeHoldsWhereItIs) {
   EXPECT_EQ(all.capped, 0);
 }
 
-// A scene without primitives at the hand costs next to nothing.
 TEST_P(RefinedGrid, WhereNothingIsFeltNothingWaits) {
   Scene scene = scene_in(channel(GetParam()));
   scene.add("thick", Viscosity{.field = {"magnitude(flow)"},

@@ -60,7 +60,6 @@ void expect_same(const Tick& a, const Tick& b, int tick) {
   ASSERT_EQ(a.energy.let_go_j, b.energy.let_go_j) << tick;
 }
 
-// At any moment of the copy both sessions are equal to the bit.
 TEST_P(Rehearsal, GoesOnAsTheFirstDoes) {
   Session first = session(), other = session();
   first.set_force_limit(2.0);  // bone never breaks
@@ -79,7 +78,6 @@ TEST_P(Rehearsal, GoesOnAsTheFirstDoes) {
   EXPECT_GT(waiting, 20);
 }
 
-// A second session's own ticks do not disturb the first.
 TEST_P(Rehearsal, LeavesNoTrace) {
   Session alone = session(), first = session(), other = session();
   for (int tick = 0; tick < 5000; ++tick) {

@@ -41,7 +41,6 @@ class Walls final : public Field {
   double spacing_m_;
 };
 
-/// A uniform vector.
 class Stream final : public Field {
  public:
   explicit Stream(double spacing_m) : spacing_m_(spacing_m) {}

@@ -109,7 +109,7 @@ TEST(Surface, TellsOnsetAndBreakThroughOnce) {
 
 TEST(Surface, IsOneSidedAndMetAgainAfterLeaving) {
   Session session(ball(1.0));
-  stroke(session, {0, 0, 0.08}, {0, 0, 0.03});  // through
+  stroke(session, {0, 0, 0.08}, {0, 0, 0.03});
   const Tick inside = stroke(session, {0, 0, 0.03}, {0, 0, 0.07});
   EXPECT_EQ(inside.force_n, Vec3{}) << "nothing holds on the way out";
   const Tick again = stroke(session, {0, 0, 0.07}, {0, 0, 0.0495});
@@ -178,7 +178,6 @@ TEST(Surface, StaysOnTheSphereRoundManyTurns) {  // no drift of π v T per turn
   EXPECT_LT(worst, 1e-6);
 }
 
-// Friction sticks exactly while the demanded tangential force is inside its disc.
 TEST(Friction, SticksIffInsideItsDisc) {
   test::Random random(5);
   for (int i = 0; i < 200; ++i) {
@@ -270,7 +269,6 @@ Scene unbreakable_ball() {
   return scene;
 }
 
-// Rate independence: an equal path at any speed below the cap.
 TEST(Path, DoesNotDependOnSpeed) {
   std::vector<Vec3> ends;
   for (const double speed : {0.02, 0.1, 0.5}) {

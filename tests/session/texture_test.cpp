@@ -106,7 +106,6 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 at = (0.05 + random.uniform(-1e-3, 1e-3)) * random.direction();
     const double texture = random.uniform(0.0, 1.0), ratio = random.uniform(1.0, 2.0);
-    // At any point of the surface.
     ModeContext here(samples, at + 1e-4 * random.direction(), {}, {});
     here.proxy_m = here.probe_m = at;
     here.stiffness_n_per_m = stiffness_n_per_m;
@@ -203,7 +202,6 @@ TEST(Texture, LeavesTheMeanOfFrictionAndRoughensIt) {
   EXPECT_GT(spread[2], 1.3 * spread[1]);
 }
 
-// The proxy stays on the level under any friction.
 TEST(Texture, LeavesTheSurfaceWhereItIs) {
   const Volume data = rough(0.05, 2e-4, Filter::smooth);
   for (const double texture : {0.0, 1.0}) {

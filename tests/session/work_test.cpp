@@ -73,7 +73,6 @@ TEST(Work, SpentLetsNothingThrough) {
   EXPECT_GT(pressed, 20);
 }
 
-// Equal hands give equal work, to the unit: it is not timed.
 TEST(Work, IsCounted) {
   for (const bool as_grid : {false, true}) {
     Session one(test::busy_moving_scene(as_grid)), other(test::busy_moving_scene(as_grid));
@@ -89,7 +88,6 @@ TEST(Work, IsCounted) {
   }
 }
 
-/// A field that counts its read values.
 class Counted final : public Field {
  public:
   Counted(FieldPtr of, std::int64_t& values) : of_(std::move(of)), values_(values) {}
@@ -330,7 +328,6 @@ TEST(Waiting, AFlightGoesOnWhereTheWorkEnded) {
   EXPECT_NEAR(t.force_n.z, 0.005 * k, 1e-6);
 }
 
-// Fields searched along one path share the work: the hand is caught up in as many ticks as the work allows.
 TEST(Waiting, FieldsShareTheWork) {
   constexpr int cells = 9000, fields = 3;
   Scene scene({.stiffness_n_per_m = k});

@@ -63,7 +63,6 @@ TEST(Corner, OfAGrooveHoldsTheHandPressedStraightInUntilItsStrength) {
   }
 }
 
-// Corners among other primitives.
 Problem some_problem(Random& random) {
   Problem problem = random_problem(random, random.below(4), random.below(3) == 0);
   const int corners = 1 + random.below(2);
@@ -251,7 +250,6 @@ TEST(Corner, WithFrictionWhereOneFacetHoldsIsAPlaneWithFriction) {
     Problem plane = problem;
     plane.primitives = {{PrimitiveKind::plane, {0, 0}, problem.start_m, n, s, 0.0}};
     Facets facets = some_facets(random, problem.start_m, 0.0, 3);
-    // All far behind, but the newest.
     for (Facet& f : facets) f.normal = normalized(f.normal + 1.5 * n), f.position_m -= 0.03 * f.normal;
     facets.push_back({problem.start_m, n});
     add_corner(problem, facets, s);

@@ -222,7 +222,7 @@ TEST(Elastic, FeetAreKeptByPrimitiveAndFoundByMode) {
   EXPECT_EQ(feet.offset_m({4, 2}), (Vec3{4.0, 2.0, 0.0}));
   EXPECT_EQ(feet.offset_m({2, 2}), Vec3{});
   for (std::uint16_t slot = 0; slot < 100; ++slot) feet.put({{9, slot}, {1.0, 1.0, 1.0}, 0.5});
-  EXPECT_EQ(feet.of(4).size(), 4u);  // facets behind are left out
+  EXPECT_EQ(feet.of(4).size(), 4u);
   EXPECT_LT(feet.of(9).size(), 100u);
   feet.clear();
   EXPECT_TRUE(feet.all().empty());

@@ -18,7 +18,6 @@ Balance solve(Solver& solver, const Problem& problem) {
   return test::solved(problem, solver, set).balance;
 }
 
-// A drag far above the coupling lets the proxy move by next to nothing within its span.
 TEST(Extremes, GreatDragsAreBalanced) {
   Random random(31);
   Solver solver(8);

@@ -236,7 +236,7 @@ TEST(Metamorphic, MovesWithTheWorld) {
     const Vec3 x2_m = transposed_times(rotation, b.position_m - shift_m);
     double directed_n = 0.0;
     for (const Primitive& p : problem.primitives) directed_n += p.kind == PrimitiveKind::directed ? p.strength_n : 0.0;
-    const double turned = 16.0 * half_ulp;  // of a direction
+    const double turned = 16.0 * half_ulp;
     const double rounding_m =
         rounding_of(x1_m) + rounding_of(problem.probe_m) + turned * directed_n / problem.stiffness_n_per_m +
         moved_by_m(problem, x1_m, x2_m, [&](const Primitive& p) {

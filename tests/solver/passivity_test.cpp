@@ -28,7 +28,7 @@ TEST(Force, IsMonotoneInTheProbeWithASlopeUpToTheStiffness) {
     const double slack_n = k * (first.error_bound_m + second.error_bound_m) + 1e-15 * k;
     EXPECT_LE(dot(df, dp), slack_n * norm(dp));
     EXPECT_GE(dot(df, dp), -k * norm_squared(dp) - slack_n * norm(dp));
-    EXPECT_LE(norm_squared(df), -k * dot(df, dp) + slack_n * (k * norm(dp) + 2.0 * norm(df) + slack_n));  // firmly
+    EXPECT_LE(norm_squared(df), -k * dot(df, dp) + slack_n * (k * norm(dp) + 2.0 * norm(df) + slack_n));
     EXPECT_LE(norm(df), k * norm(dp) + slack_n);
   }
 }
@@ -186,7 +186,6 @@ TEST(Passivity, OfPrimitivesElsewhereCostsAtMostStrengthTimesDistance) {
   EXPECT_GT(above, 100) << "nothing was brought in, so the budget was not needed";
 }
 
-// A directed force that turns with the position drives a hand round and round, at any rate.
 TEST(Passivity, EndsWithDirectedForces) {
   constexpr double k = 500, radius_m = 0.01, force_n = 0.3;
   for (const int steps : {200, 2000}) {

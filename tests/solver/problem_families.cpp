@@ -13,8 +13,8 @@ struct Maker {
   Random& random;
   bool drags;
   Problem problem;
-  Vec3 axis = random.direction();  // of parallel, or nearly parallel, primitives
-  Vec3 places_m[3];                // of coincident primitives
+  Vec3 axis = random.direction();
+  Vec3 places_m[3];  // of coincident primitives
 
   // Problems made from their balance: the forces determine the probe at the end.
   bool from_balance = false;

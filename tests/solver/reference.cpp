@@ -147,7 +147,6 @@ V<T> on_proxy(const Item<T>& item, const V<T>& u) {
   return item.kind == PrimitiveKind::plane ? u.x * item.q : u;
 }
 
-// Symmetric 3×3 matrix.
 template <class T>
 struct Stiffness {
   T xx{1}, yy{1}, zz{1}, xy{}, xz{}, yz{};

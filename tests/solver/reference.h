@@ -15,7 +15,6 @@ static_assert(LDBL_MANT_DIG == 113, "the reference needs floating point of 113 b
 using Quad = long double;
 #endif
 
-/// A balance with its own proof.
 struct Reference {
   Quad x_m[3] = {};
   Quad bound_m = 0;        ///< proven distance of x_m to the exact balance (without rounding at 113 bits)

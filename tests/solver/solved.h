@@ -29,7 +29,6 @@ inline Solved solved(const Problem& problem, Solver& solver, PrimitiveSet& set) 
   return result;
 }
 
-/// From a cold start.
 inline Solved solved(const Problem& problem) {
   const std::size_t capacity = std::max<std::size_t>(1, problem.primitives.size());
   Solver solver(capacity);

@@ -479,8 +479,8 @@ TEST(PrimitiveSet, AcceptsADragOnlyWhereItDissipates) {
   const Vec3 start{0.02, 0.01, 0.03};
   set.clear(start);
   set.point(0, start, 0, 2);
-  set.line(1, start + Vec3{0, 0, 0.01}, {0, 0, 1}, 0, 2);       // the start lies on the line
-  set.plane(2, start - Vec3{0, 0, 0.01}, {0, 0, 1}, 0, {}, 2);  // the start lies on the free side
+  set.line(1, start + Vec3{0, 0, 0.01}, {0, 0, 1}, 0, 2);
+  set.plane(2, start - Vec3{0, 0, 0.01}, {0, 0, 1}, 0, {}, 2);
   EXPECT_EQ(set.dropped(), 0);
 }
 

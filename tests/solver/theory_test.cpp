@@ -40,8 +40,8 @@ TEST(Energy, PrintedForcesHaveNoZeroWhereAProxyRests) {
 
 TEST(Split, OfRedundantPrimitivesIsNotUniqueButTheirSumIs) {
   const Primitive weak{PrimitiveKind::point, {0, 0}, {}, {}, 1.0}, strong{PrimitiveKind::point, {0, 1}, {}, {}, 2.0};
-  const Problem problem{{weak, strong}, {}, {-0.003, 0, 0}, 500, tick_s};  // demand: 1.5 N
-  for (const double share_n : {0.0, 0.3, 0.5, 1.0}) {                      // of the strong one: from 0.5 N to 1.5 N
+  const Problem problem{{weak, strong}, {}, {-0.003, 0, 0}, 500, tick_s};
+  for (const double share_n : {0.0, 0.3, 0.5, 1.0}) {  // of the strong one: from 0.5 N to 1.5 N
     const Vec3 forces[] = {{share_n, 0, 0}, {1.5 - share_n, 0, 0}};
     EXPECT_LE(error_bound_m(problem.primitives, forces, {}, problem.probe_m, 500, tick_s), 1e-12) << share_n;
   }
@@ -236,7 +236,6 @@ TEST(Certificate, HoldsForAnyPlaceAndAnyForces) {
   }
 }
 
-// Sums of products and all rounding margins together equal the theorem's formula.
 TEST(Certificate, IsTheFormulaAsItIsWritten) {
   Random random(114);
   for (int i = 0; i < 20000; ++i) {

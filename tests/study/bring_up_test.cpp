@@ -17,12 +17,11 @@ using testing::HasSubstr;
 struct Made {
   double mass_kg = 0.2, damping_ns_per_m = 0.4, friction_n = 0.03, encoder_step_m = 2e-5;
   int delay_ms = 3, lag_ms = 12;
-  double sign = 1.0;  // of its forces
+  double sign = 1.0;
   const char* fault = nullptr;
   bool has_motors = true;
 };
 
-/// The device, its clock and the hand on it.
 class Bench final : public Device, public LoopClock {
  public:
   explicit Bench(const Made& made) : made_(made) {}

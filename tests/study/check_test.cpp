@@ -180,7 +180,6 @@ TEST(Check, BoundsAreThoseOfTheBooks) {
   EXPECT_DOUBLE_EQ(stiffness_bounds(plant, 0.5, 1e-3).stable_n_per_m, 1000.0);
 }
 
-/// A ball that a device lies on.
 Scene ball(double stiffness_n_per_m, double damping_ns_per_m) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = 10.0});
   scene.add("ball", sphere_field());

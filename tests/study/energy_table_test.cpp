@@ -184,7 +184,7 @@ TEST(EnergyTable, OfAHeldWallIsTheLeakOfTheHold) {
         },
         3.0, rate_hz);
     const double speed_m_per_s = depth_m * pi;
-    const double leak_j = 0.5 * k / rate_hz * 0.5 * speed_m_per_s * speed_m_per_s * 2.0;  // two of three seconds inside
+    const double leak_j = 0.5 * k / rate_hz * 0.5 * speed_m_per_s * speed_m_per_s * 2.0;
     EXPECT_NEAR(felt.in("ticks"), leak_j, 0.01 * leak_j);
     EXPECT_NEAR(felt.in("hand"), -leak_j, 0.01 * leak_j);
     EXPECT_NEAR(felt.table.covering_damping_ns_per_m, 0.5 * k / rate_hz, 1e-3 * k / rate_hz);

@@ -163,7 +163,6 @@ class MapFile : public StudyTest {
   const MapLattice lattice = map_slice(0, 0.0, 0.12, 17);
   const std::string identity = identity_of_map(scene, {}, lattice);
 
-  /// A map with some finished paths.
   ForceMap half() const {
     ForceMap map(lattice);
     std::atomic<bool> stop = false;

@@ -192,7 +192,6 @@ TEST_F(Run, WrongInputLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(folder / "trace"));
 }
 
-// Two rows can make an endless hand.
 TEST_F(Run, EndsWithinADayAndFitsOnItsDisk) {
   write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n1e15,0,0,0.01\n");
   RunOptions o = options("trace");
@@ -239,7 +238,6 @@ TEST_F(Run, LastsAsLongAsTheRecordingUnlessToldOtherwise) {
   EXPECT_EQ(prepare(o).duration_s, 10.0);
 }
 
-// Each row a tick apart gets its tick, the last included, for any start time.
 TEST_F(Run, FeelsATickForEachRowOfARecording) {
   for (const double begin_s : {0.0, 5.0, 1723456.789}) {
     for (const int rows : {1, 2, 100, 2000}) {
@@ -289,7 +287,6 @@ TEST_F(Run, LaysARecordingWhereItIsToldTo) {
   }
 }
 
-// A program's own positions are used unchanged, to the bit, as in a session.
 TEST_F(Run, FeelsGivenPositionsAsASessionDoes) {
   std::vector<Vec3> path_m;
   for (int n = 0; n < 3000; ++n) path_m.push_back({0.01 * std::sin(0.003 * n), 0.02, 0.08 - 2e-5 * n});

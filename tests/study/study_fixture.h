@@ -59,7 +59,6 @@ class StudyTest : public testing::Test {
     text << std::ifstream(file, std::ios::binary).rdbuf();
     return text.str();
   }
-  /// Every reproducible file of a trace.
   std::map<std::string, std::string> reproducible_files(const std::filesystem::path& trace) const {
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(trace)) {

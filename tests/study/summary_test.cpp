@@ -186,7 +186,7 @@ TEST(Summary, EveryNumberOfTheJsonCarriesItsUnitOrIsACount) {
   };
   const std::function<void(const nlohmann::json&)> check = [&](const nlohmann::json& node) {
     for (const auto& [name, value] : node.items()) {
-      if (name == "energy_j") continue;  // documented once for all its entries
+      if (name == "energy_j") continue;
       if (value.is_structured()) check(value);
       const bool dimensionless = name == "sub_steps_mean";
       EXPECT_TRUE(!value.is_number_float() || has_unit(name) || dimensionless) << name;

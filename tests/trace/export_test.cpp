@@ -114,7 +114,6 @@ TEST_F(Export, ColumnsAreWhatWasFeltInTheFrameOfTheData) {
   EXPECT_THROW(static_cast<void>(path.column("else")), std::out_of_range);
 }
 
-/// Expects equal numbers in both.
 void expect_same(vtkPolyData& read, const FeltPath& path) {
   ASSERT_EQ(read.GetNumberOfPoints(), static_cast<vtkIdType>(path.ticks()));
   ASSERT_EQ(read.GetNumberOfLines(), 1);

@@ -37,7 +37,7 @@ Spot spot_of(const ForceMap& map) {
   const detail::Color color = detail::force_colors(2.0).at(2.0).color;
   Spot spot;
   for (int y = 0; y < picture.height_px; ++y)
-    for (int x = 0; x < picture.width_px * 85 / 100; ++x) {  // left of the legend
+    for (int x = 0; x < picture.width_px * 85 / 100; ++x) {
       const std::uint8_t* const rgb = picture.rgb.data() + 3 * (static_cast<std::size_t>(y) * picture.width_px + x);
       const auto is_near = [](int byte, double share) { return std::abs(byte - 255.0 * share) < 3.0; };
       if (!is_near(rgb[0], color.red) || !is_near(rgb[1], color.green) || !is_near(rgb[2], color.blue)) continue;

@@ -113,7 +113,7 @@ TEST(Svg, AnAxisByPowersOfTenSaysThem) {
   for (const char* text : {"1e-5", "1e-4", "0.001", "0.01", "0.1", "1", "10"}) {
     EXPECT_THAT(svg, HasSubstr(">" + std::string(text) + "</text>"));
   }
-  // Equal steps on a linear axis give the same curve.
+  // Equal steps on a linear axis give an equal curve.
   Plot linear{.title = "powers", .series = {{.xs = {-5, -3, -1, 1}, .ys = {1, 2, 3, 4}}}};
   const auto points = [](const std::string& drawn) {
     std::vector<std::string> found;
@@ -178,7 +178,7 @@ std::pair<double, double> extent_of_curve(const std::string& svg, const char* co
 }
 
 TEST(Svg, ShowsTinyNumbersAsWellAsLargeOnes) {
-  // A curve looks the same in any unit: VTK's SVG has six digits, and an energy of 1e-9 J would be a straight line.
+  // A curve looks alike in any unit: VTK's SVG has six digits, and an energy of 1e-9 J would be a straight line.
   const auto svg_at_scale = [](double scale) {
     Plot plot{.x_label = "time / s", .y_label = "energy / J", .series = {{.name = "e", .xs = {}, .ys = {}}}};
     for (int i = 0; i <= 100; ++i) {

@@ -365,7 +365,7 @@ TEST(Overview, LooksStraightAtAPlaneAndWhereTheSceneSays) {
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
   scene.view.from = Vec3{1, 0, 0};
   EXPECT_EQ(overview(scene, square).from, (Vec3{1, 0, 0}));
-  scene.workspace.towards_user = "+x";  // the world's x is the hand's z
+  scene.workspace.towards_user = "+x";
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
 }
 

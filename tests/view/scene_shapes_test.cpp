@@ -34,14 +34,13 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
       EXPECT_NEAR(norm(ball.points_m[i]), radius_m, deep_m + 2e-5);
       EXPECT_GT(dot(ball.normals[i], normalized(ball.points_m[i])), 0.98);
     }
-    double volume_m3 = 0.0;  // turned outwards
+    double volume_m3 = 0.0;
     for (const auto& [a, b, c] : ball.triangles)
       volume_m3 += dot(ball.points_m[a], cross(ball.points_m[b], ball.points_m[c])) / 6.0;
     EXPECT_NEAR(volume_m3, 4.0 / 3.0 * 3.14159265 * radius_m * radius_m * radius_m, 0.01 * volume_m3);
   }
 }
 
-/// Concentric balls as layers, the outermost first.
 SceneShapes balls_of(const std::vector<ViewLayer>& layers) {
   Scene scene;
   scene.workspace.scale = 1.0;

@@ -91,7 +91,7 @@ TEST(VolumePicture, ShowsDirectionsByTheirAxis) {
 /// [1] Share of the coloured pixels of the streamlines' part of the picture that lie in its upper and lower quarter.
 double colour_far_from_the_middle(const Volume& volume) {
   const Picture picture = volume_picture(volume, 0, statistics(*volume.fields[0].field), "test");
-  const int left = picture.width_px / 2, right = left + picture.width_px * 3 / 8;  // beside them are legend and colour bar
+  const int left = picture.width_px / 2, right = left + picture.width_px * 3 / 8;
   const int top = picture.height_px * 6 / 10, bottom = picture.height_px;
   int all = 0, far = 0;
   for (int y = top; y < bottom; ++y) {

@@ -65,7 +65,6 @@ vtkSmartPointer<vtkImageData> oblique(int type = VTK_SHORT) {
   return image;
 }
 
-/// The field has VTK's values at VTK's positions.
 void expect_values(const Field& field, vtkDataSet& data, vtkDataArray& values) {
   for (vtkIdType n = 0; n < data.GetNumberOfPoints(); ++n) {
     double at[3];
@@ -156,7 +155,7 @@ TEST(FromVtk, CellsAreVoxelsInTheirMiddles) {
   EXPECT_THAT(grid.dims, ElementsAre(3, 2, 1));
   double a[3], b[3];
   image->GetPoint(0, a);
-  image->GetPoint(1 + 4 + 12, b);  // the other end of the first cell
+  image->GetPoint(1 + 4 + 12, b);
   EXPECT_NEAR(norm(grid.origin_m - 0.5 * Vec3{a[0] + b[0], a[1] + b[1], a[2] + b[2]}), 0.0, 1e-12);
 }
 
@@ -362,7 +361,6 @@ TEST(TransferFunctions, AreTheSameThereAndBack) {
   EXPECT_THAT(error_of([&] { transfer_function_from_vtk(*vtkNew<vtkPiecewiseFunction>()); }), HasSubstr("has no points"));
 }
 
-/// Centres of the visible actors.
 std::vector<Vec3> seen_in(vtkRenderer& renderer) {
   std::vector<Vec3> all;
   vtkActorCollection& actors = *renderer.GetActors();

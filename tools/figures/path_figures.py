@@ -117,7 +117,7 @@ def groove(section, up, across):
         for tick in (still, slides):
             axes.axvline(tick_s * tick, color=grey, ls=":")
     proxy = mm(proxies_m[slides - 1])
-    for normal, _, force_n in planes:  # of ours
+    for normal, _, force_n in planes:  # the library's
         if norm(force_n) > 1e-3:
             side = 1.5 * normalized((normal[1], -normal[0], 0))[:2]
             path(section, [proxy - side, proxy + side], vermilion, "--")

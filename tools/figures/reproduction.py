@@ -47,7 +47,7 @@ def plane_holds():
 def plane_gives_way():
     law, off_m, jump, before_m, step_m = figure_laws.Law("exact"), 0.0, 0.0, np.zeros(3), 1e-5
     for i in range(2001):
-        probe_m = np.array([0, -step_m * (i if i <= 1000 else 2000 - i), 0])  # in, and out again
+        probe_m = np.array([0, -step_m * (i if i <= 1000 else 2000 - i), 0])
         proxy_m = balance(law, [plane((0, 1, 0), strength_n)], probe_m, before_m)[0]
         if -probe_m[1] > strength_n / k_n_per_m + exact_m:
             off_m = max(off_m, abs(norm(proxy_m - probe_m) - strength_n / k_n_per_m))
@@ -204,7 +204,7 @@ def core_directions():
        "alike. What people recognise was measured neither by the paper nor here")
 def vortex_plane():
     acting = core_directions()[1]
-    share = np.abs(np.arange(8001) / 4000.0 - 1.0)  # in to the axis, and out
+    share = np.abs(np.arange(8001) / 4000.0 - 1.0)
     felt_n = [np.linalg.norm(felt_in_vortex(mode(strength_n=1.0), np.outer(0.0001 + 0.03 * share, (1, 0, 0)))[1], axis=1)
               for mode in (palpa.VortexPlane, palpa.VortexForce)]
     (plane_in, plane_out), (force_in, force_out) = ((each[:4001].max(), each[4001:].max()) for each in felt_n)
@@ -264,7 +264,7 @@ def layers():
     broken = figure_laws.Session(scene).ticks(wall_m + np.outer(1e-5 * np.arange(-100, 6000), into))[2][:3]
     off_n = largest(k_n_per_m * np.array([depth_m for _, depth_m in broken]) - strengths_n[:len(broken)])
     return (f"{len(broken)} of 3 nested levels, pressed through at 0.5, 1 and 2 N to {off_n:.4f} N",
-            len(broken) == 3 and off_n <= k_n_per_m * 1e-5 + 1e-9)  # a tick's step of the hand
+            len(broken) == 3 and off_n <= k_n_per_m * 1e-5 + 1e-9)
 
 
 @claim("rapid development of modes", "counted in lines; nobody was timed")
