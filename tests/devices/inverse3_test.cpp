@@ -76,7 +76,7 @@ TEST_F(Inverse3, SaysThatTheMotorsMakeNoForce) {
   EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return state.fault != nullptr; }));
   EXPECT_TRUE(state.valid);
   EXPECT_THAT(state.fault, HasSubstr("values"));
-  // A late force starts by the ramp.
+  // The fault is latched: the force does not return until the power was off.
   service.understand(true, true);
   const std::int64_t messages = service.messages();
   EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return service.messages() > messages + 20; }));

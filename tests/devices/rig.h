@@ -26,8 +26,8 @@ class Rig {
   virtual void unplug() = 0;
   virtual void plug() = 0;
 
-  /// Plugs in another device of the kind, of the same model where the driver can distinguish two: before the first device in
-  /// the driver's order. It is fully deflected, and its button 0 is held.
+  /// Plugs in another device of the kind, of an equal model where the driver can distinguish two: the device that a driver by
+  /// index, or of any device present, would take. It is fully deflected, and its button 0 is held.
   virtual void plug_another() = 0;
   virtual void unplug_another() = 0;
   /// Repeats its deflection and button, for devices that send changes only.

@@ -113,7 +113,7 @@ TEST(Corner, OfOneFacetIsAPlane) {
     const Solved a = solved(problem), b = solved(corners);
     EXPECT_EQ(a.balance.position_m, b.balance.position_m);
     EXPECT_EQ(a.forces_n, b.forces_n);
-    // Likewise by the path of a larger corner: with a facet twice, and one that is never reached.
+    // Likewise by the solution of a larger corner: with a facet twice, and one that is never reached.
     Problem redundant = problem;
     redundant.primitives.clear();
     for (const Primitive& p : corners.primitives) {

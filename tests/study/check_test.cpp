@@ -93,7 +93,7 @@ double growth_per_s(const Held& held, const Scene& scene, const DevicePlant& pla
   return std::log(swing_m(along_m.end()) / swing_m(middle)) / (half_ticks * tick_s);
 }
 
-/// [1/s] Growth rate of the linear loop: ln|z|/T of the largest oscillating root of
+/// [1/s] Growth rate of the linear loop: ln|z|/T of the oscillating root of
 /// (z - 1)(z - e) z^d + k ((T - a)(z - e) + a (1 - e))/b with e = exp(-bT/m) and a = m (1 - e)/b: a damped mass, and a force -k
 /// x that is held for a tick and acts d ticks late.
 double linear_growth_per_s(const DevicePlant& plant, double stiffness_n_per_m) {
