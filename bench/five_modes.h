@@ -1,5 +1,4 @@
-// Five modes on three volumes under one hand: a ball of int16 with friction, a pull, and a vortex of floats with a rail, drag
-// and a tube.
+// Five modes on three volumes under one hand: int16 ball with friction, a pull, float vortex with rail, drag and tube.
 #pragma once
 
 #include <palpa/palpa.h>

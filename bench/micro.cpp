@@ -1,4 +1,4 @@
-// The parts of a tick, one at a time. Positions change from call to call against branch prediction.
+// Single parts of a tick, at changing positions against branch prediction.
 #include <benchmark/benchmark.h>
 #include <palpa/data/smooth_grid.h>
 #include <palpa/mode/crossings.h>

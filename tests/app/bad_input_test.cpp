@@ -1,4 +1,4 @@
-// Wrong input: exit code 2, one line with the error and its remedy, and no output that looks complete.
+// Wrong input: exit code, one-line error with remedy, no leftover output.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/stat.h>

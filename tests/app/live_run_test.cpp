@@ -1,4 +1,4 @@
-// palpa in real time: every stop leaves a complete trace, gaps of the recording are bridged, keys work.
+// palpa in real time: ends, gaps of the recording, keys.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>

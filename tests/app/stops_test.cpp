@@ -1,5 +1,5 @@
-// Every stop of the program leaves its device at zero force: the real program in a terminal of its own, with stand-ins for two
-// kinds of devices that outlive it.
+// Zero force on a device after every stop of the real program, in a terminal of its own, with stand-ins for two kinds of
+// devices that outlive it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>

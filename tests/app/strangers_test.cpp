@@ -1,4 +1,4 @@
-// Untrusted files: dangerous links are not followed, terminals are not controlled, and output goes only to its target.
+// Untrusted files: dangerous links, terminal controls, output targets.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Byte-identical sessions: ticks of this build and of an unoptimised build, and the trace of a repeated run. Compared are all
+# Byte-identical sessions: ticks of this build and of an unoptimised build, and the trace of a repeated run. Compared: all
 # numbers of ticks and primitives, and every CSV of the trace but timing.csv.
 set -u
 root=$1

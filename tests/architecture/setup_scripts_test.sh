@@ -1,6 +1,6 @@
 #!/bin/bash
-# ./demo and ./test on a fake machine: apt, sudo, CMake and the program are stand-ins that log their calls. Checked are messages
-# and commands.
+# Messages and commands of ./demo and ./test on a fake machine: apt, sudo, CMake and the program are stand-ins that log their
+# calls.
 set -u
 source_root=$1
 here=$(mktemp -d)

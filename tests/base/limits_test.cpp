@@ -1,4 +1,4 @@
-// Requests above a limit are refused with number and remedy; requests at the limit succeed.
+// Requests above and at each limit.
 #include "palpa/base/limits.h"
 
 #include <gmock/gmock.h>

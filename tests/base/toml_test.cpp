@@ -1,4 +1,4 @@
-// Untrusted TOML: texts that would crash or stall the parser are refused before it; all others reach it.
+// Untrusted TOML: the check before the parser.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>

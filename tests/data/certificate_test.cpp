@@ -1,4 +1,4 @@
-// Lipschitz bounds: within their radius values differ by no more, and data neither begin nor end.
+// Lipschitz bounds within their radius, and the extent of data.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Share of the voxels' variation that the smoothing filter removes: closed forms of alternating voxels.
+// Detail removed by the smoothing filter: closed forms of alternating voxels.
 #include "palpa/data/fine_detail.h"
 
 #include <gtest/gtest.h>

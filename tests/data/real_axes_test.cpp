@@ -1,5 +1,4 @@
-// Main direction of diffusion in a measured brain: the file's signs come from a solver, the field's results are independent of
-// them.
+// Main direction of diffusion in a measured brain, independent of the file's signs.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Derived fields of measured and simulated flow, read by the real palpa-read. Facts about the voxels: shared/data/facts.json,
-// computed with numpy.gradient.
+// Derived fields of measured and simulated flow, by the real palpa-read. Facts: shared/data/facts.json, computed with
+// numpy.gradient.
 #include <cstdlib>
 #include <filesystem>
 

@@ -1,4 +1,4 @@
-// Statistics of a field's values against sums over the voxels, and histograms of known parts.
+// Statistics of a field's values, against sums over voxels and histograms of known parts.
 #include "palpa/data/statistics.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Loss of thin parts by the smoothing filter, against countable shapes and a plain recount.
+// Loss of thin parts by the smoothing filter, against countable shapes and a recount.
 #include "palpa/data/thin_parts.h"
 
 #include <algorithm>

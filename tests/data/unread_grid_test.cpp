@@ -1,5 +1,4 @@
-// Grids of unread voxels: equal to read grids, made without access to the voxels; and batches of samples: bit-identical to
-// single samples.
+// Grids of unread voxels against read grids, and batches of samples against single samples.
 #include "palpa/data/unread_grid.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The values that a sample depends on, found by changing every value of a grid in turn, match the field's count.
+// Values per sample, counted by changing every value of a grid in turn.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -1,4 +1,4 @@
-// Damper, spring and a plane in a closed loop with a device: largest stable stiffness, and noise.
+// Damper, spring and plane in a closed loop with a device: largest stable stiffness, noise.
 #pragma once
 
 #include "palpa/device/hand.h"

@@ -1,4 +1,4 @@
-// The pointer's hand: follows the mouse, slower against a force, and never beyond the force's reach.
+// The pointer's hand: motion under force, and reach.
 #include "palpa/device/mouse_hand.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// Recorded hands: every form is read into one hand frame, the interpolant goes through its rows and stays between neighbours,
-// gaps differ from rest, and invalid forms are refused.
+// Recorded hands: forms, interpolation, gaps, refusals.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

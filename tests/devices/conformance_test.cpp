@@ -1,5 +1,5 @@
-// Requirements of every device kind (rig.h): axes and units, limits, watchdogs, faults, a fixed identity, reconnection, no
-// force from a removed device, and rest at a stop of the program.
+// Requirements of every device kind (rig.h): axes, units, limits, watchdogs, faults, identity, reconnection, rest after removal
+// and stop.
 #include <gtest/gtest.h>
 #include <signal.h>
 

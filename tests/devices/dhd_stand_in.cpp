@@ -1,5 +1,4 @@
-// A stand-in for Force Dimension's libdhd and libdrd with two omega.3: the device's own watchdog, a limit of force, brakes, a
-// status, and faults for the tests.
+// Stand-in for Force Dimension's libdhd and libdrd with two omega.3: watchdog, force limit, brakes, status, and faults.
 #include "tests/devices/dhd_stand_in.h"
 
 #include <fcntl.h>

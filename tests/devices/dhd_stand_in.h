@@ -1,4 +1,4 @@
-// Test interface of the stand-in for Force Dimension's library: in the vendor's axes and units.
+// Test interface of the stand-in for Force Dimension's library, in the vendor's axes and units.
 #pragma once
 
 namespace palpa::test {

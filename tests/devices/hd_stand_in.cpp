@@ -1,5 +1,4 @@
-// A stand-in for 3D Systems' libHD with two Touch: a callback thread at 1 kHz, errors to be polled, motors that get warm, an
-// inkwell, and faults for the tests.
+// Stand-in for 3D Systems' libHD with two Touch: callback thread at 1 kHz, polled errors, warm motors, inkwell, and faults.
 #include "tests/devices/hd_stand_in.h"
 
 #include <algorithm>

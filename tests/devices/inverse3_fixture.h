@@ -1,4 +1,4 @@
-// Shared parts of the Inverse3's tests: a device on a stand-in for the Inverse Service, and waits for its state.
+// Fixture of an Inverse3 on a stand-in for the Inverse Service.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Faulty services of an Inverse3: an error of the service costs the force, never the program.
+// Faulty services of an Inverse3: the force is lost, never the program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Devices by name, and a user's devices.toml: it may lower a limit, never raise it.
+// Devices by name, and lower limits in a user's devices.toml.
 #include "palpa/device/open_device.h"
 
 #include <gmock/gmock.h>

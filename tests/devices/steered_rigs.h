@@ -1,4 +1,4 @@
-// A SpaceMouse on a stand-in for spacenavd, a virtual game controller of SDL, and a window with a mouse.
+// SpaceMouse on a stand-in for spacenavd, virtual game controller of SDL, window with a mouse.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 #!/bin/bash
-# scenes/README.md gives the source, size and checksum of every file of a scene; size and checksum match the file.
+# Source, size and checksum in scenes/README.md of every file of a scene.
 set -u
 root=$1
 data=${PALPA_SHARED:-$root/../shared}/data

@@ -1,4 +1,4 @@
-// The window under a user's actions: open, turn, touch, change, record, save. Pictures of each state are kept.
+// The window under a user's actions, with pictures of each state.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>

@@ -1,4 +1,4 @@
-// Parts of the window without a display: parameter rows, valleys, presets, the point under the cursor, replay.
+// Window parts without a display: parameter rows, valleys, presets, cursor point, replay.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// For any reader: a volume or a one-line error; no descriptor, child or wait is left.
+// A volume or a one-line error from any reader, without leaks and hangs.
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/stat.h>

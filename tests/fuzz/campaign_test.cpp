@@ -1,4 +1,4 @@
-// The frame: failures of any kind are found, minimised, kept, and reproduced; an ended campaign resumes.
+// The campaign frame: finding, minimisation, storage and reproduction of failures; resumption.
 #include "tests/fuzz/campaign.h"
 
 #include <gmock/gmock.h>

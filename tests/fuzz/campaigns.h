@@ -1,4 +1,4 @@
-// All campaigns. Each file adds its own, in the order of the table; parts that are not built add none.
+// All campaigns, in the order of the table; parts that are not built add none.
 #pragma once
 
 #include "tests/fuzz/campaign.h"

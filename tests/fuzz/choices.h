@@ -1,4 +1,4 @@
-// The choices of a case: drawn from a seed, or replayed from a list, as in minimisation.
+// Choices of a case: drawn from a seed, or replayed from a list for minimisation.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // The program on a failing machine: killed, out of disk, descriptors or memory, without write permission, under odd file names.
-// It ends, reports the reason in one line, and its output is complete or marked as incomplete.
+// Required: an end, a one-line error, and output that is complete or marked as incomplete.
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-// Hostile stand-in for palpa-read: runs the acts of the file $PALPA_HOSTILE, for any answers of the caller.
+// Hostile stand-in for palpa-read: runs the acts of the file $PALPA_HOSTILE.
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>

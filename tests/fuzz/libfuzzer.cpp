@@ -1,4 +1,4 @@
-// Palpa's parsers under libFuzzer, which searches for bytes that reach new code: libfuzzer NAME; see the script beside it.
+// Palpa's parsers under libFuzzer: libfuzzer NAME; see the script beside it.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>

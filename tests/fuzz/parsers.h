@@ -1,5 +1,4 @@
-// Palpa's parsers, each with its promise for any bytes. Campaigns give them damaged seeds, libFuzzer its own bytes
-// (libfuzzer.cpp).
+// Palpa's parsers, each with its promise for any bytes, for campaigns and libFuzzer (libfuzzer.cpp).
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// NRRD and MetaImage as palpa-read opens them, without its process: its own limits and its sandbox are not covered.
+// NRRD and MetaImage as palpa-read opens them, without its process limits and sandbox.
 #include <algorithm>
 #include <fstream>
 #include <memory>

@@ -1,4 +1,4 @@
-// Random scenes: every mode with any parameters, on grids of every type with any content.
+// Random scenes: every mode, any parameters, grids of every type and content.
 #pragma once
 
 #include "palpa/scene/scene.h"

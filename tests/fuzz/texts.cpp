@@ -1,4 +1,4 @@
-// Damaged scenes, hands and traces for the program: each gives a result or a one-line error.
+// Damaged scenes, hands and traces for the program.
 #include <sys/resource.h>
 #include <sys/stat.h>
 

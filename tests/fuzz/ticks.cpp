@@ -1,4 +1,4 @@
-// Sessions of random scenes under random hands: every tick is checked against a tick's promises.
+// Every tick of random scenes under random hands, against a tick's promises.
 #include <time.h>
 
 #include <algorithm>

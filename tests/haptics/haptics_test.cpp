@@ -1,5 +1,4 @@
-// The benchmark itself: data equal the published data, truths are right, scores find errors and only errors, and the protocol
-// survives any renderer.
+// The benchmark itself: published data, truths, scores, and the protocol under faulty renderers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// The mode of the tested plug-ins. A kind gives it a type, and optional code at its construction.
+// The mode of the tested plug-ins; a kind adds its type, and code at construction.
 #pragma once
 
 #include "palpa/palpa.h"

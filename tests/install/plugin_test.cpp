@@ -1,4 +1,4 @@
-// Plug-ins: loaded modes run; invalid files are refused in one line, before any of their code runs.
+// Plug-ins: loaded modes, and one-line refusals before any of their code runs.
 #include "palpa/mode/plugin.h"
 
 #include <elf.h>

@@ -1,4 +1,4 @@
-// The formula of docs/trace.md, which checks a balance without the solver, in arithmetic of 113 bits.
+// The check of a balance by docs/trace.md without the solver, in arithmetic of 113 bits.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The energy table of every shipped scene, under several hands and at two rates, recomputed from its trace's files alone.
+// Energy table of every shipped scene under several hands and at two rates, recomputed from its trace's files alone.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

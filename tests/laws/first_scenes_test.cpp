@@ -1,5 +1,5 @@
-// First scenes of measured data under slow hands and as maps: all force is borne by strengths. Scans are cut off, and where a
-// surface met the end of the data a proxy was once held by more than all strengths together.
+// First scenes of measured data under slow hands and as maps: forces within the sum of strengths. Scans are cut off, and where
+// a surface met the end of the data a proxy was once held by more.
 #include <gtest/gtest.h>
 
 #include <algorithm>

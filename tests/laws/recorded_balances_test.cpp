@@ -1,5 +1,4 @@
-// Promises of a trace that need neither the solver nor the ledger: checked by the trace's formats alone, from balances.csv,
-// primitives.csv, modes.csv and ticks.csv, in 10⁵ ticks of random scenes.
+// Balances and ledger of 10⁵ ticks of random scenes, checked from balances.csv, primitives.csv, modes.csv and ticks.csv alone.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Every shipped scene under the demo's hand: it makes forces, and so does each of its modes.
+// Every shipped scene under the demo's hand: forces of all its modes.
 #include <gtest/gtest.h>
 
 #include "palpa/device/hand.h"

@@ -1,4 +1,4 @@
-// A still hand gets a still force: at 10 000 points of every shipped scene, approached from 20 mm away.
+// Still hands at 10 000 points of every shipped scene, approached from 20 mm away.
 #include <gtest/gtest.h>
 
 #include <algorithm>

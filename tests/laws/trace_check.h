@@ -1,5 +1,4 @@
-// Check of a trace's balances by the formula of docs/trace.md, from its files alone: no solver, no session, arithmetic of 113
-// bits. For the tests and for bench_traces.
+// Check of a trace's balances by docs/trace.md from its files alone, in arithmetic of 113 bits; for tests and bench_traces.
 #pragma once
 
 #include <cstdint>

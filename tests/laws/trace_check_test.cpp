@@ -1,4 +1,4 @@
-// Every balance of every shipped scene, under a hand, checked by the formula of docs/trace.md from the trace's files alone.
+// Every balance of every shipped scene under a hand, checked from the trace's files alone (docs/trace.md).
 #include "tests/laws/trace_check.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Break-through of a level fades instead of stepping; a level stronger than the output limit never breaks.
+// Fade of a level at break-through; levels stronger than the output limit.
 #include "palpa/loop/break_through_filter.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The command to a hand at rest, behind the limiter, is k times the extension within the limit, after any history: within 50
-// ms, and without a step above the slew limit.
+// The command to a hand at rest, behind the limiter: k times the extension within the limit, within 50 ms, without a step above
+// the slew limit.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Impact: a contact on hard material adds a pulse that grows with its speed; all else is unchanged.
+// Impact: pulse of a contact on hard material, which grows with its speed.
 #include "palpa/loop/impact.h"
 
 #include <gtest/gtest.h>

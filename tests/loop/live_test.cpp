@@ -1,4 +1,4 @@
-// The live loop on a simulated clock: deadlines, scene changes under the hand, and a tick's prohibitions.
+// The live loop on a simulated clock: deadlines, scene changes, and a tick's prohibitions.
 #include <gtest/gtest.h>
 
 #include <algorithm>

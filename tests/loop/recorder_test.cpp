@@ -1,5 +1,4 @@
-// The recorder: every accepted tick is in the trace, in order and to the bit; the disk never blocks it; and accepted ticks
-// survive a kill.
+// The recorder: complete, ordered, exact traces; no waits for the disk; survival of kills.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>

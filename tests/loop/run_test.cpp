@@ -1,4 +1,4 @@
-// The loop on a simulated clock: repeatable bits, an exact clock, right works, and no force without a valid probe.
+// The loop on a simulated clock: repeatability, exact clock, works, invalid probes.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Stops of a search: sides that a proxy holds or leaves, edges of data, forbidden values, and its budget.
+// Stops of a search: held and left sides, edges of data, forbidden values, budget.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Shared parts of the tests of crossings: grids, paths, and a search along a path.
+// Shared parts of the crossing tests: grids, paths, searches.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Directions of vortex modes, against known vortex cores: any profile, noise, cross-flow, any direction of the grid.
+// Directions of vortex modes against known vortex cores, under profiles, noise, cross-flow and grid rotations.
 #include <gtest/gtest.h>
 
 #include <algorithm>

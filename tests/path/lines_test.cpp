@@ -1,4 +1,4 @@
-// Paths along fields: followers stay on their streamline, paths converge, and speed has no effect.
+// Paths along fields: streamlines, convergence, rate independence.
 #include "tests/path/lines.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Every shipped scene: halved steps change next to nothing, a still hand gets a still force, and the ledger is complete.
+// Every shipped scene: halved steps, still hands, complete ledger.
 #include "tests/path/scenes.h"
 
 #include <gtest/gtest.h>

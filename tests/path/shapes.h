@@ -1,4 +1,4 @@
-// Data of the tests and benchmarks of the proxy's path: solids with closed-form surfaces, and fields from formulas.
+// Data of the path tests and benchmarks: closed-form solids, and fields from formulas.
 #pragma once
 
 #include <functional>

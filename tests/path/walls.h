@@ -1,4 +1,4 @@
-// Measures of walls: no stroke passes a stronger wall, and weaker walls break where they should.
+// Measures of walls stronger and weaker than a stroke.
 #pragma once
 
 #include "palpa/session/session.h"

@@ -1,4 +1,4 @@
-// Walls: a wall stronger than the stroke holds, a weaker wall breaks at k·depth = s, after an onset.
+// Walls: holding, and break-through at k·depth = s, after an onset.
 #include "tests/path/walls.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// A compromised reader can only compute and read its user's folder; files that name others, or lie behind links, are read or
-// refused with a line of instruction.
+// The sandbox of a compromised reader; files that name others, or lie behind links.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// Attributes of HDF5 and netCDF-4 for numbers and positions of arrays, written here with the library itself: packed numbers,
-// fill values, coordinates, time. A sampled value equals the conventions' value.
+// Attributes of HDF5 and netCDF-4, written with the library itself: packed numbers, fill values, coordinates, time. Sampled
+// values equal the conventions' values.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// A damaged byte in a mesh must not cost a hundred times the mesh's own time.
+// Reading time of a mesh with a damaged byte.
 #include <cmath>
 
 #include "files.h"

@@ -1,4 +1,4 @@
-// DICOM files for tests, written element by element: without a library, so that no mistake is shared with the reader.
+// DICOM files for tests, written element by element, without a library whose mistakes the reader could share.
 #pragma once
 
 #include <gdcmImageChangeTransferSyntax.h>

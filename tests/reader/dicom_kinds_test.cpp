@@ -1,5 +1,5 @@
-// No volume mixes images of two kinds: files with each attribute by which the standard distinguishes images, in shuffled
-// orders, whose values show the kind of each voxel.
+// Separation of image kinds: files with each attribute by which the standard distinguishes images, in shuffled orders, whose
+// values show the kind of each voxel.
 #include <numeric>
 #include <random>
 #include <set>

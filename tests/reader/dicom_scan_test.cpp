@@ -1,4 +1,4 @@
-// A scan's acquisition is reported, a person never: by palpa-read to no one, from any element.
+// A scan's acquisition in palpa-read's answer, without any person's data.
 #include <cctype>
 #include <functional>
 #include <map>

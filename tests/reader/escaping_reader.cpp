@@ -1,5 +1,5 @@
-// A compromised reader: tries the one escape that $ESCAPE names, within the real readers' sandbox, or without it if $CAGE is
-// "none", and returns the result.
+// A compromised reader: tries the escape $ESCAPE within the real readers' sandbox, or without it if $CAGE is "none", and
+// returns the result.
 #include <arpa/inet.h>
 #include <dirent.h>
 #include <fcntl.h>

@@ -1,5 +1,4 @@
-// Suggested scenes, and scenes printed by a program, load the data of their making: from any folder, in any format, with any
-// reading request.
+// Reloaded data of suggested scenes and of scenes printed by a program: from any folder, format and reading request.
 #include <algorithm>
 #include <fstream>
 

@@ -1,5 +1,4 @@
-// Suggested scenes of each shared data set: a recorded hand makes contact, no force is above the limit, and a hand at rest gets
-// a still force.
+// Suggested scenes of each shared data set: contact of a recorded hand, limits, still forces at rest.
 #include "data_sets.h"
 #include "files.h"
 #include "tests/study/first_scenes.h"

@@ -1,4 +1,4 @@
-// Grids of VTK that are not one affine image: rectilinear, structured, unstructured, in pieces, with blanks.
+// Non-affine grids of VTK: rectilinear, structured, unstructured, in pieces, with blanks.
 #include <cmath>
 
 #include "files.h"

@@ -1,4 +1,4 @@
-// Randomly damaged real files of every kind: each is a result or one line, never a crash, a hang or a wrong size.
+// Randomly damaged real files of every kind: no crash, hang or wrong size.
 #include "mutations.h"
 
 #include "data_sets.h"

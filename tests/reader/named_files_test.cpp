@@ -1,5 +1,4 @@
-// Files that a header names, and libraries' messages on headers: no byte of foreign files becomes a voxel, and no word of a
-// header leaks.
+// Files that a header names, and libraries' messages on headers: no foreign bytes, no leaked words.
 #include <sys/stat.h>
 #include <unistd.h>
 

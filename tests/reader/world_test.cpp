@@ -1,4 +1,4 @@
-// World positions of the data, against ITK and against one another, at points between voxels.
+// World positions of the data against ITK and one another, at points between voxels.
 #include <cmath>
 #include <random>
 

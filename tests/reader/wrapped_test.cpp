@@ -1,5 +1,4 @@
-// Wrapped files: packed by gzip as a whole, or with lines before their format's magic. They read as without the wrapping, or
-// are refused with a true message.
+// Wrapped files: gzip of a whole file, or lines before the format's magic.
 #include <cmath>
 
 #include "hdf5_file.h"

@@ -1,4 +1,4 @@
-// A report in a browser: turned, its time moved, its plots zoomed; and without scripts and WebGL.
+// A report in a browser: rotation, time, zoom; and without scripts and WebGL.
 #include "tests/report/browser.h"
 
 #include <gmock/gmock.h>

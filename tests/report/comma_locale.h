@@ -1,4 +1,4 @@
-// A private locale with a decimal comma and a thousands point: machines need not have one.
+// A private locale with a decimal comma and a thousands point.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// No written or read number depends on the locale of the library's program: each writer and reader runs again under a decimal
-// comma, with equal bytes.
+// Written and read numbers under a decimal comma, equal in all bytes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

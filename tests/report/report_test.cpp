@@ -1,4 +1,4 @@
-// A report shows the trace's content, escapes foreign text, and works for any trace, complete or not.
+// Reports: content, escaped foreign text, incomplete traces.
 #include "palpa/report/report.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,4 @@
-// A report's signal section matches the recording: the stiffness, the band of a known shaking, and the position of a
-// break-through.
+// A report's signal section: stiffness, band of a known shaking, break-through.
 #include "palpa/report/signal.h"
 
 #include <gmock/gmock.h>

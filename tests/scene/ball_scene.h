@@ -1,4 +1,4 @@
-// Shared parts of the loading tests: a scene of a ball, texts about it, and the check of refused texts.
+// Shared parts of the loading tests: a ball's scene, its texts, and the check of refused texts.
 #pragma once
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Scenes in the documentation load, and scenes of a mode's page make that mode's force.
+// Scenes in the documentation, and the forces of mode pages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

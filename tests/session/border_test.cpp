@@ -1,4 +1,4 @@
-// Surfaces at the end of data: force there is borne by strengths, and no weaker than the data require.
+// Surfaces at the end of data: forces borne by strengths, and no weaker than the data require.
 #include <gtest/gtest.h>
 
 #include <algorithm>

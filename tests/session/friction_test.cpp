@@ -1,4 +1,4 @@
-// Static friction above kinetic friction, and a viscous part: closed forms on a plane, and general invariants.
+// Static and kinetic friction with a viscous part: closed forms on a plane, invariants.
 #include <gtest/gtest.h>
 
 #include <cmath>

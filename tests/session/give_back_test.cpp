@@ -1,5 +1,5 @@
-// A hand at rest has the force of the data, k times the extension, after any history: force withheld while a tick could not
-// finish its work returns in 20 ms, without a step, and with its energy booked.
+// Force of a hand at rest after any history: k times the extension; force withheld by unfinished ticks returns in 20 ms,
+// without a step, and is booked.
 #include <gtest/gtest.h>
 
 #include <cmath>

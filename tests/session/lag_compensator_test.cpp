@@ -1,4 +1,4 @@
-// Pending motion: it does not pull, it fades, it injects no energy for any proxy, and its force returns.
+// Pending motion: no pull, fade, no injected energy, return.
 #include "palpa/session/lag_compensator.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Front shape, transverse damping, viscosity and the vortex modes in a session: closed forms of their forces.
+// Front shape, transverse damping, viscosity and vortex modes in a session: closed forms.
 #include <gtest/gtest.h>
 
 #include <algorithm>

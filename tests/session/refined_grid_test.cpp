@@ -1,4 +1,4 @@
-// Grids refined at a wall: a tick's samples depend on the cells at the proxy and on its path.
+// Grids refined at a wall: samples of a tick by the cells at the proxy.
 #include <gtest/gtest.h>
 
 #include <cmath>

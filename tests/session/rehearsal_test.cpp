@@ -1,4 +1,4 @@
-// State copy to a second session, invisible in both: the basis of rehearsals of the next tick.
+// State copy to a second session, the basis of rehearsals of the next tick.
 #include <gtest/gtest.h>
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Hands at rest in walls, corners, grooves and on rails with dense samples, so that a glitch or a fast stroke exceeds a tick's
+// Resting hands in walls, corners, grooves and on rails, with samples so dense that a glitch or a fast stroke exceeds a tick's
 // budget.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Forces by mode in a session: the least split, for any order of the modes.
+// The least split of forces over a session's modes, in any order.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Texture: friction that varies with the detail removed by a smoothing filter: amount of variation, and invariants.
+// Texture: friction modulated by the detail that a smoothing filter removes.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,4 @@
-// Bounded work: no data and no hand make a tick longer; work is counted, and the rest of the motion stays pending without a
-// pull.
+// Bounded work of a tick; pending motion without a pull.
 #include <gtest/gtest.h>
 
 #include <cmath>

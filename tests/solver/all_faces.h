@@ -1,4 +1,4 @@
-// Corners for tests, and the nearest free point by an exhaustive search over all faces.
+// Corners for tests, and the nearest free point by a search over all faces.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The laws of the corner, s times the distance to the points that all its facets leave free: docs/theory.md, section 8.
+// Laws of the corner, s times the distance to the points that all its facets leave free (docs/theory.md, section 8).
 #include "palpa/solver/corner.h"
 
 #include <gtest/gtest.h>

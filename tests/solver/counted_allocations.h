@@ -1,4 +1,4 @@
-// Counts every operator new of the calling thread. For one source file of a test program: it replaces the global operators.
+// Counter of the calling thread's operator new, for one source file of a test program: replaces the global operators.
 #pragma once
 
 #include <cstdlib>

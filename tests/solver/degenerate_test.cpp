@@ -1,4 +1,4 @@
-// The solver against the certified reference over every family of problems. PALPA_PROBLEMS_TIMES=86 in the environment makes
+// The solver against the certified reference over every family. PALPA_PROBLEMS_TIMES=86 in the environment makes
 // NeverExceedsTheBound take 86 times as many problems, about a million.
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Relations between the balances of two problems, for any numbers, without a reference. Each holds to the sum of the returned
-// bounds, and to the rounding of the change itself where there is one.
+// Relations between the balances of two problems, without a reference, to the sum of the returned bounds and the rounding of
+// the change itself.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// The statements of docs/theory.md on sequences of balances: slope of the force, change, and energy.
+// Statements of docs/theory.md on sequences of balances: slope of the force, change, energy.
 #include <gtest/gtest.h>
 
 #include <cmath>

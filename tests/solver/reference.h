@@ -1,4 +1,4 @@
-// The balance in floating point of 113 bits with its own certificate: the tests' reference.
+// The tests' reference: the balance in floating point of 113 bits, with its own certificate.
 #pragma once
 
 #include <cfloat>

@@ -1,4 +1,4 @@
-// Vectors of any floating point, and the nearest point free of facets, for reference.cpp and reference_bound.cpp.
+// Vectors of any floating point, and the nearest point free of facets.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,4 @@
-// The statements of docs/theory.md on one balance, each checked on random problems; those on sequences of balances are in
-// passivity_test.cpp.
+// Statements of docs/theory.md on one balance, on random problems; sequences of balances: passivity_test.cpp.
 #include "tests/solver/theory.h"
 
 #include <gtest/gtest.h>

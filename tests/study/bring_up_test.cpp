@@ -1,5 +1,4 @@
-// Device calibration against a simulated device of known mass, damping, friction, delay and encoder, with a hand that follows
-// the instructions.
+// Device calibration on a simulated device of known parameters, with a hand that follows the instructions.
 #include "palpa/study/bring_up.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Closed loops of devices on scenes: bounds in closed form, faults found, and advice that helps.
+// Closed loops of devices on scenes: closed-form bounds, faults, advice.
 #include "palpa/study/check.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The energy table of a run against closed forms and laws: the hand's work, and its destinations.
+// The energy table of a run against closed forms and laws.
 #include "palpa/study/energy_table.h"
 
 #include <gtest/gtest.h>

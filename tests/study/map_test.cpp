@@ -1,4 +1,4 @@
-// Maps of forces: against closed forms of a ball and a viscous medium; independent of threads and pieces.
+// Maps of forces: closed forms of a ball and a viscous medium; independence of threads and pieces.
 #include "palpa/study/map.h"
 
 #include <gmock/gmock.h>

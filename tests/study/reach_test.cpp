@@ -1,4 +1,4 @@
-// First contact of a hand with a scene, and its consequences: against a ball, whose front is known in closed form.
+// First contact of a hand with a scene, against the closed form of a ball's front.
 #include "palpa/study/reach.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Spectrum: shares of a signal's mean square; their sum equals it, and each sine has its own frequency.
+// Spectrum: shares of a signal's mean square.
 #include "palpa/study/spectrum.h"
 
 #include <gtest/gtest.h>

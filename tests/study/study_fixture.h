@@ -1,4 +1,4 @@
-// A folder for the files of one test, and shared parts of the tests of runs.
+// Folder of one test, and shared parts of the tests of runs.
 #pragma once
 
 #include <gtest/gtest.h>

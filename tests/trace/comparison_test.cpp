@@ -1,4 +1,4 @@
-// Comparison of traces: equal exactly if every value is; a truncated trace is compared up to its end.
+// Comparison of traces, complete and truncated.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

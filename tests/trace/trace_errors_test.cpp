@@ -1,4 +1,4 @@
-// Traces that cannot be written or read: each error has place and reason, and earlier rows stay readable.
+// Unwritable and unreadable traces: place and reason of the error, readable earlier rows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-// Pictures of a map: forces at their positions, from the side given by the hand's axes.
+// Pictures of a map: positions of forces, view along the hand's axes.
 #include "palpa/view/map_picture.h"
 
 #include <gtest/gtest.h>

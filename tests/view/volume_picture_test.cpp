@@ -1,4 +1,4 @@
-// Pictures of data: each tissue of a head apart, labels unchanged, directions by their axis.
+// Pictures of data: tissues of a head, labels, directions by their axis.
 #include "palpa/view/volume_picture.h"
 
 #include <gtest/gtest.h>

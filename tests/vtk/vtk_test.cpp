@@ -1,5 +1,4 @@
-// Headers for programs with VTK: data of VTK's own readers equal the reader's, to the bit; no copies; unusable data are
-// reported.
+// Headers for programs with VTK: data of VTK's readers, bit-identical and without copies; reports of unusable data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <vtkActorCollection.h>

@@ -1,5 +1,5 @@
-// The module figure_laws: functions for the documentation's figures that the Python package does not offer. Single balances by
-// any law, a proven bound of any forces, sessions on another path, and a released device.
+// The module figure_laws, for figures beyond the Python package: single balances by any law, a proven bound of any forces,
+// sessions on another path, and a released device.
 #include <palpa/palpa.h>
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
