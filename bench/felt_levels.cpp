@@ -46,8 +46,7 @@ Line line_through(const Held& held) {
   return xx > 0.0 && yy > 0.0 ? Line{xy / xx, xy / std::sqrt(xx * yy)} : Line{};
 }
 
-/// A slow press: the longest stay on each level met, by value. Depth is measured against the force, which allows for inclined
-/// walls.
+/// A slow press: the longest stay on each level met, by value. Depth is along the force, for inclined walls.
 std::map<double, Held> levels_pressed(const Scene& scene, const FeltScene& felt, double u_m, double v_m) {
   constexpr double slow_m_per_s = 0.01;
   const auto hand = hand_device(press_at(felt.rigid, u_m, v_m, slow_m_per_s), Hold::rigid, {});

@@ -12,8 +12,7 @@
 namespace palpa::bench {
 namespace {
 
-/// Suggested scenes of files: floats with padding, floats, integers with trailing zeros, integers, and a flow that fills its
-/// box only in part.
+/// Suggested scenes of files: floats with padding, floats, integers with trailing zeros, integers, a flow in part of its box.
 struct Suggested {
   const char* name;
   const char* file;

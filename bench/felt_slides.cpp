@@ -115,8 +115,8 @@ std::vector<Figure> slides(const FeltScene& felt) {
   constexpr int directions = 8;
   constexpr double beside = 0.5, width = 1.122;  // the line at the voxel frequency is a third of an octave wide
   Slides all;
-  // A rigid hand keeps its path; a relaxed hand stays on its contact, and is as rigid above 20 Hz, where the arm's mass does
-  // not follow.
+  // A rigid hand keeps its path; a relaxed hand stays in contact, and is as rigid above 20 Hz, where the arm's mass does not
+  // follow.
   for (const double aside : {-beside, 0.0, beside}) {
     for (int d = 0; d < directions; ++d) {
       const double turn = d / static_cast<double>(directions), rigid_m = aside * felt.rigid.radius_m;

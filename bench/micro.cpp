@@ -92,8 +92,8 @@ void make_grid(benchmark::State& state, bool smooth) {
 BENCHMARK_CAPTURE(make_grid, trilinear, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(make_grid, smooth, true)->Unit(benchmark::kMillisecond);
 
-/// A search for crossings along paths of this many voxels without a crossing. `levels` about the value: on both sides of the
-/// ball's inside, where noise leaves no brick in doubt; or close to it, so that every cell is checked.
+/// A search along paths of this many voxels without a crossing. `levels` about the value: on both sides of the ball's inside,
+/// where noise leaves no brick in doubt; or close to it, so that every cell is checked.
 void first_crossing(benchmark::State& state, bool smooth, double voxels, bool bricks) {
   const std::vector<FieldPtr> fields{bench_grid(smooth)};
   Samples samples(fields, {});

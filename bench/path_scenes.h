@@ -11,7 +11,7 @@
 
 namespace palpa::bench {
 
-/// The selected scene files: all of the folder, without scenes of real data if no data folder is given.
+/// The selected scene files, default all of the folder; without a data folder no scenes of real data.
 std::vector<std::string> scene_files(const PathOptions& options);
 std::string short_name(const std::string& file);
 /// A scene with some of its numbers set (`--set`).

@@ -7,8 +7,8 @@
 
 namespace palpa::bench {
 
-/// One scene: 6000 ticks at 1 kHz, k = 800 N/m. Every tick places all primitives at the proxy anew, with slowly turning
-/// directions; the proxy is the exact balance of the tick before.
+/// One scene: 6000 ticks at 1 kHz, k = 800 N/m. Every tick places all primitives at the proxy (the exact balance of the tick
+/// before), with slowly turning directions.
 struct Scene {
   const char* name;
   bool one_mode;  ///< primitives of a single mode: point, line, or plane and line with one direction

@@ -12,8 +12,8 @@ namespace palpa::haptics {
 
 using nlohmann::json;
 
-// The recorded hand at a tenth of its size and speed about a surface point of a plane, a ball and a torus (outside): there the
-// nearest free point is known for any hand short of their centres.
+// The recorded hand at a tenth of its size and speed about a surface point of a plane, a ball and a torus (outside), where the
+// nearest free point is known short of their centres.
 void add_hand_cases(Suite& suite, const std::filesystem::path& hand_file) {
   std::ifstream file(hand_file);
   if (!file) throw LoadError(hand_file.string() + ": cannot be read; name the folder of the benchmark's sources");

@@ -31,12 +31,12 @@ Standing through_torus(double turn);
 std::vector<Touch> in_trajectory(const Body& body, const Walk& over_time);
 /// Turns at a depth of 1 N; the right force repeats in every turn.
 std::vector<Touch> round_and_round(const Body& body, const Walk& around, int period_ticks, int turns);
-/// Into a groove from above, pressed into its bottom, along it with a sway across, and held. The free space is convex: the
-/// proxy is the nearest free point.
+/// Into a groove from above, pressed into its bottom, along it with a sway, and held. The free space is convex: the proxy is
+/// the nearest free point.
 std::vector<Touch> into_groove(const nlohmann::json& groove);
 /// Over a knife's edge: the proxy stays on the face until the hand passes the edge.
 std::vector<Touch> over_knife(const nlohmann::json& wedge);
-/// Straight strokes through a plate, from 0.1 to 5 m/s, each held 8 mm below its front: the front holds.
+/// Straight strokes into a plate, 0.1 to 5 m/s, each held 8 mm below its front, which holds.
 std::vector<Touch> through_plate(const nlohmann::json& plate);
 /// Over the plane with Coulomb friction: the proxy sticks while the tangential pull is within the cone, else it follows until
 /// the pull is on the cone. Exact tick by tick for any path.

@@ -41,7 +41,7 @@ std::string nifti() {
   return header + ball();
 }
 
-/// The ball as one file of 20 frames, with a person's name in every element with text, elements that are read included.
+/// The ball as one file of 20 frames, with a person's name in every text element.
 std::string dicom() {
   std::string bytes;
   const auto number = [](std::size_t value, std::size_t size) {

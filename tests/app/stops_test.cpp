@@ -114,7 +114,7 @@ class Stops : public ProgramTest, public testing::WithParamInterface<const char*
   // An unbreakable skin.
   void SetUp() override { write_scene("scene.toml", "strength_n = 0.8", "strength_n = 20"); }
   std::vector<std::string> run_with(const Device& device) const {
-    // On a machine that is busy with tests ticks are late: 200 Hz keeps three late ticks from being a fault.
+    // A machine busy with tests has late ticks: at 200 Hz three of them are no fault.
     return {"run", "scene.toml", "--device", device.description(), "--rate-hz", "200"};
   }
   static testing::AssertionResult is_felt(Device& device) {

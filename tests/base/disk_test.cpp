@@ -148,7 +148,7 @@ TEST_F(InputFiles, AreStreamsToo) {
 
 class NewFiles : public Disk, public testing::WithParamInterface<bool> {
  protected:
-  /// Emulates a disk without unnamed files if the parameter requests it; for a process of its own, as it cannot be undone.
+  /// Emulates a disk without unnamed files if the parameter requests it; irreversible, so in a process of its own.
   static void have_kind_of_disk() {
     if (!GetParam()) return;
     sock_filter filter[] = {

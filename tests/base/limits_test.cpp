@@ -130,8 +130,8 @@ TEST(Limits, OfEmbeddedDataAsGridsAreSaidBeforeTheWorkBegins) {
   EXPECT_THROW(sampled(beating_chamber(), 2000), std::invalid_argument);
 }
 
-// A component lies along an axis of the world, so that its derived fields change with every move of its volume. The grids of
-// the moments are the scene's cost.
+// A component lies along an axis of the world: its derived fields change with every move of its volume, and the grids of the
+// moments are the scene's cost.
 TEST(Limits, OfWhatIsDerivedOfAVolumeThatMoves) {
   const auto moved = [](std::size_t count, const std::string& field) {
     return "palpa = 1\n[volume.v]\nanalytic = \"burgers_vortex\"\nsampled = 16\nposes = " + poses(count) +

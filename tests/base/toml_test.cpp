@@ -90,8 +90,8 @@ TEST(TomlProblem, IsAKeyOfTooManyPartsWhateverStandsBeforeIt) {
   EXPECT_GT(met, 500);
 }
 
-// For any text, right or wrong: if no problem is found, parsing ends, and no table lies deeper than keys of so many parts, each
-// within the value of another, can bring it.
+// For any text: if no problem is found, parsing ends, and tables nest no deeper than the keys of so many parts, each within the
+// value of another, allow.
 TEST(TomlProblem, IsFoundInTextsOfChance) {
   constexpr std::array<const char*, 24> pieces{"\"", "\"\"\"", "'", "'''", "\\", "#",  "\n",       "\r\n",
                                                "a",  "a = ",   "1", ".",   ",",  "[",  "]",        "[[",

@@ -230,8 +230,8 @@ TEST(BaselineLaw, AllocatesNothingInSolve) {
 
 // ---- ikits-2003
 
-// Mutually orthogonal spans at the proxy: three planes; plane and line with one direction (surface and friction); either with
-// points, which act on the whole motion. There the 2003 update is the exact balance.
+// Mutually orthogonal spans at the proxy, where the 2003 update is the exact balance: three planes; plane and line with one
+// direction (surface and friction); either with points, which act on the whole motion.
 TEST(Ikits2003, IsExactOnMutuallyOrthogonalSets) {
   Random random(10);
   for (int i = 0; i < 5000; ++i) {
@@ -270,7 +270,7 @@ TEST(Ikits2003, IsExactOnEverySinglePrimitive) {
 }
 
 // Paper, Fig. 5: two axes of zero strength at an angle θ. The proxy should reach the probe and misses it by |cos θ| |d|, for
-// every d in their plane: too far along the bisector, too short across it.
+// every d in their plane: beyond it along the bisector, short of it across.
 TEST(Ikits2003, MissesTheProbeByTheCosineOfTheAngleBetweenTwoFreeAxes) {
   Random random(12);
   for (int i = 0; i < 5000; ++i) {
@@ -336,7 +336,7 @@ TEST(Ikits2003Sequential, DependsOnTheOrderAndIsExactForItsLastConstraint) {
   EXPECT_NEAR(error_m("ikits-2003", problem), error, 1e-18);
 }
 
-// Two rails at a small angle: along them the axes of both have little, so a free proxy lags by cos of the way in one tick.
+// Two rails at a small angle: along them both axes have little, so a free proxy lags by cos of the way in one tick.
 TEST(Ikits2003Sequential, LagsAlongTwoFreeRailsThatAreNearlyParallel) {
   const double angle = 0.1;
   Problem problem;
@@ -399,7 +399,7 @@ TEST(Paper2005, FindsTheBalanceAwayFromAllKinks) {
   }
 }
 
-// At kinks, where contact is, the error on a surface with friction, pressed and slid along, is above a hand's threshold.
+// The error at kinks, on a surface with friction, pressed and slid along, is above a hand's threshold.
 TEST(Paper2005, IsOffOnASurfaceWithFriction) {
   Random random(22);
   std::vector<double> errors_m;

@@ -60,7 +60,7 @@ TEST_P(BaselineSession, IsFelt) {
   for (int m = 0; m < 3; ++m) EXPECT_GT(felt_n[m], 0.01) << scene.modes()[m].name;
 }
 
-// Straight to the balance at any distance and past any obstacle, from data sampled at the proxy or the probe.
+// Straight to the balance, past any obstacle, from data sampled at the proxy or the probe.
 TEST_P(BaselineSession, WalksOneStepPerTick) {
   Scene scene = scene_of_many(GetParam());
   const Volume vortex = burgers_vortex();

@@ -185,7 +185,7 @@ TEST(Analytic, refuses_sizes_that_are_none) {
 
 FieldPtr head() { return head_phantom().fields[0].field; }
 
-/// First distance [m] along a ray at which the value reaches a level; a large number without such a point.
+/// First distance [m] along a ray at which the value reaches a level; a large number without one.
 double first_reach(const Field& field, const Vec3& from, const Vec3& way, double level) {
   for (double t = 0.0; t < 0.3; t += 1e-4) {
     const ScalarSample s = field.scalar(from + t * way);

@@ -154,8 +154,8 @@ double middle_of_symmetric_part(const Mat3& m) {
   return values[1];
 }
 
-/// The header's promise in its plainest form and in double: Gaussian over the finite voxels within reach, then differences; NaN
-/// at NaN voxels.
+/// The header's promise in its plainest form, in double: Gaussian over the finite voxels within reach, then differences; NaN
+/// stays NaN.
 struct Reference {
   GridGeometry g;
   std::vector<Vec3> u;
@@ -304,8 +304,8 @@ TEST(Derived, signs_tell_a_vortex_core_from_its_surroundings) {
   }
 }
 
-/// Findings 9: sampled vortices with cores of 3 voxels and more, on any grid, with and without a uniform flow across them: ∇Q
-/// points to the core within 2° at p99, wherever Q is above 5 % of its largest and r >= 0.3 r_c.
+/// Findings 9: sampled vortices with cores of 3 voxels and more, on any grid, with and without cross-flow: ∇Q points to the
+/// core within 2° at p99, wherever Q is above 5 % of its largest and r >= 0.3 r_c.
 TEST(Derived, gradient_of_q_points_to_the_core_of_a_vortex) {
   std::mt19937 random(15);
   constexpr double core_m = 0.01, rate_per_s = 30.0;

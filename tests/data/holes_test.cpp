@@ -108,7 +108,7 @@ TEST(Holes, DepthWithoutAnyIsThatOfTheBoxToTheBit) {
   }
 }
 
-// One voxel is missing in the middle: the depth along an axis, a diagonal of a face, and one of the cube.
+// One missing voxel in the middle: depth along an axis, a face's diagonal, and the cube's.
 TEST(Holes, DepthIsTheWayAlongTheAxes) {
   const double h = 1e-3;
   const GridGeometry geometry{{41, 41, 41}, {{{h, 0, 0}, {0, h, 0}, {0, 0, h}}}, {}};

@@ -6,7 +6,7 @@
 
 namespace palpa::test {
 
-/// A hand on a device that presses against a plane through the origin, at 1 kHz and with one tick of delay besides the device's
+/// A device in a hand, pressed against a plane through the origin, at 1 kHz and with one tick of delay besides the device's
 /// own.
 struct ClosedLoop {
   DevicePlant plant;
@@ -27,7 +27,7 @@ struct LoopFelt {
 LoopFelt felt_in(const ClosedLoop& loop, double duration_s = 8.0);
 
 /// The largest stiffness [N/m], in steps of 25 up to 2000, below which every loop comes to rest: swings by at most 12 encoder
-/// steps in the last of 8 s, at slow and fast contact, along an axis and across.
+/// steps in the last of 8 s, at slow and fast contact, axial and oblique.
 double largest_stable_stiffness(ClosedLoop loop);
 
 }  // namespace palpa::test

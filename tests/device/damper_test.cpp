@@ -9,8 +9,8 @@ namespace damper_test {
 using test::ClosedLoop;
 using test::felt_in;
 
-// A press on a plane of up to 500 N/m is released: with 1 N·s/m the device comes to rest, without its own friction and a tick
-// late, at slow and fast contact, along its axes and across.
+// A released press on a plane of up to 500 N/m: with 1 N·s/m the device comes to rest, without its own friction and a tick
+// late, at slow and fast contact, axial and oblique.
 TEST(DamperOnADevice, HoldsAPlaneThatTheHandLetsGoOf) {
   for (const char* device : {"touch", "desktop", "omega"}) {
     for (const double k : {100.0, 200.0, 300.0, 400.0, 500.0}) {

@@ -250,8 +250,8 @@ Vec3 moving_hand_m(int motion, double t) {
   }
 }
 
-/// Five seconds of a hand under a tracker of `tracker_hz`, in rows that repeat the latest position: each tracker time is off by
-/// up to `unevenness` of its period.
+/// Five seconds of a hand under a tracker of `tracker_hz`, in rows that repeat the latest position; tracker times are off by up
+/// to `unevenness` of the period.
 std::string logged(int motion, double tracker_hz, double rows_hz, double unevenness) {
   std::mt19937 engine(7);
   std::vector<double> times_s;
@@ -269,7 +269,7 @@ std::string logged(int motion, double tracker_hz, double rows_hz, double unevenn
   return text;
 }
 
-// For any two rates: no step per tick is above twice the hand's own, which repeats taken for rest would exceed.
+// At any two rates no step per tick is above twice the hand's own, as it would be with repeats taken for rest.
 TEST_F(RecordedHand, ATrackersRepeatsAreLeftOutAtEveryRateOfRows) {
   for (const int motion : {0, 1, 2}) {
     for (const double tracker_hz : {30.0, 60.0, 90.0, 144.0}) {

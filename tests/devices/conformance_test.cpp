@@ -344,7 +344,7 @@ TEST_P(DeviceWithMotors, SaysEveryFaultWithoutAForceAndRecovers) {
   EXPECT_TRUE(works(*device));
 }
 
-// The loop's limiter: at the latest three ticks after a fault nothing is sent, and afterwards the force returns by the ramp.
+// The limiter in the loop: at the latest three ticks after a fault nothing is sent; afterwards the force returns by the ramp.
 TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
   Scene scene({.stiffness_n_per_m = 300});
   const FieldRef wind = scene.add("wind", head_phantom());

@@ -3,8 +3,7 @@
 
 namespace palpa::test {
 
-/// State of the first device of a stand-in in another process: the file that $PALPA_TESTS_DHD_SEEN names there outlives that
-/// process.
+/// State of the first device of a stand-in in another process, in the file $PALPA_TESTS_DHD_SEEN, which outlives that process.
 struct DhdSeen {
   double place_m[3];      ///< of the handle; written by the test
   double last_word_n[3];  ///< the last commanded force
@@ -29,7 +28,7 @@ struct DhdStandIn {
   void (*force_n)(int device, double force_n[3]);
   void (*set)(int device, What what, int value);
   bool (*brakes)(int device);
-  /// True if its motors got a command since the last `reset`, or, where the library opens by number, it was opened.
+  /// True if its motors got a command since the last `reset`, or it was opened in a library that opens by number.
   bool (*is_touched)(int device);
 };
 

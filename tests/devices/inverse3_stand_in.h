@@ -13,7 +13,7 @@ namespace palpa::test {
 
 /// Sends a snapshot at each connection, then one state for each message. Forces and positions are the service's own: x to the
 /// right, y away from the user, z up. GET /version is answered on the same port. A force ends after 50 ms without a message,
-/// with its connection, and without power. Any function may be called from any thread at any time.
+/// with its connection, and without power. Thread-safe.
 class Inverse3StandIn {
  public:
   /// Manner of an answer. The snapshot is always sent whole and at once.

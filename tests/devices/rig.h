@@ -12,7 +12,7 @@
 namespace palpa {
 
 /// A stand-in for one device, from outside: the test moves its handle, pulls its plug, and measures its motors' force. Each rig
-/// converts to and from the device's own units and axes by a table from the vendor's words, not by the code under test.
+/// converts units and axes by a table from the vendor's words, not by the code under test.
 class Rig {
  public:
   virtual ~Rig() = default;
@@ -27,7 +27,7 @@ class Rig {
   virtual void plug() = 0;
 
   /// Plugs in another device of the kind, of an equal model where the driver can distinguish two: the device that a driver by
-  /// index, or of any device present, would take. It is fully deflected, and its button 0 is held.
+  /// index, or of any device, would take. It is fully deflected, with button 0 held.
   virtual void plug_another() = 0;
   virtual void unplug_another() = 0;
   /// Repeats its deflection and button, for devices that send changes only.

@@ -266,7 +266,7 @@ class ControllerRig final : public ControllerRigBase {
   Vec3 deflection_;
 };
 
-/// A window with a mouse: it sends motions while it has it, and once more in vain after it has lost it.
+/// A window with a mouse: it sends motions while it has it, and one in vain after losing it.
 class PointerRig final : public Rig {
  public:
   std::unique_ptr<Device> open() override {

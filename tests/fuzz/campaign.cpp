@@ -135,7 +135,7 @@ class OwnFolder {
   fs::path path_;
 };
 
-// Calls `act` in a process of its own, which ends with this process and can be killed with its children.
+// Calls `act` in a child process, which ends with this process and can be killed with its children.
 pid_t started(const std::function<void()>& act) {
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();

@@ -33,7 +33,7 @@ struct Campaign {
   std::string name;
   std::string of;  ///< unit of the tries: "ticks", "files"
   std::int64_t long_tries = 0;
-  /// Makes the shared parts of a process's tries (a corpus, say) in a folder of its own, and returns the function of a try.
+  /// Makes the shared parts of a process's tries (a corpus, say) in a folder of its own; returns the function of a try.
   std::function<Attempt(const fs::path& folder)> begin;
   double patience_s = 60.0;                        ///< longer cases count as endless
   std::function<std::string()> missing = nullptr;  ///< missing requirement of this machine; empty: none
@@ -71,7 +71,7 @@ struct RunOptions {
 };
 
 /// Tries until the row counts at least `tries`, or `interrupted`. A crashed or endless case ends its process and counts as a
-/// failure; the next seed goes on. Every failure is minimised with its promise unchanged, and kept in `findings/NAME/SEED`.
+/// failure; the next seed goes on. Failures are minimised under an unchanged promise, and kept in `findings/NAME/SEED`.
 void run(const Campaign& campaign, std::int64_t tries, Row& row, const RunOptions& options);
 
 /// Set by a signal: ends `run` with all counts.

@@ -11,8 +11,8 @@
 
 namespace palpa::fuzz {
 
-/// Source of a case's choices. Choices are whole numbers with 0 the plainest, and an exhausted list continues with zeros: a
-/// shorter list, or one with smaller numbers, is a plainer case, so that one minimiser serves all campaigns.
+/// Source of a case's choices: whole numbers with 0 the plainest; an exhausted list continues with zeros. A shorter list, or
+/// one with smaller numbers, is a plainer case, so that one minimiser serves all campaigns.
 class Choices {
  public:
   /// All choices of one seed, unlike its neighbours', identical on every machine. Recorded in `record` up to its size.

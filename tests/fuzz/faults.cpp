@@ -234,8 +234,7 @@ Tried forbidden(const Given& given, Choices& choices, const fs::path& folder) {
   return tried(run, broken_by_end(work, folder / "own", run));
 }
 
-/// All files lie in folders with odd names. All commands succeed, except that a scene, which is UTF-8, cannot name a file that
-/// is not.
+/// All files lie in folders with odd names. All commands succeed, but a scene, which is UTF-8, cannot name other files.
 Tried oddly_named(const Given& given, Choices& choices, const fs::path& folder) {
   static const std::vector<std::string> names{
       "a b",    "a\tb",         "a\nb", "-x",   "'q'", "\"d\"", "%s%n", "a;b", "$(id)", "\x1b[31m", "\xff\xfe",

@@ -232,8 +232,8 @@ void record(const fs::path& folder) {
   writer.finish();
 }
 
-/// The first byte selects the trace's file of the other bytes. Read values are the text's numbers, or the trace is refused;
-/// compared with itself it is equal.
+/// The first byte selects the trace's file of the other bytes. Read values are the text's numbers, or the trace is refused; it
+/// equals itself.
 std::string broken_by_trace(std::string_view bytes, const fs::path& folder) {
   if (bytes.empty()) return {};
   const fs::path sound = folder / "sound", damaged = folder / "damaged";

@@ -43,9 +43,8 @@ fs::path programs_folder();
 /// The reason why `name` cannot be run; empty: none.
 std::string missing_program(const std::string& name);
 
-/// The promise of every run of `palpa`: it ends, with exit code 0 or 2, or 1 as an answer; an error is one line, `palpa: PLACE:
-/// what is wrong; what would be right`; output has no terminal controls; memory stays within bounds. Empty, or the broken
-/// promise.
+/// The promise of every run of `palpa`: an end with exit code 0 or 2, or 1 as an answer; errors of one line, `palpa: PLACE:
+/// what is wrong; what would be right`; no terminal controls; bounded memory. Empty, or the broken promise.
 std::string broken_by_run(const Ended& ended, bool may_answer_no = false);
 
 }  // namespace palpa::fuzz

@@ -164,8 +164,7 @@ std::string damaged_text(Choices& choices, const std::string& text, const std::v
   return result;
 }
 
-/// Text with one changed value: a text between quotes, a cell of a row. Its context keeps its form, so that the form is not
-/// refused.
+/// Text with one changed value (a quoted text, a cell of a row) in its unchanged context, so that the form is not refused.
 std::string with_another_value(Choices& choices, const std::string& text) {
   static const std::vector<std::string> values{"0",
                                                "-1",

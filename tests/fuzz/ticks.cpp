@@ -132,8 +132,8 @@ const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double 
   return nullptr;
 }
 
-/// A proxy that a probe leaves behind without moving is held by strengths: the part without a strength is at most a hundredth
-/// of the force. Hostile data may have no balance; then the proxy oscillates.
+/// The force on a proxy that stays while its probe moves on is borne by strengths, but for a hundredth at most. Hostile data
+/// may have no balance; then the proxy oscillates.
 const char* broken_by_standing(const Tick& before, const Tick& t) {
   constexpr double still_m = 1e-12, led_m = 1e-6;
   if (t.status != TickStatus::resting || before.status != TickStatus::resting) return nullptr;

@@ -463,7 +463,7 @@ TEST(Runner, TakesARenderersNameBeforeItsCommand) {
   EXPECT_EQ(named("./a b=c").command, "./a b=c");
 }
 
-// The measure is independent of Palpa's rendering: data makers and scores use only its vectors, sine, checksum and files.
+// Data makers and scores use only Palpa's vectors, sine, checksum and files.
 TEST(Measure, KnowsNothingOfHowPalpaFeels) {
   static const std::regex include(R"re(#include [<"](palpa/[^>"]+)[>"])re");
   const std::set<std::string> allowed{"palpa/solver/vec3.h",      "palpa/base/load_error.h", "palpa/device/sine_cosine.h",

@@ -115,7 +115,7 @@ class BalanceFormula {
     const Quad rho = length(left_);
     return static_cast<double>((rho + root(rho * rho + 4 * k_ * largest(0, epsilon_))) / (2 * k_));
   }
-  /// The part that may be due to rounding to doubles: position and forces are doubles, and the bound has a root over both.
+  /// The part due to rounding: position and forces are doubles, and the bound has a root over both.
   double rounding_m() const {
     const auto k = static_cast<double>(k_);
     return rho_rounding_ / k + std::sqrt(epsilon_rounding_ / k);

@@ -67,8 +67,8 @@ double met_n(const Session& session) {
   return most_n;
 }
 
-/// True if a mode's forces move a proxy at rest, as on the core of a vortex: there may be no balance, and after some turns the
-/// path continues with the next probe position.
+/// True if a mode's forces move a proxy at rest, as on a vortex' core: there may be no balance, and after some turns the path
+/// continues with the next probe position.
 bool is_driven(const Scene& scene) {
   return std::ranges::any_of(scene.modes(), [](const SceneMode& mode) {
     return places_directed_forces(mode.mode.type()) || mode.mode.type() == "vortex_line";

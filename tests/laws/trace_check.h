@@ -45,8 +45,8 @@ struct CheckedBalance {
   std::string_view status;
   double claimed_m = 0.0;  ///< error_bound_m of the trace
   double bound_m = 0.0;
-  /// Permitted excess of the formula over the claim, as the files hold doubles: the position, and a force, whose length is its
-  /// strength to a few ulp. The bound has a root over both.
+  /// Permitted excess of the formula over the claim: position and forces are doubles (a force's length is its strength to a few
+  /// ulp), and the bound has a root over both.
   double rounding_m = 0.0;
 };
 
@@ -60,8 +60,8 @@ struct CheckedRest {
   std::int64_t tick = 0;
   bool directed = false;
   double pull_n = 0.0;  ///< of the spring: k |proxy − probe|
-  /// Remainder of the pull and the directed forces over the best choice of primitive forces at the proxy. A primitive within
-  /// the tolerance of the proxy can exert each of its forces; a farther primitive only the force of docs/theory.md, 1.3.
+  /// Remainder of the pull and the directed forces over the best choice of primitive forces at the proxy: any admissible force
+  /// of a primitive within the tolerance, of a farther one only the force of docs/theory.md, 1.3.
   double left_n = 0.0;
 };
 
@@ -86,8 +86,8 @@ struct CheckedWork {
 /// Visits the work of every primitive of a trace with primitives, in order. Throws as check_balances.
 void check_works(const std::filesystem::path& trace, const std::function<void(const CheckedWork&)>& visit);
 
-/// Energy of elastic levels after a tick: of each half its stiffness times the square of the proxy's depth behind its planes,
-/// up to its strength. A slipping level keeps its energy if it yields and has none if it breaks, which the files do not record.
+/// Energy of elastic levels after a tick: half the stiffness times the square of the proxy's depth behind each one's planes, up
+/// to its strength. A slipping level keeps its energy if it yields and has none if it breaks, which the files do not record.
 struct ElasticEnergy {
   double least_j = 0.0, most_j = 0.0;
   std::string mode;

@@ -98,7 +98,7 @@ TEST(TraceCheck, SeesWhatIsMadeUp) {
   fs::remove_all(folder);
 }
 
-// The check of rests rejects a drag that bears off its recorded position, as it could in motion only.
+// The check of rests rejects a drag that bears off its recorded position, which takes motion.
 TEST(TraceCheck, SeesARestThatNothingBears) {
   const fs::path folder = fs::temp_directory_path() / ("palpa-trace-rest-" + std::to_string(::getpid()));
   fs::create_directory(folder);

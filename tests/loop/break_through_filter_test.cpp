@@ -53,7 +53,7 @@ TEST(BreakThroughFilter, FallsInAStraightLineInItsTime) {
   }
 }
 
-// A proxy that snaps over an edge: steps above the tactile threshold take 20 ms, smaller ones are unchanged.
+// A proxy that snaps over an edge: steps above the tactile threshold take 20 ms, others none.
 TEST(BreakThroughFilter, SpreadsWhatAProxyLetsGo) {
   Random random(11);
   for (int run = 0; run < 500; ++run) {
@@ -77,7 +77,7 @@ TEST(BreakThroughFilter, SpreadsWhatAProxyLetsGo) {
   }
 }
 
-// A further step during the fade has 20 ms again, also without a release: none of it is left for the end.
+// A further step during the fade has 20 ms again, also without a release.
 TEST(BreakThroughFilter, SpreadsWhatStepsWhileAProxyLetsGo) {
   Random random(13);
   int begun_again = 0;
@@ -101,7 +101,7 @@ TEST(BreakThroughFilter, SpreadsWhatStepsWhileAProxyLetsGo) {
   EXPECT_GT(begun_again, 100);
 }
 
-// For any motion of the hand: its energy is at most the spring's loss in this step, with the force held for a tick.
+// For any motion of the hand: at most the energy of the spring's loss in this step, with the force held for a tick.
 TEST(BreakThroughFilter, GivesNoMoreThanTheSpringLetGo) {
   Random random(12);
   for (int run = 0; run < 2000; ++run) {
@@ -263,7 +263,7 @@ TEST(BreakThroughFilter, IsOfNoMaterialThatYields) {
 }
 
 // A strength that rises and falls within the hand's path of a tick, as at the edge of a wing's boundary layer: the release is
-// faded and reported, and no step above the tactile threshold is left beyond the hand's own.
+// faded and reported, with no step above the tactile threshold beyond the hand's own.
 TEST(BreakThroughFilter, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
   constexpr double k = 600.0, step_m = 5e-5;
   const auto scene_of = [](auto mode, double edge_m) {

@@ -108,7 +108,7 @@ TEST(GivenBackByTheLoop, AfterAGlitch) {
   EXPECT_GT(withheld, 500) << "nothing was withheld";
 }
 
-// Motors: strokes without a fault bring the hand to rest with the wall's force, never by a step above the slew limit.
+// Motors: strokes without a fault end with the wall's force, without a step above the slew limit.
 TEST(GivenBackByTheLoop, AfterAFastStrokeByMotors) {
   int withheld = 0;
   for (const test::RestingHand& hand : test::resting_hands(0.5 * spacing_m)) {
@@ -133,7 +133,7 @@ TEST(GivenBackByTheLoop, AfterAFastStrokeByMotors) {
   EXPECT_GT(withheld, 50) << "nothing was withheld";
 }
 
-// A glitch too fast for a hand is a fault to motors: the hand restarts by the ramp, and has its due force at rest.
+// A glitch too fast for a hand is a fault to motors: restart by the ramp, due force at rest.
 TEST(GivenBackByTheLoop, AfterAGlitchByMotors) {
   for (const test::RestingHand& hand : test::resting_hands(spacing_m)) {
     for (const double rate_hz : test::resting_rates_hz) {

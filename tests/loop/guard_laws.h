@@ -12,8 +12,7 @@
 
 namespace palpa::test {
 
-/// Checks one limiter, tick by tick, from its options and inputs; of its own report it uses only the states, whose order it
-/// checks.
+/// Checks one limiter, tick by tick, from its options and inputs; of its own report only the order of its states.
 class Judge {
  public:
   explicit Judge(const GuardOptions& options) : options_(options) {}

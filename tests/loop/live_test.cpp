@@ -90,7 +90,7 @@ TEST(LiveLoop, FeelsWhatASimulatedRunFeelsWhereItIsInTime) {
   EXPECT_GT(felt, 500);
 }
 
-// The probe is that of a hand without force, so that both runs have equal probes but for the clock's rounding.
+// Probes of a hand without force, equal in both runs but for the clock's rounding.
 TEST(LiveLoop, ARehearsalIsNeverFelt) {
   std::vector<TickFrame> frames[2];
   for (const bool rehearse : {false, true}) {

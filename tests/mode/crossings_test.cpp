@@ -17,8 +17,8 @@ namespace crossings_test {
 
 using namespace test::searched;
 
-// Of thousands of watched values, as transfer functions bring them, the neighbours of the present value decide, and where a
-// plane holds on a neighbour the next but one: independent of all others.
+// Of thousands of watched values, as from transfer functions, only the neighbours of the present value count, and where a plane
+// holds on a neighbour the next but one.
 TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
   std::mt19937 random(5);
   const FieldPtr field = grid_with(grid_field, {12, 12, 12}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
@@ -58,7 +58,7 @@ TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
 }
 
 // Random noise, from crossing to crossing, against 100 samples per voxel: every change of sides in the samples is found, no
-// others, and the stop is just beyond the change.
+// others, with the stop just beyond it.
 TEST(FirstCrossing, IsWhatManySamplesShow) {
   std::mt19937 random(1);
   for (const MakeGrid make : both) {
@@ -136,7 +136,7 @@ TEST(FirstCrossing, NoWallIsTooThin) {
   for (const MakeGrid make : both) {
     const FieldPtr field = grid_with(make, {64, 64, 64}, [](auto, auto, auto k) { return k == 31 ? 1000.0 : 0.0; });
     for (int n = 0; n < 3000; ++n) {
-      // The wall is met wherever the interpolant reaches the level, for the thinnest layer: up to its very top.
+      // The wall is met wherever the interpolant reaches the level, up to its very top.
       const double top = make == grid_field ? 1000.0 : 4000.0 / 6.0;
       const double level = n % 3 == 0 ? top * (1 - std::pow(10.0, uniform(random, -10, -1))) : uniform(random, 1, 0.99 * top);
       Searched s({field}, {{0, level}});
@@ -179,8 +179,8 @@ TEST(FirstCrossing, FindsTwoWithinACell) {
   EXPECT_FALSE(past.search(from, to).stopped);
 }
 
-// A proxy on a level to the last bit that lifts off along a path with a slight rise: rounding, with samples and polynomials on
-// either side of the level, is no crossing.
+// A proxy on a level to the last bit lifts off along a path with a slight rise: samples and polynomials on either side of the
+// level are rounding, no crossing.
 TEST(FirstCrossing, RoundingOnTheLevelStopsNothing) {
   std::mt19937 random(11);
   for (const MakeGrid make : both) {

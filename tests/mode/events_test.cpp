@@ -118,8 +118,8 @@ TEST(FirstCrossing, BehindAHoleSidesAreTakenAnew) {
   EXPECT_FALSE(s.crossings[0].up);
 }
 
-// One walk of many short paths, whose search caches bounds of the fields, against searches without caches: equal events; and
-// where the bounds exclude an event, no piece is visited.
+// One walk of many short paths, whose search caches bounds of the fields, against searches without caches: equal events; no
+// piece is visited where the bounds exclude an event.
 TEST(FirstEvent, IsTheSameWhateverIsRemembered) {
   std::mt19937 random(12);
   for (const MakeGrid make : both) {
@@ -183,8 +183,8 @@ TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
   }
 }
 
-// For any budget successive searches find equal events; and no search visits more than its budget, but for the first piece of
-// each field, and slivers before it.
+// For any budget successive searches find equal events, and stay within it but for the first piece of each field, and slivers
+// before it.
 TEST(FirstEvent, IsFoundWithAnyBudget) {
   std::mt19937 random(13);
   const auto noise = [&](auto, auto, auto) { return uniform(random, -1, 1); };

@@ -125,8 +125,8 @@ TEST(VortexDirection, OfForceAndPlaneIsWithinTwoDegreesWhoeverLooks) {
   std::printf("direction q: %.2f degrees at p99 in the worst case\n", worst);
 }
 
-// Observer-dependent quantities are right only for an observer that moves with the vortex. The inflow of a Burgers vortex turns
-// the velocity, and ω × u with it, by atan(a/2Ω).
+// Observer-dependent quantities are right only for an observer that moves with the vortex. A Burgers vortex' inflow turns the
+// velocity, and ω × u with it, by atan(a/2Ω).
 TEST(VortexDirection, ByVorticityOrReducedVelocityNeedsTheObserver) {
   test::Random random(32);
   for (const VortexDirection direction : {VortexDirection::vorticity, VortexDirection::reduced_velocity}) {
@@ -262,7 +262,7 @@ TEST(VortexLine, LiesOnTheCoreWhereverItIsFelt) {
 }
 
 // Elliptic vortices: a round profile's rule would go too far along the short axis, the plain Newton step is exact. At the rim,
-// where the mode fades, no second derivative separates a bending profile from a short axis: the whole step may lead as far
+// where the mode fades, second derivatives do not separate a bending profile from a short axis: the whole step may lead as far
 // beyond the core as it began. The proxy's first part of it, half a sample spacing, always leads nearer.
 TEST(VortexLine, ComesNearerToTheCoreOfAnEllipticVortexWithEveryStep) {
   struct Elliptic {

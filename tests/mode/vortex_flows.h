@@ -60,8 +60,7 @@ struct SweptRing : Ring {
 };
 
 /// A thin ring of vorticity with a Gaussian profile, the momentary state in a fluid: elements of the core line, each spread as
-/// exp(−r²/r_c²), by Biot and Savart. The flow does not circle the centre of that profile, but a line beside it, which differs
-/// between observers.
+/// exp(−r²/r_c²), by Biot and Savart. The flow circles a line beside the profile's centre, which differs between observers.
 struct GaussianRing : Ring {
   double circulation_m2_per_s = 0.02;
   static constexpr int elements = 96;

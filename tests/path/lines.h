@@ -64,8 +64,8 @@ struct Rate {
 };
 Rate measure_rate(const RateCase& wanted);
 
-/// True for an onset or a break-through of a shell. Two paths diverge there; at a plane of a material or a vortex they do not,
-/// as the next point holds as well.
+/// True for an onset or a break-through of a shell, where two paths diverge; at a plane of a material or a vortex the next
+/// point holds as well.
 bool of_a_shell(const Scene& scene, const SessionEvent& event);
 /// The finest sample spacing [hand m] of the scene's volumes.
 double finest_spacing_m(const Scene& scene);

@@ -92,7 +92,7 @@ TEST(FollowPath, IsTheSameWhateverTheSignsOfAMeasuredBrain) {
 
 class OrderOfConvergence : public testing::TestWithParam<OrderCase> {};
 
-// The orders of docs/path.md: two where the direction alone turns (planes with the data, a force along them), one where a force
+// Orders of docs/path.md: two where the direction alone turns (planes with the data, a force along them), one where a force
 // that resists motion turns with it.
 double stated_order(const std::string& mode) { return mode == "surface" || mode == "vortex_plane" ? 2.0 : 1.0; }
 
@@ -113,7 +113,7 @@ TEST_P(OrderOfConvergence, IsAsStated) {
   EXPECT_EQ(slower_than(stated_order(GetParam().name), order), "");
 }
 
-// The measure discriminates: no path of order one passes for order two; nor do levels sampled at a tick's start only.
+// Paths of order one do not pass for order two; nor do levels sampled at a tick's start only.
 TEST(OrderTwo, IsNotFoundInPathsOfOrderOne) {
   int compared = 0;
   for (const OrderCase& one : order_cases()) {

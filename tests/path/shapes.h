@@ -16,8 +16,8 @@ namespace palpa::test {
 /// Depth [m] of a position in a solid: above 0 inside, the distance to its surface near there.
 using Depth = std::function<double(const Vec3& x_m)>;
 
-/// Voxels of a solid's depth as a scanner stores them: `bits` of resolution from −ramp to +ramp voxels and flat beyond; a ramp
-/// of 0 voxels: binary, half a voxel apart from the level.
+/// Voxels of a solid's depth as a scanner stores them: `bits` of resolution from −ramp to +ramp voxels, flat beyond; ramp 0:
+/// binary, half a voxel apart from the level.
 struct Sampling {
   int bits = 12;
   double ramp_voxels = 3.0;

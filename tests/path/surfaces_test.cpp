@@ -48,7 +48,7 @@ TEST_P(BumpySphereIsFelt, WhereItIsWithItsOwnNormal) {
   }
 }
 
-// A groove of 60° with 1 mm voxels: nearest to a probe straight below the bottom is the bottom, not a flank.
+// A groove of 60° with 1 mm voxels: the bottom is nearest to a probe straight below it, a flank is not.
 TEST(Audit, FindsANearerPlaceWhereThereIsOne) {
   constexpr double voxel_m = 1e-3;
   const Depth solid = groove(std::numbers::pi / 3.0);

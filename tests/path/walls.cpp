@@ -161,8 +161,7 @@ struct MiddleCrossings {
   }
 };
 
-// Pieces of a path in the solid: in and out by opposite faces is a pass; out by the entry face, a straight step that cut a
-// corner.
+// Pieces of a path in the solid: in and out by opposite faces is a pass; by one face, a straight step that cut a corner.
 struct SolidPieces {
   int through = 0;
   void take(double depth_voxels, const Vec3& uphill) {
@@ -294,7 +293,7 @@ Skull measure_skull(const FieldPtr& field, const SkullCase& wanted) {
     const Vec3 start = front - 5e-3 * way;
     Vec3 tilted = random.direction();
     if (dot(tilted, way) < 0.3) tilted = way;
-    // Strengths fade to k/2 × the depth in the data: the stroke must lie deep enough in them for the bone to hold it.
+    // Strengths fade to k/2 × the depth in the data, so that bone holds only a stroke deep in them.
     const double depth_m = std::min(field->depth_m(start), field->depth_m(start + longest_m * tilted)) - longest_m;
     const double length_m = std::min(longest_m, 0.4 * depth_m);
     if (walked_m >= reach_m || !field->scalar(start).inside || length_m < 8e-3) continue;

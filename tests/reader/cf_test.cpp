@@ -112,7 +112,7 @@ class Conventions : public ReaderTest {
     request.layout.spacing_m = {1, 1, 1};
     return request;
   }
-  /// The value of a voxel; NaN for a missing value. Not a sample, which is NaN beside a missing voxel too.
+  /// The value of a voxel; NaN if missing. Not a sample, which is NaN beside a missing voxel too.
   static double at(const Volume& volume, std::int64_t i, std::int64_t j = 0, std::int64_t k = 0) {
     const GridView& grid = *grid_of(*volume.fields[0].field);
     const auto& dims = grid.geometry.dims;

@@ -8,8 +8,8 @@ namespace damaged_mesh_test {
 
 class DamagedMesh : public ReaderTest {
  protected:
-  /// Reads with a limit of few seconds of processor time: a sound mesh of this size takes 0.1 s, and a search for damaged cells
-  /// all over the grid took sixteen.
+  /// Reads within few seconds of processor time: a sound mesh of this size takes 0.1 s; a search for damaged cells all over the
+  /// grid took 16 s.
   Volume read_quickly(const fs::path& file) const {
     ReadOptions options = options_;
     options.idle_limit_s = 4.0;
@@ -83,16 +83,14 @@ TEST_F(DamagedMesh, OfPlot3dIsReadAsFastAsASoundOne) {
   EXPECT_GT(grid_of(*volume.fields[0].field)->geometry.voxels(), 1'000'000) << "the grid reaches out to the point";
 }
 
-// Cells of every size and direction, with a point within the mesh or far out, get the voxels of a full search in each box:
-// their own interpolant's values.
+// Cells of every size and direction, with a point within the mesh or far out, get the voxels of a full search in each box.
 TEST_F(DamagedMesh, HasTheValuesOfItsLongCells) {
   const Vec3 out{40.0, 45.0, 50.0};
   const Volume volume = read_quickly(folder_.write("a.vtu", mesh(&out)));
   const double sound = at(read_quickly(folder_.write("b.vtu", mesh(nullptr))), {3.0, 4.0, 5.0});
   EXPECT_NEAR(at(volume, {3.0, 4.0, 5.0}), sound, 0.3) << "far from the damage";
-  // On the line from the middle out to the damaged point, in a spike of stretched cells that narrows to 0: a point has data
-  // where all eight voxels around it are in the spike, which at half a unit of spacing has room for them up to 0.3 of its
-  // length.
+  // On the line from the middle to the damaged point, in a spike of stretched cells that narrows to 0: a point has data where
+  // all eight voxels around it are in the spike, up to 0.3 of its length at half a unit of spacing.
   const Vec3 middle = bent({n / 2.0, n / 2.0, n / 2.0});
   for (int step = 0; step < 95; ++step) {
     const ScalarSample s = volume.fields[0].field->scalar(middle + (step / 100.0) * (out - middle));

@@ -32,7 +32,7 @@ class InfoFacts : public ReaderTest {
     return Json::parse(::testing::internal::GetCapturedStdout());
   }
 
-  /// Dims, range, mean, steps and every value of one field, queried as by a user: by the affine, and at world positions.
+  /// Dims, range, mean, steps and every value of one field, queried by the affine and at world positions.
   void expect_facts(const std::string& file, const Json& fact, const std::string& field, const VolumeRequest& request = {}) {
     SCOPED_TRACE(file + " " + field);
     const Json info = info_of(file, {}, request);
@@ -290,8 +290,8 @@ TEST_F(InfoFacts, SayWhichWayThePatientLies) {
 }
 
 TEST_F(InfoFacts, SayWhatTheDataAre) {
-  // As in the list of the shared data; without a declaration in the file, it "looks like" it, or its modality is unknown, for
-  // any file name.
+  // As in the list of the shared data; undeclared in the file, it "looks like" it, or its modality is unknown, for any file
+  // name.
   for (const auto& [file, kind, said] :
        {std::tuple{"ct_head_cranium/cranium.mhd", "CT", false},
         {"ct_head_headsq/quarter.nhdr", "CT", false},

@@ -35,7 +35,7 @@ class Info : public ReaderTest {
   std::string errors_;
 };
 
-/// A grid of bent lines, 5 x 4 x 4 points, whose least and greatest values are at single points between others.
+/// A grid of bent lines, 5 x 4 x 4 points, with extrema at single points between others.
 std::string bent_grid() {
   std::string points, values;
   for (int n = 0; n < 80; ++n) {

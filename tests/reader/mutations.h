@@ -23,16 +23,16 @@ struct MutationResult {
   std::vector<std::string> wrong;  ///< violations: two lines, no place, no remedy, a value that is not finite
 };
 
-/// A set in a folder of its own, with one damaged file at a time: the file itself, another in the folder, or one that is read
-/// with it. Memory is that of all children of this process so far.
+/// A set in a folder of its own, with one damaged file at a time: the file itself, another in the folder, or a companion.
+/// Memory is that of all children of this process so far.
 class DamagedSet {
  public:
   /// Reads it undamaged. Throws runtime_error without the set.
   DamagedSet(const SetToDamage& set, const ReadOptions& options);
   ~DamagedSet();
 
-  /// Damages a file, reads the set, adds the outcome to the result, and repairs the file. A copy of a violation or a crash
-  /// replaces the folder `keep`, unless that is empty.
+  /// Damages a file, reads the set, adds the outcome to the result, and repairs the file. A violation or a crash is copied to
+  /// the folder `keep`, unless that is empty.
   void damage_once(Damage& damage, const fs::path& keep, MutationResult& result);
 
  private:

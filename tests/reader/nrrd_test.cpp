@@ -210,7 +210,7 @@ TEST_F(Nrrd, TypesAreKeptOrWidenedToTheNextExactOne) {
   EXPECT_EQ(type_of("double", ramp(double{})), VoxelType::float64);
 }
 
-// The vector field v(x) = position: for any storage of the components and any measurement frame, the world has v = x.
+// The vector field v(x) = position: the world has v = x for any storage of the components and any measurement frame.
 TEST_F(Nrrd, VectorsTurnWithPositions) {
   const FileGrid grid = sheared_grid();
   // Measured along axes turned by 30° about z: columns of the frame are those axes.

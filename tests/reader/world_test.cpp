@@ -86,7 +86,7 @@ TEST_F(World, TwelveOrientationsAreOneBrainEverywhere) {
   EXPECT_GT(inside, 900);
 }
 
-/// Agreement of diffusion directions with those one step along them, in the world: mean of |cos| where diffusion is directed.
+/// Agreement of diffusion directions with those one step along them in the world: mean of |cos| where diffusion is directed.
 double coherence(const Field& directions, const Field& anisotropy, double step_m) {
   const GridGeometry& grid = grid_of(directions)->geometry;
   const Mat3 to_index = inverse(grid.index_to_world_m);

@@ -25,7 +25,7 @@ struct Shown {
 bool has_browser();
 
 /// Opens `page` in Chromium, with `options` beside those for machines without screen and graphics card, runs it for some
-/// seconds of virtual time, and captures it. `folder` takes its files.
+/// seconds of virtual time, and captures it; its files go to `folder`.
 Shown open_page(const std::filesystem::path& page, const std::filesystem::path& folder,
                 const std::vector<std::string>& options = {});
 

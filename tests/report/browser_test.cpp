@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// The test's script in the page: `drag` moves the mouse over an element with a button held down, `tell` writes numbers into
-/// the document. Each part of `use` has time to be drawn.
+/// The test's script in the page: `drag` moves the pressed mouse over an element, `tell` writes numbers into the document. Each
+/// part of `use` has time to be drawn.
 std::string script_that(const std::string& use) {
   return R"(
 const drag = (element, from, by, steps) => {
@@ -193,8 +193,7 @@ TEST_F(Browser, ShowsThePictureWithoutScripts) {
   write("frame.html",
         "<!DOCTYPE html><title>frame</title><body style='margin: 0'><iframe sandbox src='page.html' "
         "style='border: 0; width: 1280px; height: 1600px'></iframe></body>");
-  // In the process of its page: the virtual time budget does not wait for a frame in a process of its own, which is then not
-  // drawn.
+  // In its page's process: virtual time does not wait for a frame in a process of its own, which is then not drawn.
   const Shown shown = open_page(folder / "frame.html", folder,
                                 {"--disable-features=IsolateSandboxedIframes", "--disable-site-isolation-trials"});
   ASSERT_FALSE(shown.console.empty());

@@ -302,7 +302,7 @@ TEST(FirstScene, ShowsTheWholeObjectAndNotItsEmptyMargins) {
 }
 
 TEST(FirstScene, FacesTheLargestSideOfTheObject) {
-  // One slab of 80 x 50 x 20 mm, turned; medical data show the face, but slabs of slices are viewed from the feet.
+  // One slab of 80 x 50 x 20 mm, turned; medical data show the face, slabs of slices are viewed from the feet.
   const auto slab = [](const Vec3& half_m, bool medical) {
     Volume volume = scalar_grid(49, 0.0025, {-0.06, -0.06, -0.06}, [&](const Vec3& x) {
       return std::abs(x.x) < half_m.x && std::abs(x.y) < half_m.y && std::abs(x.z) < half_m.z ? 1.0 : 0.0;
@@ -425,7 +425,7 @@ TEST(FirstScene, HasAWallWhereAFieldSaysWhatIsFluid) {
       const SurfaceAndFriction& surface = *wall->mode.as<SurfaceAndFriction>();
       ASSERT_EQ(surface.levels.size(), 1U);
       EXPECT_NEAR(surface.levels[0].value, 0.5 * (fluid + solid), 0.01 * std::abs(fluid - solid));
-      // A hand comes from the stream upon a body, which holds, and from outside upon a tube, which lets it in.
+      // A hand comes from the stream upon a body, which holds, and from outside upon a tube, which admits it.
       EXPECT_EQ(surface.solid == SurfaceAndFriction::Solid::high, tube ? fluid > solid : solid > fluid);
       EXPECT_EQ(surface.levels[0].strength_n.constant_n > scene.coupling.max_force_n, !tube);
     }

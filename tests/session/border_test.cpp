@@ -98,8 +98,8 @@ void push_through(const Scene& scene, const Vec3& from_m, const Vec3& to_m, Felt
   }
 }
 
-// A point of 0.05 N once carried 9 N and more of still hands: the level had been pressed in where its strength fades, the proxy
-// was deep in it, without a free point near by.
+// A point of 0.05 N once carried 9 N and more of still hands: the proxy was deep in a level pressed in where its strength
+// fades, without a free point near by.
 TEST(Border, HoldsNoProxyWithMoreThanItsStrengths) {
   for (const bool has_elastic_skin : {false, true}) {
     const Scene scene = cut_off_head(has_elastic_skin);
@@ -190,8 +190,8 @@ TEST(Border, FadesWithoutAKickOrABreak) {
   }
 }
 
-// A hand at rest keeps its force, at a border and beside it, on an edge that folds inwards and in a head: the fade once let it
-// creep for seconds, in hundreds of snaps.
+// A hand at rest keeps its force, at a border and beside it, on an edge that folds inwards and in a head, where the fade once
+// let it creep for seconds, in hundreds of snaps.
 TEST(Border, KeepsTheForceOfAHandAtRest) {
   test::Random random(45);
   Scene groove = scene_of([](const Vec3& x_m) { return (std::abs(x_m.x) - x_m.z) / voxel_m; });
@@ -221,8 +221,8 @@ TEST(Border, KeepsTheForceOfAHandAtRest) {
   EXPECT_GT(felt, 60);
 }
 
-// The foot of an elastic level is beside the proxy: at a cut-off edge that folds inwards it was once pushed out of the data,
-// its level was lost and met again up to ten times a tick, and up to 0.8 N of a hand at rest were borne by nothing.
+// The foot of an elastic level is beside the proxy: at a cut-off edge that folds inwards it once left the data, its level was
+// lost and met again up to ten times a tick, and up to 0.8 N of a hand at rest were borne by nothing.
 TEST(Border, KeepsTheFeetOfElasticLevelsInTheData) {
   test::Random random(54);
   int felt = 0, resting = 0, unborne = 0;

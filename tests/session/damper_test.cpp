@@ -27,8 +27,8 @@ TEST(DamperUnderAnEncoder, IsExactlyZeroInFreeSpaceWhateverWasBefore) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(damper.relative_velocity({}, {}, dt, k), Vec3{});
 }
 
-// A steady, rounded motion: the estimate is off by at most a step per window, so the damper's force by at most a third of the
-// spring's own step. At any speed, once the window is full.
+// A steady, rounded motion: at any speed, once the window is full, the estimate is off by at most a step per window, so the
+// damper's force by at most a third of the spring's own step.
 TEST(DamperUnderAnEncoder, RipplesByNoMoreThanItsShareOfTheSpringsStep) {
   for (const double q : {10e-6, 23e-6, 55e-6}) {
     for (const double damping : {0.5, 1.0, 2.0}) {

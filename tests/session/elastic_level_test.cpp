@@ -196,8 +196,8 @@ TEST(ElasticLevel, BringsNothingIn) {
   }
 }
 
-// In folded data, with a foot between two walls of a groove: the force is at most the level's strength, with its friction and
-// the tick's own part.
+// Folded data, with a foot between two walls of a groove: at most the level's strength, with its friction and the tick's own
+// part.
 TEST(ElasticLevel, NeverHoldsMoreThanItBearsWhereItFolds) {
   constexpr double strength_n = 1.0, friction = 0.2;
   test::Random random(9);

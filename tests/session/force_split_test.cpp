@@ -128,8 +128,8 @@ TEST(LeastSplit, LeavesNoOtherSplitDownhill) {
   }
 }
 
-// The least split is nearest to zero in both the splits of the total and the force sets, distances measured with Σ|u|²/s:
-// Dykstra's alternating projections find it without multipliers.
+// The least split is nearest to zero in both the splits of the total and the force sets, by the metric Σ|u|²/s: Dykstra's
+// alternating projections find it without multipliers.
 TEST(LeastSplit, IsWhatAlternatingProjectionsFind) {
   Random random(3);
   double worst_n = 0.0;

@@ -183,8 +183,8 @@ TEST(GivenBack, ToAHandThatMovesOn) {
   EXPECT_GT(withheld, 300);
 }
 
-// The returned force is the spring's and not paid by the hand: the limiter's two columns have booked it by then, with all
-// earlier returns, less the modes' work.
+// The returned force is the spring's, not paid by the hand: two columns of the ledger have booked it by then, with all earlier
+// returns, less the modes' work.
 TEST(GivenBack, IsBookedBeforeItIsFelt) {
   test::Random random(4);
   int returns = 0;

@@ -81,8 +81,7 @@ TEST(LagCompensator, BringsInNothing) {
   }
 }
 
-// After pending motion the hand's own motion restores the withheld force, at once and no faster, beside the timed return; then
-// all is as before.
+// After pending motion the hand's own motion restores the withheld force, at once and no faster, beside the timed return.
 TEST(LagCompensator, IsMadeGoodByTheHandsOwnMotion) {
   Felt slack;
   const Vec3 wall_m{};  // the proxy is held here, for any hand

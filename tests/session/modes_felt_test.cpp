@@ -49,8 +49,7 @@ Tick led(Session& session, const Vec3& velocity_m_per_s, int ticks) {
   return t;
 }
 
-/// A channel whose cells at the wall are a thousand times as thin as the others: a sub-step's length depends on the cells at
-/// the proxy.
+/// A channel with cells a thousand times thinner at the wall: a sub-step's length depends on the cells at the proxy.
 TEST(Follow, KeepsUpWithAHandFarFromThinCells) {
   std::array<std::vector<double>, 3> planes_m;
   for (int i = 0; i < 33; ++i) {
@@ -71,7 +70,7 @@ TEST(Follow, KeepsUpWithAHandFarFromThinCells) {
 }
 
 /// Unsigned directions that differ between neighbours: the field jumps from cell to cell, and a rail may drive the proxy over a
-/// jump while the viscosity beyond drives it back. The path continues between them; hardly a hand has pending motion.
+/// jump while the viscosity beyond drives it back. The path continues between them, with hardly any pending motion.
 TEST(Follow, GetsOnAlongJumpsOfTheData) {
   test::Random random(5);
   int jumps = 0, waiting = 0, ticks = 0;
@@ -103,8 +102,8 @@ TEST(Follow, GetsOnAlongJumpsOfTheData) {
   EXPECT_LE(waiting, 1e-3 * ticks) << "of " << ticks;
 }
 
-/// Directions that are random from voxel to voxel: no point balances a rail or a front there, and a proxy that searched at each
-/// position of the hand would lag for ever (a third to a half of these ticks did).
+/// Random directions from voxel to voxel: no point balances a rail or a front there, and a proxy that searched at each position
+/// of the hand would lag for ever (a third to a half of these ticks did).
 TEST(Follow, KeepsUpWithTheHandInNoise) {
   test::Random random(5);
   for (const bool is_rail : {true, false}) {

@@ -274,8 +274,8 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
   }
 }
 
-/// Findings 24: the blend of two frames makes a level jump that shifts by more than its edge's width. Frames of a wall at these
-/// heights, solid below: inside and outside, further than its edge's width, the data do not locate it.
+/// Findings 24: a blend of two frames makes a level jump that shifts by more than its edge's width. Frames of a wall at these
+/// heights, solid below; beyond its edge the data do not locate it.
 Scene wall_in_frames(const std::vector<double>& z_m, double edge_m, double period_s, SurfaceAndFriction::Level level) {
   std::vector<FieldPtr> frames;
   for (const double wall_m : z_m) {
@@ -297,8 +297,8 @@ Scene wall_in_frames(const std::vector<double>& z_m, double edge_m, double perio
   return scene;
 }
 
-// The proxy is carried by its foot's data: it may be so deep that the data there do not show the wall's motion. An elastic
-// level then gives a rigid level's force, reduced by its stiffness in series with the coupling's.
+// The proxy is carried by its foot's data, as deep in the wall the data do not show its motion. An elastic level gives a rigid
+// level's force, reduced by its stiffness in series with the coupling's.
 TEST(ElasticWall, CarriesTheFootOfAProxyDeepInIt) {
   constexpr double stiffness = 100.0, in_series = stiffness * k / (stiffness + k);
   std::vector<double> z_m;

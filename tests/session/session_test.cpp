@@ -249,7 +249,7 @@ TEST(Follow, HoldsAcrossTheFieldAndLetsGoAlongIt) {
   EXPECT_NEAR(norm(pulled.force_n), 0.9, 1e-2);
 }
 
-// A ball without an edge of data near by, so that no strength fades: a strength never exceeds k/2 × the depth in the data.
+// A ball far from any edge of data, so that no strength fades: a strength never exceeds k/2 × the depth in the data.
 class EndlessBall final : public Field {
  public:
   int components() const noexcept override { return 1; }
@@ -470,7 +470,7 @@ TEST(Session, TurningTheWorldAndTheHandTogetherTurnsTheForce) {
   EXPECT_GT(in_contact, 100);
 }
 
-// Hand and spring together: with the device's own damping b ≥ kT/2 + D no surface, friction or rail can make a free hand faster
+// Hand and spring together: with the device's own damping b ≥ kT/2 + D no surface, friction or rail makes a free hand faster
 // than it came.
 TEST(Energy, AClosedLoopWithEnoughDampingNeverGains) {
   test::Random random(41);

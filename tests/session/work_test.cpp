@@ -30,7 +30,7 @@ namespace work_test {
 constexpr double tick_s = 1e-3;
 constexpr double k = 400.0;
 
-// Under hostile input: within the bound, with the balance that exhausts it, and finite. Some ticks have pending motion.
+// Under hostile input: within the bound, with the last balance, and finite. Some ticks have pending motion.
 TEST(Work, OfATickIsBounded) {
   test::Random random(1);
   int waiting = 0, most = 0;
@@ -161,8 +161,8 @@ Scene fine_rail() {
   return scene;
 }
 
-// A hand too fast for these voxels gets at most the rail's force, never a pull of the pending path, and no force once it is
-// caught up; the event is logged once.
+// A hand too fast for these voxels gets at most the rail's force, no pull of the pending path, and no force once caught up; the
+// event is logged once.
 TEST(Waiting, DoesNotPull) {
   Session session(fine_rail());
   int waiting = 0, silent = 0, told = 0;
@@ -253,8 +253,8 @@ Volume scanned_head() {
   return volume;
 }
 
-// A hand at rest is followed to the end, at any position and depth: below a level that bends more than the spring is long,
-// samples at the proxy lead back and forth. Else its force would fade with the pending motion.
+// A hand at rest is followed to the end, at any depth: below a level that bends more than the spring is long, samples at the
+// proxy lead back and forth. Else its force would fade with the pending motion.
 TEST(Waiting, EndsWhereTheHandRests) {
   Scene scene({.stiffness_n_per_m = 600.0});
   scene.workspace.towards_user = "-y";
@@ -297,7 +297,7 @@ void add_corridor(Scene& scene, const std::string& name, double low_m, int cells
 }
 
 // A path through air with more cells than a tick's budget takes several ticks: none passes or reports the wall behind them, and
-// the air does not pull at any distance of the hand. Then the wall has its normal force.
+// the air does not pull. Then the wall has its normal force.
 TEST(Waiting, AFlightGoesOnWhereTheWorkEnded) {
   Scene scene({.stiffness_n_per_m = k});
   scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
@@ -340,8 +340,8 @@ TEST(Waiting, FieldsShareTheWork) {
   EXPECT_LE(waiting, cells * fields / Session::most_work + 2);
 }
 
-// For any end of a tick's work a level breaks where k·depth is its strength, or later by a segment, never before; and the
-// search for that point ends with a balance at hand. Twelve modes make the balances long.
+// For any end of a tick's work a level breaks where k·depth is its strength, or later by a segment, never before; that search
+// keeps work for a balance. Twelve modes make the balances long.
 TEST(Work, ThatEndsLetsNothingGoBefore) {
   constexpr double strength_n = 1.0;
   constexpr int modes = 12;
@@ -376,8 +376,7 @@ TEST(Work, ThatEndsLetsNothingGoBefore) {
   EXPECT_GT(spent, 30);
 }
 
-// Twenty modes with friction on one rough wall: their balances take most of the work, and with exhausted work friction is
-// corrected no more.
+// Twenty modes with friction on one rough wall: their balances exhaust the work, and friction is corrected no more.
 TEST(Work, ThatEndsCorrectsNoFriction) {
   test::Random random(5);
   Volume values;
@@ -418,8 +417,8 @@ class Misleading final : public Field {
   static constexpr double height_m = 3e-5, wave_m = 1e-4;
 };
 
-// If no end of a move is free, each tried end is searched in a hundred other fields. With exhausted work a tick tries no other
-// end; its motion stays pending, and the force is at most that of the last processed position, however far the hand goes on.
+// If no end of a move is free, each tried end is searched in a hundred other fields. With exhausted work no other end is tried;
+// the motion stays pending, and the force is at most that of the last processed position, however far the hand goes on.
 TEST(Work, ThatEndsTriesNoOtherEnd) {
   constexpr int others = 100;
   Scene scene({.stiffness_n_per_m = k});

@@ -80,7 +80,7 @@ TEST(ClosedForm, IsExactToRoundingAndSaysSo) {
   }
 }
 
-// A drag once pulled fast left a force thousands of times the next balance's, which is independent of it.
+// A drag once pulled fast had a force thousands of times the next balance's, which must not keep its rounding.
 TEST(ClosedForm, KeepsNoRoundingOfAWarmStart) {
   Random random(23);
   for (int i = 0; i < 5000; ++i) {

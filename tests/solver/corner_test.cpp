@@ -150,8 +150,8 @@ TEST(Corner, FacetsThatEnterMoveTheBalanceByNoMoreThanTheyCutItOff) {
   }
 }
 
-// Any invented facets, moved back to a point w where they would exclude it, cause no break-through while the demand at w is
-// below the strength, and inject no energy.
+// Invented facets, moved back to a point w where they would exclude it, cause no break-through while the demand at w is below
+// the strength, and inject no energy.
 TEST(Corner, OfWrongFacetsPutBackToAFreePlaceNeverBreaksThroughBelowItsStrength) {
   Random random(6);
   for (int i = 0; i < 5000; ++i) {

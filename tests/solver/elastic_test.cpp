@@ -147,7 +147,7 @@ TEST(Elastic, GivesBackWhatItTook) {
   }
 }
 
-// Its plane may turn and move between two ticks: while it leaves the old foot free it stores no more than before, and hand and
+// Planes may turn and move between two ticks: while they leave the old foot free the stored energy does not grow, and hand and
 // level together inject only the hold's energy (theory.md 7.8).
 TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
   Random random(6);

@@ -195,7 +195,7 @@ TEST(RecordedBound, HoldsTheGapOfEveryKnownBalanceAtItsPlaceAsADouble) {
   expect_to_hold("line", [&] { return on_line(random, 0.0); });
   expect_to_hold("slipping off a line",
                  [&] { return on_line(random, std::exp(random.uniform(std::log(1e-18), std::log(1e-3)))); });
-  // Over so short a time a drag is stiffer than any wall, and a rounding of its position much of its force.
+  // Over so short a time a drag is stiffer than any wall, and its position's rounding much of its force.
   for (const PrimitiveKind kind : {PrimitiveKind::line, PrimitiveKind::plane})
     expect_to_hold("drag", [&] { return dragged(random, kind, std::exp(random.uniform(std::log(1e-15), std::log(1e-12)))); });
 }

@@ -24,7 +24,7 @@ struct Reference {
 
 /// The balance of the problem as given by its doubles; directions are q/|q| in exact arithmetic. Shares no code with the
 /// library's solver: Newton's method on the augmented Lagrangian, first in double, then at 113 bits, and without the start in
-/// double where that gave no proof. An unproven balance has certified = false: count it and print it. Allocates; any thread.
+/// double where that gave no proof. Unproven: certified = false; count and print it. Allocates; any thread.
 Reference reference_balance(const Problem& problem);
 
 /// |x − x*| [m] of a position, with the reference as x*.

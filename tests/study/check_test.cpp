@@ -47,8 +47,8 @@ SurfaceAndFriction wall(double friction_n = 0.0) {
 }
 
 /// Every mode, and combinations. Directed forces (gradient, vector and vortex force) hold nothing: alone they leave a device
-/// without a spring, which has no critical stiffness. So they are combined with holding modes, whose result they must not
-/// change. A vortex line holds on the core, so there the device lies.
+/// without a spring, which has no critical stiffness. So they are combined with holding modes, whose result must not change. A
+/// vortex line holds on the core, so there the device lies.
 std::vector<Held> all_that_hold() {
   const Vec3 in{0, 0, -1}, across{1, 0, 0}, along{0, 1, 0};
   const Strength strong{strong_n};
@@ -72,8 +72,8 @@ std::vector<Held> all_that_hold() {
            in}};
 }
 
-/// [1/s] Growth rate of the swing's logarithm for a mass knocked out of its rest against a holding mode. The knock is too small
-/// for a break-through.
+/// [1/s] Growth rate of the swing's logarithm for a mass knocked out of its rest against a holding mode, without a
+/// break-through.
 double growth_per_s(const Held& held, const Scene& scene, const DevicePlant& plant) {
   constexpr double push_n = 0.5, before_m = 1e-7, knock = 0.05;
   constexpr std::size_t settled_ticks = 50, half_ticks = 200;  // each half holds at least three swings of these masses
@@ -305,8 +305,8 @@ TEST(Check, SpeaksOfStrengthsOnlyWhereModesPushBeyondTheLimitTogether) {
 }
 
 TEST(Check, IsTheSameEveryTime) {
-  // A plane is uniform, so it has one point, and its check is short. Without friction nothing holds the device, so that a
-  // better setting is searched for.
+  // A plane is uniform, so one point is checked. Without friction nothing holds the device, so that a better setting is
+  // searched for.
   Scene scene({.stiffness_n_per_m = 5000.0, .damping_ns_per_m = 0.0, .max_force_n = 12.0});
   scene.add("wall", plane_field());
   scene.workspace = {.scale = 1.0, .center_m = Vec3{}};

@@ -172,8 +172,8 @@ TEST(EnergyTable, OfFrictionIsItsForceTimesTheWay) {
   expect_closed(felt);
 }
 
-// An unbreakable wall returns more than it got: the force of a spring that is held for a tick lags, by k/2 |Δp|² each. That is
-// the whole leak, covered by a hand's damping of kT/2 (docs/theory.md, 7.3).
+// An unbreakable wall returns more than it got: a held force lags, by k/2 |Δp|² per tick. That is the whole leak, covered by a
+// hand's damping of kT/2 (docs/theory.md, 7.3).
 TEST(EnergyTable, OfAHeldWallIsTheLeakOfTheHold) {
   for (const double rate_hz : {1000.0, 4000.0}) {
     const double depth_m = 0.002;

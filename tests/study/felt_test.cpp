@@ -144,7 +144,7 @@ TEST(FeltRun, QuietSignalsLeaveOutEventsAndWhatIsNotTouched) {
   EXPECT_THAT(signals.command_n[1], SizeIs(testing::AllOf(testing::Ge(19u), testing::Le(21u))));
 }
 
-// A wall of 1 N, pressed by a rigid hand from 1 mm before it with 10 N/s: met, broken, and the command falls from there to 0.
+// A wall of 1 N, pressed by a rigid hand from 1 mm before it with 10 N/s: met and broken; then the command falls to 0.
 FeltRun run_into_a_wall(double max_force_n) {
   Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.0, .max_force_n = max_force_n});
   const FieldRef wall = scene.add("wall", plane_field());

@@ -11,7 +11,7 @@
 namespace palpa {
 namespace map_picture_test {
 
-/// A map with a force of 2 N at the positions where `felt` holds, 0.1 m to a side.
+/// A map, 0.1 m to a side, with a force of 2 N at the positions where `felt` holds.
 template <class Felt>
 ForceMap map_of(int axis, const Felt& felt) {
   ForceMap map(map_slice(axis, 0.0, 0.1, 51));

@@ -28,7 +28,7 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
     EXPECT_LE(ball.triangles.size(), most + most / 50);
     EXPECT_GT(ball.triangles.size(), most / 2);
     ASSERT_EQ(ball.normals.size(), ball.points_m.size());
-    // A triangle of a ball covered by this many lies at most at the depth of the square of half its side over twice the radius.
+    // A triangle of a ball covered by this many lies at most deep by the square of half its side over twice the radius.
     const double deep_m = 4.0 * radius_m / static_cast<double>(ball.triangles.size());
     for (std::size_t i = 0; i < ball.points_m.size(); ++i) {
       EXPECT_NEAR(norm(ball.points_m[i]), radius_m, deep_m + 2e-5);
