@@ -19,12 +19,11 @@
 namespace palpa::app {
 namespace {
 
-/// A number of [coupling].
 struct CouplingNumber {
   std::string key;
   double value = 0.0;
 };
-/// The coupling's number that a `--set PATH=VALUE` names; none where it names no number of [coupling].
+/// Number of the coupling in a `--set PATH=VALUE`; none for other paths.
 std::optional<CouplingNumber> coupling_number(const std::string& path, const std::string& value) {
   constexpr std::string_view table = "coupling.";
   double number = 0.0;
@@ -49,7 +48,7 @@ void check_names(const CheckArguments& arguments) {
   }
 }
 
-/// The file with what --set and the check change, and nothing else of it touched.
+/// Scene file text with the changes of --set and the check, otherwise unchanged.
 std::string fixed(const LoadedScene& loaded, const CheckArguments& arguments, const CheckReport& report) {
   std::string text = loaded.text;
   for (const auto& [path, value] : arguments.scene_options.sets) {

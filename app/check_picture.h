@@ -1,4 +1,4 @@
-// The picture of `palpa check`: which stiffness and damping are stable.
+// Picture of `palpa check`: stable stiffness and damping.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace palpa::app {
 
-/// As a PNG file. \param report  with its map. Throws LoadError.
+/// Draws the map into a PNG file. \param report  with its map. Throws LoadError.
 void draw_check(const CheckReport& report, const std::filesystem::path& file, detail::Existing existing);
 
 }  // namespace palpa::app

@@ -1,4 +1,4 @@
-// The lines of the commands about data.
+// Command lines for data.
 #include <CLI/CLI.hpp>
 #include <memory>
 

@@ -1,4 +1,4 @@
-// The lines of the commands with which a hand feels.
+// Command lines that run a hand in a scene.
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -43,7 +43,7 @@ struct RunLine {
   std::string hold, place, center, fit;
 };
 
-/// A hand of one's own is felt in real time without being told so.
+/// A device without a hand implies real time.
 void add_live(const RunLine& given, RunOptions& options) {
   const bool is_own_hand = options.hand.empty() && !options.device.empty();
   if (!given.realtime && !is_own_hand) {
@@ -60,12 +60,12 @@ void add_live(const RunLine& given, RunOptions& options) {
   options.live->dead_man_buttons = bit(given.dead_man_button);
 }
 
-/// Where a recording is laid; the words of earlier versions are read as well, with a line that names the new one.
+/// Placement of a recording; values of earlier versions are accepted with a warning that names the new one.
 std::optional<Place> place_of(const RunLine& given) {
   const auto place_named = [](const std::string& word) {
     return word == "fitted" ? Place::fitted : word == "centred" ? Place::centred : Place::as_recorded;
   };
-  // CLI11 has no name for a hidden option in its complaints.
+  // CLI11's errors have no name for a hidden option.
   for (const auto& [option, value] : {std::pair("--hand-center", given.center), std::pair("--hand-fit", given.fit)}) {
     if (!value.empty() && value != "on" && value != "off") {
       throw LoadError(std::string("run: ") + option + " cannot be " + detail::in_quotes(value) + "; there are: on, off");
@@ -140,7 +140,7 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
                    "own ticks.csv), centred (the middle of its box in the middle of the workspace) or as_recorded")
       ->check(CLI::IsMember({"as_recorded", "centred", "fitted"}))
       ->type_name("PLACE");
-  // Earlier versions' words for it.
+  // Names of earlier versions.
   command->add_option("--hand-center", given->center)->group("");
   command->add_option("--hand-fit", given->fit)->group("");
   command

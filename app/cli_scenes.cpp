@@ -1,4 +1,4 @@
-// The lines of the commands about what can be felt.
+// Command lines for scenes.
 #include <CLI/CLI.hpp>
 #include <memory>
 

@@ -1,4 +1,4 @@
-// The lines of the commands about what was felt.
+// Command lines for traces.
 #include <CLI/CLI.hpp>
 #include <memory>
 

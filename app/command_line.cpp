@@ -17,7 +17,6 @@
 namespace palpa::app {
 namespace {
 
-/// The words between commas.
 std::vector<std::string> split(const std::string& list) {
   std::vector<std::string> words(1);
   for (const char c : list) {
@@ -30,7 +29,7 @@ std::vector<std::string> split(const std::string& list) {
   return words;
 }
 
-/// CLI11's complaint in our form: what is wrong; what would be right.
+/// CLI11's error in our form: what is wrong; what would be right.
 std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
   const CLI::App* command = &app;
   for (const CLI::App* used : app.get_subcommands()) command = used;
@@ -76,7 +75,7 @@ void add_prints(CLI::App& app) {
          "print the man page, or bash's completion, as in: source <(palpa --print bash)")
       ->check(CLI::IsMember({"man", "bash"}))
       ->type_name("WHAT");
-  // Hidden: bash's completion calls it.
+  // Hidden: called by bash's completion.
   app.add_option_function<std::string>("--print-sets",
                                        [](const std::string& scene) {
                                          print(settings_of(scene));
@@ -85,7 +84,7 @@ void add_prints(CLI::App& app) {
       ->group("");
 }
 
-/// Whoever asks for the version wants to know what is installed: the cage of files, too, where it is not whole.
+/// `--version` also reports missing parts of the sandbox.
 void say_what_the_cage_lacks() {
   if (const std::string lacking = detail::lacking_of_cage(); !lacking.empty())
     print_warnings({"files are read in a cage that lacks a part on this system: " + lacking});
@@ -114,8 +113,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       {"convert", [&] { add_convert(app, work, stop); }}, {"replay", [&] { add_replay(app, work, stop); }},
       {"report", [&] { add_report(app, work); }},         {"export", [&] { add_export(app, work); }},
       {"map", [&] { add_map(app, work, stop); }},         {"modes", [&] { add_modes(app, work); }}};
-  // The options of all commands take a millisecond: where one is named, only its own are made. A file may have the name of
-  // another.
+  // Building the options of all commands takes a millisecond: if a command is named, only its options are built. A file may
+  // have the name of another command.
   const auto named = std::ranges::find_if(commands, [&](const auto& command) { return argc > 1 && command.first == argv[1]; });
   const bool is_named = named != std::end(commands);
   for (const auto& command : commands) {
@@ -127,7 +126,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     print(app.help());
     return 0;
   }
-  // Unknown commands are refused here, because CLI11 would say that the command is missing.
+  // Unknown commands are refused here, because CLI11 would report the command as missing.
   if (argv[1][0] != '-' && !is_named) {
     std::vector<std::string> names;
     for (const auto& command : commands) names.push_back(command.first);

@@ -1,4 +1,4 @@
-// The line of each command: its options, and what it does once they are read.
+// Command lines: the options of each command and its action.
 #pragma once
 
 #include <atomic>
@@ -10,10 +10,10 @@ class App;
 
 namespace palpa::app {
 
-/// What a command does after the command line has been read: its exit code.
+/// Action of a parsed command; returns the exit code.
 using Work = std::function<int()>;
 
-// Each adds its command to the program; chosen, it sets `work`. A signal sets `stop`.
+// Each adds its command to the program; if chosen, the command sets `work`. A signal sets `stop`.
 
 void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop);

@@ -1,5 +1,5 @@
-// The commands of `palpa`, each with what its command line says. A command prints its result and
-// returns the exit code 0 (ok) or 1 (it ran and the answer is no); wrong input throws LoadError.
+// Commands of `palpa`: each prints its result and returns exit code 0, or 1 for a negative answer; wrong input throws
+// LoadError.
 #pragma once
 
 #include <atomic>
@@ -21,9 +21,9 @@ int run_scene(RunArguments arguments, const std::atomic<bool>& stop);
 
 struct DemoArguments {
   std::string name = "head";   ///< head, flow or wing
-  std::filesystem::path data;  ///< folder of the real data; empty: embedded data, or the head of tools/get-ct-head if there
-  std::filesystem::path out;   ///< folder that the recording goes into; empty: palpa-demo here
-  std::string device;          ///< what the hand holds, as `device_plant` reads it; empty: an ideal device
+  std::filesystem::path data;  ///< folder of the real data; empty: embedded data, or the head of tools/get-ct-head if present
+  std::filesystem::path out;   ///< folder for the recording; empty: palpa-demo in the current folder
+  std::string device;          ///< simulated device, for `device_plant`; empty: an ideal device
   bool json = false;
   ReadOptions read;
 };
@@ -31,8 +31,8 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
 
 struct CheckArguments {
   std::filesystem::path scene;
-  std::string device;             ///< as `device_plant` reads it
-  std::filesystem::path fix;      ///< new scene file with the changes made; empty: none
+  std::string device;             ///< for `device_plant`
+  std::filesystem::path fix;      ///< new scene file with the changes; empty: none
   std::filesystem::path picture;  ///< new PNG file; empty: none
   detail::Existing existing = detail::Existing::refused;
   SceneOptions scene_options;
@@ -52,15 +52,15 @@ int run_devices(const DevicesArguments& arguments, const std::atomic<bool>& stop
 struct ExploreArguments {
   std::vector<std::string> files;  ///< scene, data or trace; none: the start page
   std::vector<std::string> data_folders;
-  std::string device;  ///< with settings, as of run; empty: the mouse
+  std::string device;  ///< with settings, as in run; empty: the mouse
 };
-/// Becomes the program palpa-explorer. Throws LoadError where that is not there.
+/// Replaces the process by palpa-explorer (exec). Throws LoadError if it is not installed.
 int run_explore(const ExploreArguments& arguments);
 
 struct ConvertArguments {
   VolumeRequest request;      ///< one volume
   std::filesystem::path out;  ///< .nrrd, .nhdr or .vti; a new file
-  std::string crop;           ///< as the user wrote it; empty: none
+  std::string crop;           ///< from the command line; empty: none
   ConvertOptions options;     ///< all but the crop
   ReadOptions read;
 };
@@ -84,11 +84,11 @@ int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop);
 
 struct ReportArguments {
   std::filesystem::path trace;
-  std::filesystem::path beside;    ///< another trace of the same hand, to compare with; empty: none
+  std::filesystem::path beside;    ///< another trace of the hand, for comparison; empty: none
   std::filesystem::path out;       ///< empty: report.html in the trace, of two beside.html
   std::filesystem::path pictures;  ///< folder for the pictures as files; empty: none
   bool full_paths = false;         ///< whole paths in the page, not only last names
-  bool force = false;              ///< files that are there already are replaced
+  bool force = false;              ///< replace existing files
   std::vector<std::filesystem::path> data_folders;
   std::vector<std::filesystem::path> plugins;
   ReadOptions read;
@@ -100,11 +100,11 @@ struct MapArguments {
   std::filesystem::path out;      ///< .vti; a new file
   std::filesystem::path picture;  ///< .png; empty: none
   bool grid = false;              ///< a cube instead of a slice
-  std::string slice = "x";        ///< across this axis of the hand
-  double at_mm = 0.0;             ///< where the slice cuts the axis
+  std::string slice = "x";        ///< normal to this axis of the hand
+  double at_mm = 0.0;             ///< position of the slice on the axis
   double size_mm = 180.0;
   int points = 0;   ///< [1] along each side; 0: 256 of a slice, 64 of a grid
-  int threads = 0;  ///< [1] 0: one for each core
+  int threads = 0;  ///< [1] 0: one per core
   bool json = false;
   detail::Existing existing = detail::Existing::refused;
   SceneOptions scene_options;

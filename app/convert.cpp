@@ -27,7 +27,6 @@ VoxelRange range_of(const std::string& text) {
   return range;
 }
 
-/// The grid and the fields that a file holds.
 std::string words_of(const WrittenVolume& volume) {
   const auto& n = volume.grid.dims;
   std::string fields;

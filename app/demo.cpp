@@ -17,8 +17,7 @@ namespace fs = std::filesystem;
 constexpr const char* recording = "trajectories/inverse3_woodcarving_20231121_102837.csv";
 constexpr const char* simulated = "sim:stroke";
 
-/// The folder with the real data of a demo: the one named or, for the head, the one where tools/get-ct-head puts them; empty if
-/// there is none.
+/// Folder with the real data of a demo: the named one or, for the head, the target of tools/get-ct-head; empty if absent.
 fs::path data_folder(const DemoArguments& arguments) {
   if (!arguments.data.empty()) {
     if (fs::is_directory(arguments.data)) return arguments.data;
@@ -38,14 +37,14 @@ fs::path data_folder(const DemoArguments& arguments) {
   return fs::exists(folder / "ct_head_cranium/cranium.mhd") ? folder : fs::path();
 }
 
-/// The name of a folder that does not exist yet: `wanted`, or that with a number behind it.
+/// Unused name of a folder: `wanted`, or `wanted` with a number.
 fs::path new_folder(const fs::path& wanted) {
   fs::path folder = wanted;
   for (int number = 2; fs::exists(folder); ++number) folder = wanted.string() + "-" + std::to_string(number);
   return folder;
 }
 
-/// The folder for the demo's recording. Empty, with a message, where nothing can be written; empty for JSON without --out.
+/// Folder for the demo's recording. Empty, with a message, if nothing can be written; empty for JSON without --out.
 fs::path trace_folder(const DemoArguments& arguments) {
   fs::path folder = arguments.out;
   if (folder.empty()) {
@@ -62,7 +61,7 @@ fs::path trace_folder(const DemoArguments& arguments) {
   return new_folder(folder / arguments.name);
 }
 
-/// The recording, its report and its pictures, for a person.
+/// Prints the paths of the recording, its report and its pictures.
 void print_what_there_is(const fs::path& trace, const DemoArguments& arguments, const fs::path& data) {
   if (trace.empty()) return;
   print(detail::text("Recorded in %s\n", trace.c_str()));
@@ -88,7 +87,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   RunOptions options;
   options.read = arguments.read;
   options.device = arguments.device;
-  if (!options.device.empty()) device_plant(options.device);  // refused before a folder is made
+  if (!options.device.empty()) device_plant(options.device);  // refuses wrong ones before a folder is made
   const fs::path data = data_folder(arguments);
   const bool recorded = !arguments.data.empty() || fs::exists(data / recording);
   if (data.empty()) {
@@ -102,7 +101,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
     options.scene_options.data_folders = {data};
   }
   options.out = trace_folder(arguments);
-  const std::string palpa = program_invocation_name;  // as the user would have to type it
+  const std::string palpa = program_invocation_name;  // as the user would type it
   options.arguments = {"demo", arguments.name};
   if (!options.device.empty()) options.arguments.insert(options.arguments.end(), {"--device", options.device});
 

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What is found of one kind, and what that is like.
+/// Results of one kind of device.
 struct Kind {
   const DeviceBackend* backend = nullptr;
   DeviceSearch search;
@@ -50,7 +50,7 @@ void print_kind(const Kind& kind, bool with_settings) {
     print(detail::text("  setting  %s: %s\n", setting.key, setting.meaning));
 }
 
-/// Limits of a device that is there, as the user's file leaves them.
+/// Limits of a present device with the user's file applied.
 void print_limits(const DeviceLimits& limits) {
   const auto say = [](const char* what, double value, const char* unit) {
     if (std::isfinite(value)) print(detail::text("  limit    %s: %g %s\n", what, value, unit));
@@ -79,7 +79,7 @@ Json json_of(const Kind& kind) {
           {"missing", kind.search.missing}, {"axes", kind.backend->axes},   {"settings", settings}};
 }
 
-/// Asks on the terminal. False where the person does not want it, or there is nobody.
+/// Prompts on the terminal. False if the user skips it, or stdin is closed.
 bool ask(const std::string& sentence) {
   print(detail::text("\n%s\n[Enter] when ready, s and [Enter] to leave it out: ", sentence.c_str()));
   std::fflush(stdout);

@@ -22,7 +22,7 @@ int run_explore(const ExploreArguments& arguments) {
   std::vector<std::string> words{program.string()};
   for (const std::string& folder : arguments.data_folders) words.insert(words.end(), {"--data", folder});
   if (!arguments.device.empty()) words.insert(words.end(), {"--device", arguments.device});
-  words.push_back("--");  // what follows are files, whatever their names begin with
+  words.push_back("--");  // ends the options: file names may begin with a dash
   words.insert(words.end(), arguments.files.begin(), arguments.files.end());
   std::vector<char*> raw;
   for (std::string& word : words) raw.push_back(word.data());

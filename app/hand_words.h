@@ -1,4 +1,4 @@
-// The values of `--hand` in words, for the help, the man page and the completion.
+// Values of `--hand` in words, for the help, the man page and the completion.
 #pragma once
 
 #include <string>
@@ -43,7 +43,6 @@ inline constexpr Described device_keys[] = {
     {"workspace_radius_m", "how far it reaches"},
 };
 
-/// The tables as text of the help.
 std::string hand_words();
 
 }  // namespace palpa::app

@@ -4,9 +4,10 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "app/info_kind.h"
-#include "app/info_text.h"
+#include "app/info_table.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
 #include "palpa/data/read_series.h"
@@ -32,7 +33,6 @@ void refuse_our_own(const fs::path& path) {
     throw LoadError(name + ": is a scene, not data; feel it with: palpa run " + name + " --hand sim:stroke");
 }
 
-/// The volumes that are asked for.
 std::vector<Asked> asked_for(const InfoArguments& arguments) {
   std::vector<Asked> all;
   const auto add = [&](const fs::path& name, const std::vector<fs::path>& files) {
@@ -64,7 +64,7 @@ Facts read_facts(const Asked& asked, const ReadOptions& read, bool all_frames) {
   return facts_of(asked, read, all_frames);
 }
 
-/// The path as it has to be typed in a shell, in quotes if needed.
+/// Path in shell syntax, quoted if needed.
 std::string for_shell(const std::string& path) {
   static constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:+@%";
   if (!path.empty() && path.find_first_not_of(plain) == std::string::npos) return path;
@@ -73,7 +73,7 @@ std::string for_shell(const std::string& path) {
   return quoted + "'";
 }
 
-/// The first scene, to stdout or into a new file.
+/// Writes the first scene to stdout or a new file.
 void suggest_scene(const Asked& asked, const Facts& facts, const InfoArguments& arguments) {
   if (asked.is_series) {
     throw LoadError(asked.name +
@@ -106,7 +106,7 @@ void draw(const Facts& facts, const fs::path& file, detail::Existing existing) {
   pictures_for(file.string()).volume(facts.file.volume, *field, facts.values[*field], title, file, existing);
 }
 
-/// Makes scene and picture of a volume, and says on stderr what was written and what to do next.
+/// Writes scene and picture of a volume, and reports the files and the next step on stderr.
 void make_files(Asked asked, Facts facts, const InfoArguments& arguments) {
   if (const auto otherwise = request_to_feel(asked, facts, arguments.read)) {
     asked.request = *otherwise;
@@ -140,16 +140,16 @@ int run_info(const InfoArguments& arguments) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Asked& asked : all) {
     const Facts facts = read_facts(asked, arguments.read, !arguments.scene);
-    for (const AskedPlace& place : places)
-      world_of(place, facts);  // throws where a place cannot be found in these data, before anything is printed
+    for (const AskedPlace& place : places) world_of(place, facts);  // throws on unknown positions before anything is printed
     if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
     if (arguments.scene) continue;
+    InfoTable table = info_table(facts, places, arguments.level);
     if (arguments.json) {
-      list.push_back(as_json(facts, places, arguments.level));
+      list.push_back(std::move(table.json));
       continue;
     }
     if (&asked != &all.front()) print("\n");
-    print_words(facts, places, arguments.level);
+    print(table.words);
     if (all.size() == 1 && arguments.picture.empty() && !asked.is_series && field_to_feel(facts.file.volume, facts.values))
       print(fmt::format("\n  next      palpa info {} --scene first.toml, to feel it\n", for_shell(asked.name)));
     std::fflush(stdout);

@@ -1,4 +1,4 @@
-// `palpa info`: what is in data files.
+// `palpa info`: contents of data files.
 #pragma once
 
 #include <filesystem>
@@ -13,22 +13,22 @@
 namespace palpa::app {
 
 struct InfoArguments {
-  std::vector<std::filesystem::path> files;  ///< each a volume of its own, or a pattern of names: a time series; at least one
+  std::vector<std::filesystem::path> files;  ///< each a separate volume, or a name pattern of a time series; at least one
   bool series = false;                       ///< the files are the frames of one time series
-  bool json = false;                         ///< one object for one file, a list of them for several
+  bool json = false;                         ///< one object for one file, a list of objects for several
   std::vector<Vec3> at_m;                    ///< [m] world positions to sample
-  std::optional<double> level;               ///< of scalar fields, in each one's own unit: what the smooth filter loses at it
+  std::optional<double> level;  ///< of scalar fields, in the field's own unit: reports the smooth filter's loss there
   ReadOptions read;
-  VolumeRequest request;                                  ///< how the files are read; its files are the partners of each
+  VolumeRequest request;                                  ///< options of reading; its files are the partners of each file
   bool scene = false;                                     ///< print a first scene instead; of one file
-  std::filesystem::path scene_file;                       ///< write it there instead of printing it
-  std::filesystem::path picture;                          ///< draw into this file, too; of one file
-  detail::Existing existing = detail::Existing::refused;  ///< what becomes of files that have these names already
-  std::vector<AskedPlace> places{};                       ///< further places to sample
+  std::filesystem::path scene_file;                       ///< write it to this file instead of printing it
+  std::filesystem::path picture;                          ///< also draw a picture into this file; of one file
+  detail::Existing existing = detail::Existing::refused;  ///< treatment of existing files with these names
+  std::vector<AskedPlace> places{};                       ///< further positions to sample
 };
 
-/// Prints what is in the files, as a table or as JSON (docs: the keys are promises). Returns 0; throws
-/// LoadError at the first file that cannot be read.
+/// Prints the contents as a table or as JSON, whose keys are promises. Returns 0; throws LoadError at the first unreadable
+/// file.
 int run_info(const InfoArguments& arguments);
 
 }  // namespace palpa::app

@@ -34,13 +34,6 @@ std::string list_of(const std::vector<std::string>& names) {
   return all;
 }
 
-std::string fact(const Volume& volume, ScanFactKind kind) {
-  for (const ScanFact& said : volume.scan) {
-    if (said.kind == kind) return is_number(kind) ? fmt::format("{:g}", said.number) : said.words;
-  }
-  return {};
-}
-
 /// The words of a file's name: "avg152T1_RL" is avg152, t1, rl.
 std::vector<std::string> words_of_name(const std::string& path) {
   const std::string name = std::filesystem::path(path).filename().string();
@@ -84,12 +77,12 @@ std::string scan_by_name(const std::string& path) {
 }
 
 std::string dicom_kind(const Volume& volume) {
-  const std::string protocol = fact(volume, ScanFactKind::protocol), image = fact(volume, ScanFactKind::image),
-                    body = fact(volume, ScanFactKind::body_part), &modality = volume.modality;
-  const bool angio = !fact(volume, ScanFactKind::angiogram).empty() || has_any(protocol, {"angio", "cta", "mra", "tof"});
-  const bool velocity = !fact(volume, ScanFactKind::velocity_range_cm_per_s).empty() || image == "velocity map" ||
+  const std::string protocol = scan_fact(volume, ScanFactKind::protocol), image = scan_fact(volume, ScanFactKind::image),
+                    body = scan_fact(volume, ScanFactKind::body_part), &modality = volume.modality;
+  const bool angio = !scan_fact(volume, ScanFactKind::angiogram).empty() || has_any(protocol, {"angio", "cta", "mra", "tof"});
+  const bool velocity = !scan_fact(volume, ScanFactKind::velocity_range_cm_per_s).empty() || image == "velocity map" ||
                         (image == "phase map" && has_any(protocol, {"flow", "venc", "velocity"}));
-  const std::string b_value = fact(volume, ScanFactKind::b_value_s_per_mm2);
+  const std::string b_value = scan_fact(volume, ScanFactKind::b_value_s_per_mm2);
   std::string what;
   if (modality == "CT") what = angio ? "CT angiogram" : "CT";
   if (modality == "MR") {
@@ -113,7 +106,7 @@ std::string dicom_kind(const Volume& volume) {
   if (what.empty()) what = modality.empty() ? "DICOM images of no stated modality" : "DICOM images of modality " + modality;
   if (!image.empty() && image != "velocity map") what += ", " + image;
   if (!body.empty()) what += ", " + body;
-  if (!fact(volume, ScanFactKind::contrast).empty()) what += ", with contrast agent";
+  if (!scan_fact(volume, ScanFactKind::contrast).empty()) what += ", with contrast agent";
   return what;
 }
 
@@ -220,6 +213,15 @@ std::string plain_kind(const Facts& facts) {
 }
 
 }  // namespace
+
+std::string scan_fact(const Volume& volume, ScanFactKind kind, const char* form) {
+  for (const ScanFact& fact : volume.scan) {
+    if (fact.kind != kind) continue;
+    if (is_number(kind)) return fmt::format(fmt::runtime(form), fact.number);
+    return fact.words.empty() ? fact.words : fmt::format(fmt::runtime(form), fact.words);
+  }
+  return {};
+}
 
 LabelMap labels_in(const Volume& volume, const VolumeField& field, const Statistics& values) {
   const auto filled = std::ranges::count_if(values.histogram.counts, [](std::int64_t count) { return count > 0; });

@@ -21,6 +21,9 @@ inline constexpr double least_shear_deg = 0.1;
 /// "gantry tilt of 18.5°", by which the slices of a CT are sheared; empty where they are not.
 std::string gantry_tilt(const Facts& facts);
 
+/// A fact of a scan's acquisition in a form for fmt; empty if the file has none.
+std::string scan_fact(const Volume& volume, ScanFactKind kind, const char* form = "{}");
+
 /// The field as a label map; without labels if it is none, or if not all of its voxels were looked at.
 LabelMap labels_in(const Volume& volume, const VolumeField& field, const Statistics& values);
 

@@ -15,7 +15,7 @@
 namespace palpa::app {
 
 namespace {
-/// Of a job in the background the terminal is somebody else's.
+/// A background job must not change its terminal.
 bool is_in_foreground() { return ::tcgetpgrp(STDIN_FILENO) == ::getpgrp(); }
 }  // namespace
 
@@ -32,7 +32,7 @@ LiveTerminal::~LiveTerminal() {
   if (shows_) std::fputs("\r\033[K", stderr);
 }
 
-// Keys come one by one and are not shown. After a stop the shell has set that back.
+// Keys are read one by one, without echo. After a stop the shell has reset that.
 void LiveTerminal::take_keys() {
   termios now{};
   constexpr tcflag_t by_lines = ICANON | ECHO;

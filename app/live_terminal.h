@@ -1,4 +1,4 @@
-// A live run on a terminal: how it goes, and keys that steer it.
+// Status line and control keys of a live run on a terminal.
 #pragma once
 
 #include <termios.h>
@@ -9,17 +9,17 @@
 
 namespace palpa::app {
 
-/// Says on stderr, on one line that is written over and over, how the loop keeps time and what is felt, and obeys keys: space
-/// takes the force away and gives it back, 1 to 9 turn modes on and off, q ends. Where stderr or stdin is no terminal, that
-/// half is left out; so are the keys while the program is in the background of its terminal. Only one at a time; one thread.
+/// Rewrites one line on stderr with the loop's timing, the force and the guard's state, and handles keys: space switches the
+/// force off and on, 1 to 9 toggle modes, q ends. No line unless stderr is a terminal; no keys unless stdin is, with the
+/// program in the foreground. Only one at a time; one thread.
 class LiveTerminal {
  public:
   LiveTerminal();
-  ~LiveTerminal();  ///< wipes the line
+  ~LiveTerminal();  ///< erases the line
   LiveTerminal(const LiveTerminal&) = delete;
   LiveTerminal& operator=(const LiveTerminal&) = delete;
 
-  /// Shows and obeys once; false: q was pressed.
+  /// Updates the line and handles keys once; false: q was pressed.
   bool watch(LiveLoop& loop, LiveScene& scene);
 
  private:
@@ -32,7 +32,7 @@ class LiveTerminal {
   bool shows_ = false;
   int looks_ = 0;
   bool is_held_ = false;           // by the panic key
-  std::optional<termios> before_;  // of a stdin whose keys are read; none: they are not
+  std::optional<termios> before_;  // of a stdin whose keys are read; none: keys are not read
 };
 
 }  // namespace palpa::app

@@ -1,5 +1,4 @@
-// palpa: the program. Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 128 + N ended by signal N: 130
-// interrupted.
+// Program palpa. Exit codes: 0 ok, 1 negative answer, 2 wrong usage or input, 128 + N ended by signal N.
 #include <signal.h>
 #include <sys/prctl.h>
 
@@ -18,8 +17,8 @@ std::atomic<bool> stop = false;
 std::atomic<int> stopped_by = 0;
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free, "set in a signal handler");
 
-/// The first interrupt, or a terminal that is closed, ends a run after the current tick; the second one ends the program at
-/// once, with no motor under force.
+/// The first interrupt, or a closed terminal, ends a run after the current tick; the second ends the program at once, with
+/// forceless motors.
 void stop_on_signals() {
   struct sigaction action = {};
   action.sa_handler = [](int number) {
@@ -32,7 +31,7 @@ void stop_on_signals() {
     }
   };
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
-  // A file that may not grow any more is an error of its writer, like a full disk, and not the end of a run.
+  // A file at its size limit is an error of its writer, like a full disk, and does not end the run.
   ::signal(SIGXFSZ, SIG_IGN);
 }
 
@@ -41,7 +40,7 @@ void stop_on_signals() {
 int main(int argc, char** argv) {
   stop_on_signals();
   ::prctl(PR_SET_DUMPABLE,
-          0);  // what runs as the same user, a reader of files as well, can neither trace it nor see its memory
+          0);  // other programs of the user, readers included, can neither trace it nor read its memory
   int code = 2;
   try {
     code = palpa::app::run_command_line(argc, argv, stop);

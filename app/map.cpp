@@ -28,7 +28,6 @@ MapLattice lattice_of(const MapArguments& arguments) {
   }
 }
 
-/// What of a map the summary says.
 Json summary_of(const ForceMap& map, const MapWork& work) {
   double largest_n = 0.0;
   std::int64_t felt = 0, broken = 0, unsettled = 0;
@@ -109,7 +108,7 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
     write_map(map, loaded.scene.hand_to_world(), arguments.out, arguments.existing);
     if (pictures) pictures->map(loaded.scene, map, arguments.picture, arguments.existing);
   } catch (const LoadError&) {
-    keep_map(map, identity, kept);  // a full disk, say: what was felt is not lost
+    keep_map(map, identity, kept);  // for example a full disk: the computed map is not lost
     throw;
   }
   std::error_code none;

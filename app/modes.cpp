@@ -39,7 +39,7 @@ const char* name_of(ParameterKind kind) {
   return "";
 }
 
-/// A mode's parameters as JSON: name, kind, sentence, and what else is known of each.
+/// Parameters of a mode as JSON: name, kind, sentence, and further properties.
 class JsonOfParameters final : public ParameterVisitor {
  public:
   void number(const ParameterInfo& info, double& value) override {

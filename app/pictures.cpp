@@ -15,8 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What draws (VTK, Mesa, LLVM) does not say that memory ran out: it aborts, or writes where there is none. The files that are
-/// being made have no name yet and are gone with the program.
+/// If memory runs out, VTK, Mesa and LLVM abort or write to invalid addresses. Unfinished files have no name yet and vanish.
 void end_in_words(int signal) {
   constexpr std::string_view aborted = "palpa: pictures: what draws them gave up (aborted)";
   constexpr std::string_view outside = "palpa: pictures: what draws them gave up (segmentation fault)";

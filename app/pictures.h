@@ -1,5 +1,4 @@
-// Everything that draws is in a library of its own. It is loaded when something has to be drawn, because loading VTK takes
-// longer than most commands.
+// Drawing functions of a shared library, loaded at the first use, because loading VTK takes longer than most commands.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +15,7 @@
 namespace palpa::app {
 
 struct Pictures {
-  const char* version;  ///< that of the program it belongs to
+  const char* version;  ///< of its program
 
   /// `write_report`.
   std::filesystem::path (*report)(const std::filesystem::path& trace, const std::filesystem::path& out,
@@ -26,15 +25,14 @@ struct Pictures {
                  const std::filesystem::path& file, detail::Existing existing);
   /// `map_picture`, as a PNG file.
   void (*map)(const Scene& scene, const ForceMap& map, const std::filesystem::path& file, detail::Existing existing);
-  /// The map of a check, as a PNG file.
+  /// Map of a check, as a PNG file.
   void (*check)(const CheckReport& report, const std::filesystem::path& file, detail::Existing existing);
 };
 
-/// Loads the library at the first call. Returns nullptr if this palpa was built without pictures. Throws LoadError where the
-/// library cannot be loaded.
+/// Loads the library at the first call. Returns nullptr in a build without pictures. Throws LoadError if loading fails.
 const Pictures* pictures();
 
-/// The same for callers that need pictures: also throws LoadError where there are none; messages begin with `place`.
+/// Like `pictures`, but throws LoadError if there are none; messages begin with `place`.
 const Pictures& pictures_for(const std::string& place);
 
 }  // namespace palpa::app

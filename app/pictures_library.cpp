@@ -1,4 +1,4 @@
-// palpa-pictures.so (pictures.h).
+// Library palpa-pictures.so (pictures.h).
 #include "app/check_picture.h"
 #include "app/pictures.h"
 #include "palpa/data/volume.h"

@@ -16,7 +16,7 @@
 namespace palpa::app {
 namespace {
 
-/// Commands that `--help` shows, and below options: those with an empty group are hidden.
+/// Commands in `--help`, and below options: hidden ones have an empty group.
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App* command) { return !command->get_group().empty(); });
 }
@@ -24,12 +24,12 @@ std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return app.get_options([](const CLI::Option* option) { return !option->get_group().empty(); });
 }
 
-/// An option's value as in its help: "HOLD:{rigid,relaxed,firm}"; empty for a flag.
+/// Value of an option in its help: "HOLD:{rigid,relaxed,firm}"; empty for a flag.
 std::string value_of(const CLI::Option& option) {
   return option.get_items_expected_max() == 0 ? std::string() : option.get_type_name();
 }
 
-/// The words between the braces of "HOLD:{rigid,relaxed,firm}"; none where there are none.
+/// Words between the braces of "HOLD:{rigid,relaxed,firm}"; empty without braces.
 std::vector<std::string> words_of(const CLI::Option& option) {
   const std::string value = option.get_type_name();
   const std::size_t open = value.find('{'), close = value.find('}');
@@ -40,7 +40,7 @@ std::vector<std::string> words_of(const CLI::Option& option) {
   return words;
 }
 
-/// Text for roff: its characters are no commands, and a hyphen stays one that can be copied into a shell.
+/// Text escaped for roff, with hyphens that can be copied into a shell.
 std::string roff(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -70,7 +70,7 @@ void put_options(std::string& page, const CLI::App& app) {
   }
 }
 
-/// The sections of the man page on scenes, on `--set` and on modes.
+/// Man page sections on scenes, `--set` and modes.
 std::string scene_sections() {
   std::string page = ".SH SCENES\n" +
                      roff(
@@ -102,14 +102,13 @@ std::string quoted_lines(const Words& words) {
   return "'" + out + "'";
 }
 
-/// The names with blanks between.
 std::string names_of(std::span<const Described> rows) {
   std::string names;
   for (const Described& row : rows) names += (names.empty() ? "" : " ") + std::string(row.name);
   return names;
 }
 
-/// Paths of settings as they are typed, each with an '='.
+/// Paths of settings as typed, each with an '='.
 std::vector<std::string> with_equals(std::vector<std::string> paths) {
   for (std::string& path : paths) {
     if (path.find('=') == std::string::npos) path += '=';
@@ -117,7 +116,7 @@ std::vector<std::string> with_equals(std::vector<std::string> paths) {
   return paths;
 }
 
-/// The command of the completion's script that offers values of this option or argument; empty: any file.
+/// Completion script command that offers values of this option or argument; empty: any file.
 std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   const std::vector<std::string> words = words_of(option);
   if (!words.empty()) return "_palpa_offer " + quoted_lines(words);
@@ -137,8 +136,7 @@ std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   return {};
 }
 
-// Bash splits words at ':' and '=' and replaces only the part behind the last of these: `word` is the whole word, `left` the
-// part that stays.
+// Bash splits words at ':' and '=' and replaces only the part behind the last: `word` is the whole word, `left` the kept part.
 constexpr const char* completion_functions = R"sh(
 _palpa_offer() {  # _palpa_offer LINES: those that begin with the word
   local line

@@ -1,4 +1,4 @@
-// The man page and the shell's completion, made from the command line's own description.
+// Man page and shell completion, made from the command line's own description.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,9 @@ namespace palpa::app {
 
 /// palpa(1), in roff.
 std::string man_page(const CLI::App& app);
-/// The completion of bash for all commands, their options and what these take.
+/// Completion of bash for all commands, their options and values.
 std::string bash_completion(const CLI::App& app);
-/// What `--set` takes in this scene, for that completion: one PATH= or PATH=VALUE a line. For a scene that cannot be read: what
-/// all scenes take.
+/// Settings for `--set` in this scene: one PATH= or PATH=VALUE per line; settings common to all scenes if it is unreadable.
 std::string settings_of(const std::filesystem::path& scene);
 
 }  // namespace palpa::app

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The description of a run that `--dry-run` prints instead of feeling it.
+/// Description of a run, printed by `--dry-run`.
 Json description(const PreparedRun& prepared, double rate_hz) {
   const Scene& scene = prepared.loaded.scene;
   Json volumes = Json::array();
@@ -87,13 +87,13 @@ void print_description(const Json& d) {
   for (const Json& note : d["notes"]) print(detail::text("%s\n", text(note).c_str()));
 }
 
-/// What a quick check says of the scene on the device that is described; empty where nothing is known of its mechanics.
+/// Result of a quick check of the scene with the described device; empty if its mechanics are unknown.
 std::string verdict(const PreparedRun& prepared) {
   const std::optional<DevicePlant> plant = plant_like(prepared.device);
   return plant ? "check: " + check_quickly(prepared.loaded.scene, *plant).verdict + "; palpa check says more" : "";
 }
 
-/// Prepares the run, and says before it is felt what its device makes of the scene.
+/// Prepares the run, and prints the check's result before it starts.
 PreparedRun prepared_and_checked(const RunOptions& options) {
   PreparedRun prepared = prepare(options);
   if (const std::string said = verdict(prepared); !said.empty()) tell(said + "\n");

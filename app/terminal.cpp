@@ -13,11 +13,11 @@ namespace palpa::app {
 
 namespace {
 
-constexpr std::size_t longest_line_bytes = 500;  // of an error. More: a long path hides what is wrong; less: sentences are cut
+constexpr std::size_t longest_line_bytes = 500;  // of an error. More: a long path hides the error; less: sentences are cut
 
 void put(const std::string& text, std::FILE* to) { std::fwrite(text.data(), 1, text.size(), to); }
 
-/// What stands before the message stays whole; of the message the middle is left out.
+/// Prints `before` whole and shortens the middle of the message.
 void put_line(const std::string& before, std::string_view message) {
   put(before + detail::shortened(detail::shown(message), longest_line_bytes - before.size() - 1) + "\n", stderr);
 }
@@ -35,8 +35,8 @@ void print_warnings(const std::vector<std::string>& warnings) {
 
 Progress::Progress(std::string what) : what_(detail::shown(what)) {
   if (::isatty(STDERR_FILENO) != 1) return;
-  // All signals are blocked in the drawing thread, so that an interrupt reaches the working thread, which may wait in a call
-  // that has to end then.
+  // All signals are blocked in the drawing thread, so that an interrupt reaches the working thread, whose system call it must
+  // end.
   const detail::BlockedSignals in_the_drawing_thread;
   drawing_ = std::thread([this] { draw(); });
 }

@@ -1,4 +1,4 @@
-// What goes to stdout and stderr: all of it is cleaned here, because names, titles and cells come from others.
+// Output to stdout and stderr, sanitized, because names, titles and cells come from files.
 #pragma once
 
 #include <atomic>
@@ -16,19 +16,18 @@ void print(std::string_view text);
 /// To stderr: lines that are neither error nor warning.
 void tell(std::string_view text);
 
-/// One line of at most 500 bytes, whatever the input was.
+/// One line of at most 500 bytes, for any input.
 void print_error(std::string_view message);
 void print_warnings(const std::vector<std::string>& warnings);
 
-/// Shows what is being done, on one line that is written over and over, for as long as this object lives: the share done and
-/// the time left or, while the share is unknown, the time since the beginning. Begins after half a second. Silent if stderr is
-/// no terminal. Only one at a time.
+/// Progress line on stderr during this object's lifetime: the share done and the time left, or the elapsed time. Begins after
+/// half a second. Silent if stderr is no terminal. Only one at a time.
 class Progress {
  public:
   explicit Progress(std::string what);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  ~Progress();  ///< wipes the line
+  ~Progress();  ///< erases the line
   /// \param share_done  [1]
   void show(double share_done) noexcept { share_done_ = share_done; }
 

@@ -87,6 +87,8 @@ std::vector<Figure> held(const FeltScene& felt) {
 
 std::vector<Figure> let_go() {
   constexpr double low = 40.0, high = 3000.0, asked_n_per_m = 500.0, least_damping_ns_per_m = 0.1;
+  // [1] A stable loop of rounded positions toggles by up to three steps at single stiffnesses, far below the largest.
+  constexpr double toggled_steps = 3.5;
   std::vector<Figure> figures;
   for (const char* name : {"touch", "desktop", "omega"}) {
     const std::vector<DevicePlant> plants = device_plants();
@@ -94,7 +96,7 @@ std::vector<Figure> let_go() {
     std::string measured;
     double told = 0.0;
     for (const double damping_ns_per_m : {1.0, 0.5, 2.0}) {
-      LetGoOptions options{.plant = *found, .damping_ns_per_m = damping_ns_per_m};
+      LetGoOptions options{.plant = *found, .damping_ns_per_m = damping_ns_per_m, .rest_steps = toggled_steps};
       options.plant.coulomb_friction_n = 0.0;
       options.plant.damping_ns_per_m = std::max(least_damping_ns_per_m, options.plant.damping_ns_per_m);
       const auto stable = [&](double k) { return comes_to_rest(options, k); };

@@ -1,5 +1,4 @@
-// palpa-device-controller.so: a game controller, through SDL: two sticks and the triggers steer the hand, its rumble tells of
-// touches.
+// palpa-device-controller.so: game controllers by SDL; two sticks and the triggers steer the hand, rumble signals contacts.
 #include <SDL.h>
 
 #include <algorithm>
@@ -26,27 +25,26 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double full_axis = 32767.0;
-// Of an axis, [1]: sticks at rest are not quite in their middle. More: small motions are lost; less: the hand drifts.
+// Of an axis, [1]: sticks at rest are off centre. More: small motions are lost; less: the hand drifts.
 constexpr double dead_zone = 0.15;
-// Between looks at the sticks. Longer: later felt; shorter: more work.
+// Polling interval of the sticks. Longer: latency; shorter: more work.
 constexpr std::chrono::milliseconds look_interval{4};
-// Between looks for a controller that has gone. Longer: later back; shorter: more in vain.
+// Between searches for a lost controller. Longer: later back; shorter: more futile searches.
 constexpr std::chrono::milliseconds retry_interval{200};
-// Of a rumble that is asked for: renewed as long as it goes on. Longer: it goes on after this program; shorter: it stutters.
+// Duration of a rumble request, renewed while it lasts. Longer: it outlasts the program; shorter: it stutters.
 constexpr Uint32 rumble_ms = 100;
-// The force that rumbles most, and the change of force that is a knock, in newtons. More: weaker; less: all touches are alike.
+// Force of full rumble and force change of a full knock, in newtons. More: weaker; less: all contacts are alike.
 constexpr double full_rumble_n = 3.0, full_knock_n = 1.0;
-// For how long a knock is heard. Longer: knocks run together; shorter: they are missed.
+// Duration of a knock. Longer: knocks merge; shorter: they are missed.
 constexpr std::chrono::milliseconds knock_time{60};
-// A force that was not written anew for so long does not rumble any more. Longer: a program that hangs rumbles longer; shorter:
-// a busy machine's pause stops it.
+// Age at which a force stops rumbling. Longer: a hung program rumbles longer; shorter: a busy machine's pause stops it.
 constexpr std::chrono::milliseconds force_lifetime{100};
 
 constexpr const char* gone = "the controller is not there; plug it in or switch it on";
 
 [[noreturn]] void refuse(const std::string& what) { throw LoadError("device controller: " + what); }
 
-/// SDL, for as long as somebody needs it. Its joysticks are one list for the whole process, so one lock is for all use of it.
+/// SDL, reference counted. A global lock guards it: its joystick list is global.
 class Sdl {
  public:
   static std::recursive_mutex& mutex() {
@@ -55,7 +53,7 @@ class Sdl {
   }
   Sdl() {
     const std::lock_guard lock(mutex());
-    // Also while no window of this program has the keyboard.
+    // Read controllers without keyboard focus, too.
     SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0) refuse(std::string("SDL cannot begin: ") + SDL_GetError());
@@ -68,7 +66,7 @@ class Sdl {
   Sdl& operator=(const Sdl&) = delete;
 };
 
-/// The controllers that there are now, as SDL's numbers of them.
+/// SDL indices of the connected controllers.
 std::vector<int> controllers() {
   std::vector<int> out;
   SDL_GameControllerUpdate();
@@ -77,10 +75,10 @@ std::vector<int> controllers() {
   return out;
 }
 
-/// By which a controller is known again.
+/// Identifies a controller after a reconnection.
 struct Identity {
   SDL_JoystickGUID model{};
-  std::string serial;  // empty: it has none, or has not been opened
+  std::string serial;  // empty: no serial number, or not opened
 };
 bool is_same(const SDL_JoystickGUID& a, const SDL_JoystickGUID& b) { return std::memcmp(a.data, b.data, sizeof a.data) == 0; }
 std::string serial_of(SDL_GameController* controller) {
@@ -147,7 +145,8 @@ class Controller final : public Device {
     note_those_that_are_there();
     return true;
   }
-  /// Opens it when it is back: of its model, with its serial number, and not there while it was. Of two that may be it none is.
+  /// Reopens the controller: equal model and serial number, connected after the loss. Without a serial number, two candidates
+  /// are ambiguous: none is opened.
   bool open_again() {
     std::vector<int> candidates;
     for (const int n : controllers()) {
@@ -167,7 +166,7 @@ class Controller final : public Device {
     }
     return false;
   }
-  /// While it is there. SDL numbers whatever is plugged in anew, upwards.
+  /// Called while connected: SDL's ids of later connections are larger.
   void note_those_that_are_there() {
     for (int n = 0; n < SDL_NumJoysticks(); ++n) newest_ = std::max(newest_, SDL_JoystickGetDeviceInstanceID(n));
   }
@@ -206,7 +205,7 @@ class Controller final : public Device {
       return static_cast<double>(SDL_GameControllerGetAxis(controller_, which));
     };
     Deflection now;
-    // SDL's sticks count down towards the user; triggers from 0.
+    // SDL: y is positive towards the user; triggers start at 0.
     now.share = {stick(axis(SDL_CONTROLLER_AXIS_LEFTX)), -stick(axis(SDL_CONTROLLER_AXIS_RIGHTY)),
                  stick(axis(SDL_CONTROLLER_AXIS_LEFTY))};
     for (int button = 0; button < SDL_CONTROLLER_BUTTON_MAX; ++button)
@@ -216,7 +215,7 @@ class Controller final : public Device {
     rumble();
     return true;
   }
-  /// The slow motor is as strong as the force, the fast one as its change: a touch is a knock.
+  /// The slow motor renders the force, the fast motor its change: contacts are knocks.
   void rumble() {
     const Clock::time_point now = Clock::now();
     const Wish& wish = wishes_.take();
@@ -246,8 +245,8 @@ class Controller final : public Device {
   std::string name_;
   SDL_GameController* controller_ = nullptr;
   Identity identity_;
-  SDL_JoystickID newest_ = -1;       // of all that there were while it was there
-  std::set<SDL_JoystickID> others_;  // that came after it had gone and are not it
+  SDL_JoystickID newest_ = -1;       // largest id while connected
+  std::set<SDL_JoystickID> others_;  // ids connected after the loss that proved to be other controllers
   RateHandDevice hand_;
   Latest<Wish> wishes_;
   Rest rest_;

@@ -1,4 +1,4 @@
-// The thread of a device whose exchange of force for state takes time: the haptic thread only gives and takes a value.
+// Thread of a device whose exchange of force for state blocks; the haptic thread only passes values.
 #pragma once
 
 #include <atomic>
@@ -13,13 +13,12 @@
 
 namespace palpa {
 
-/// One exchange after the other, as fast as the device answers but no faster than `shortest_interval`. `Link` has
-///   bool open();  // true: the device that the link is of is there again. Called now and then after it was lost; may take long
+/// Exchanges as fast as the device answers, but at least `shortest_interval` apart. `Link` has
+///   bool open();  // true: reopened. Called repeatedly after a loss; may block
 ///   void close(); // at zero force
-///   DeviceState exchange(const Vec3& force_n, bool brakes);  // one; a `fault` that `is_lost` says it has to be opened again
-///   bool is_lost() const;
-/// and is used by that thread alone. A force that was not written anew for 20 ms is not given any more, and what was read
-/// longer ago than 50 ms is not shown as valid.
+///   DeviceState exchange(const Vec3& force_n, bool brakes);
+///   bool is_lost() const;  // has to be reopened
+/// and is used by this thread only. Forces older than 20 ms are not sent; states older than 50 ms are invalid.
 template <class Link>
 class ExchangeThread {
  public:
@@ -31,7 +30,7 @@ class ExchangeThread {
   ExchangeThread(const ExchangeThread&) = delete;
   ExchangeThread& operator=(const ExchangeThread&) = delete;
 
-  // ---- the haptic thread's side ----
+  // ---- called by the haptic thread ----
 
   DeviceState read() noexcept {
     DeviceState state = states_.take();
@@ -64,21 +63,21 @@ class ExchangeThread {
     std::uint64_t number = 0;
     Clock::time_point time{};
   };
-  // Longer: a program that hangs pushes longer; shorter: a busy machine's pause drops the force.
+  // Longer: a hung program pushes longer; shorter: a busy machine's pause drops the force.
   static constexpr std::chrono::milliseconds force_lifetime{20};
-  // Longer: older places count; shorter: a busy machine's pause is a fault.
+  // Longer: stale positions count; shorter: a busy machine's pause is a fault.
   static constexpr double state_lifetime_s = 0.05;
-  // Between two tries to find one that has gone. Longer: later back; shorter: more in vain.
+  // Between attempts to reopen. Longer: later back; shorter: more futile attempts.
   static constexpr std::chrono::milliseconds retry_interval{300};
-  // Of exchanges: a device that answers at once is asked 4000 times a second. Shorter: more work; longer: forces come later.
+  // Between exchanges: at most 4000 per second. Shorter: more work; longer: latency.
   static constexpr std::chrono::microseconds shortest_interval{250};
 
   static double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
 
   void run() noexcept {
-    // Forces wait for this thread as much as for the loop's.
+    // As urgent as the loop's thread: forces pass through both.
     const RealTimeThread real_time;
-    for (bool is_open = true; !ends_;) {  // `link_` comes open
+    for (bool is_open = true; !ends_;) {  // constructed with an open `link_`
       if (!is_open) {
         is_open = link_->open();
         if (!is_open) pause(retry_interval);
@@ -101,7 +100,7 @@ class ExchangeThread {
     }
     link_->close();
   }
-  /// Without the device.
+  /// Pauses while the device is lost.
   void pause(std::chrono::milliseconds longest) {
     const Clock::time_point end = Clock::now() + longest;
     while (!ends_ && Clock::now() < end) {
@@ -113,7 +112,7 @@ class ExchangeThread {
   std::unique_ptr<Link> link_;
   Latest<Wish> wishes_;
   Latest<DeviceState> states_;
-  Wish wanted_;  // the haptic thread's
+  Wish wanted_;  // of the haptic thread
   Rest rest_;
   std::atomic<bool> is_linked_{true};
   std::atomic<bool> ends_{false};

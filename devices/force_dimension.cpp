@@ -1,6 +1,6 @@
-// palpa-device-force-dimension.so: omega, delta, sigma and lambda of Force Dimension and Novint's Falcon, through the vendor's
-// library libdrd or libdhd, which is found and loaded at run time. Its functions are declared here from what its published
-// reference says of them; nothing of the vendor's is needed to build this.
+// palpa-device-force-dimension.so: omega, delta, sigma and lambda of Force Dimension and Novint's Falcon, by the vendor's
+// libdrd or libdhd, loaded at run time. Its functions are declared here after the published reference; building needs nothing
+// of the vendor's.
 #include <algorithm>
 #include <array>
 #include <bitset>
@@ -26,15 +26,16 @@ PALPA_LOADS_AT_RUN_TIME(
 namespace palpa::force_dimension {
 namespace {
 
-// The watchdog of the device's own, in its unit of 125 us: 10 ms. More: a program that hangs pushes longer; fewer: a busy
-// machine's pause switches the force off.
+// The device's watchdog, in its unit of 125 us: 10 ms. More: a hung program pushes longer; fewer: a busy machine's pause
+// switches the force off.
 constexpr unsigned char watchdog_steps = 80;
-// Exchanges in a row that fail before the device is taken for gone. More: later told; fewer: one error of the link ends it.
+// Consecutive failed exchanges until the device counts as lost. More: reported later; fewer: a single error of the link ends
+// it.
 constexpr int failures_to_lose = 5;
-// A device that its speed switched off gets its force back below this. Faster: it is switched off again; slower: later back.
+// Speed below which a device that was too fast gets its force back. Faster: it is switched off again; slower: later back.
 constexpr double calm_m_per_s = 0.1;
 
-/// The vendor's functions. All may be missing but those that `Api` needs.
+/// Functions of the vendor's library; optional except for the needs of `Api`.
 struct Api {
   explicit Api(const std::vector<std::string>& files) : library(files) {
     library.need("dhdGetDeviceCount", device_count);
@@ -82,12 +83,12 @@ struct Api {
   int (*stop_regulation)(bool forces_stay_on, char id) = nullptr;
 };
 
-// Places in what dhdGetStatus fills.
+// Indices into the result of dhdGetStatus.
 enum Status : std::size_t { power = 0, reset = 3, force = 5, force_off_cause = 14 };
-// Versions of the library fill 12 to 17 of them.
+// Versions of the library fill 12 to 17 elements.
 using StatusList = std::array<int, 64>;
 
-/// Why the device itself has switched its force off.
+/// Reason why the device has switched its force off.
 const char* words_of_cause(int cause) noexcept {
   switch (cause) {
     case 1: return "the force was switched off by the button on the base; press it to have it back";
@@ -100,12 +101,12 @@ const char* words_of_cause(int cause) noexcept {
   }
 }
 
-// The vendor's axes: x towards the user, y to the right, z up.
+// Vendor's axes: x towards the user, y to the right, z up.
 Vec3 hand_of(const Vec3& vendor) noexcept { return {vendor.y, vendor.z, vendor.x}; }
 Vec3 vendor_of(const Vec3& hand) noexcept { return {hand.z, hand.x, hand.y}; }
 
-/// What the devices bear that are not asked for it: force [N], stiffness [N/m], radius [m], damping [N·s/m], by the beginning
-/// of their names; as CHAI3D 3.3 has them for its users.
+/// Limits that the library does not report: force [N], stiffness [N/m], radius [m], damping [N·s/m], by prefix of the device's
+/// name; values of CHAI3D 3.3.
 struct Model {
   const char* name;
   double force_n, stiffness_n_per_m, radius_m, damping_ns_per_m;
@@ -115,7 +116,7 @@ constexpr Model models[] = {{"delta", 20.0, 5000.0, 0.15, 30.0},
                             {"sigma", 12.0, 4000.0, 0.075, 30.0},
                             {"lambda", 12.0, 8000.0, 0.1125, 30.0},
                             {"falcon", 8.0, 3000.0, 0.04, 20.0}};
-// Of a device whose name says nothing: the least of all.
+// For unknown names: the smallest of all.
 constexpr Model unknown{"", 8.0, 3000.0, 0.04, 20.0};
 
 const Model& model_of(std::string name) noexcept {
@@ -132,13 +133,13 @@ std::string name_of(const Api& api, char id) {
   return "Force Dimension " + text.substr(0, 60);
 }
 
-/// Opens devices and finds one that has gone again. The vendor's indices are places in a list that closes up whenever a device
-/// goes, so a device is known by its serial number, and one without a number only where it was and is the only one.
+/// Opens devices, and finds a lost device again. The vendor's indices shift when a device is lost, so a device is identified by
+/// its serial number; without a number, only at its index if it is the only device.
 class Finder {
  public:
   explicit Finder(const Api& api) : api_(api) {}
 
-  /// The device at a place of the list, from 0; none: it cannot be opened, or this program has it already.
+  /// Opens the device at an index from 0; none: impossible, or open in this program already.
   std::optional<char> open(int index) {
     const std::lock_guard lock(mutex());
     const int id = api_.open(static_cast<char>(index));
@@ -148,13 +149,13 @@ class Finder {
     name_ = name_of(api_, static_cast<char>(id));
     due_count_ = api_.device_count();
     was_alone_ = due_count_ == 1;
-    // Models of earlier years cannot be opened by number. One that is open is given once more.
+    // Older models cannot be opened by number. An open device is returned again.
     const int same = number_ && api_.open_serial != nullptr ? api_.open_serial(*number_) : -1;
     is_opened_by_number_ = same == id;
     if (same >= 0 && same != id) leave(same);
     return take(id);
   }
-  /// It again; none: it is not there. Another device is at most asked for its number, where it cannot be opened by number.
+  /// Reopens the device; none: not connected. Of other devices at most the number is read, if it cannot be opened by number.
   std::optional<char> open_again() {
     const std::lock_guard lock(mutex());
     if (!number_) {
@@ -167,7 +168,7 @@ class Finder {
       if (id < 0) return std::nullopt;
       return is_it(id) ? take(id) : leave(id);
     }
-    // One after the other, but only where as many are there as with it.
+    // Try each index, if at least as many devices are connected as with this device.
     const int count = std::clamp(api_.device_count(), 0, most_devices);
     if (count < due_count_) {
       due_count_ = count + 1;
@@ -197,12 +198,12 @@ class Finder {
  private:
   static constexpr int most_devices = 16;
 
-  /// One for all: of devices that come and go at the same time each is looked for in a list that stays.
+  /// Global: each search needs a list that no other open or close changes.
   static std::mutex& mutex() {
     static std::mutex of_all;
     return of_all;
   }
-  /// The ids that this program has. The library gives an id once more to whoever opens a device that is open.
+  /// Ids open in this program: the library returns the id of an open device again.
   std::bitset<128>& held() const {
     static std::map<const Api*, std::bitset<128>> of_libraries;
     return of_libraries[&api_];
@@ -231,15 +232,15 @@ class Finder {
   std::string name_;
   bool was_alone_ = false;
   bool is_opened_by_number_ = false;
-  int due_count_ = 0;  // of devices that are there: with fewer it is not
+  int due_count_ = 0;  // devices expected once this device is back
 };
 
-/// The exchange with one device; the exchange's thread's.
+/// Exchange with a device; for the exchange's thread.
 class Link {
  public:
   explicit Link(const Api& api) : api_(api), finder_(api) {}
 
-  /// The device at a place of the vendor's list, from 0.
+  /// Opens the device at an index from 0.
   bool open(int index) { return begin(finder_.open(index)); }
   bool open() { return begin(finder_.open_again()); }
   void close() noexcept {
@@ -302,8 +303,8 @@ class Link {
     if (status[Status::force] == 0) return words_of_cause(status[Status::force_off_cause]);
     return nullptr;
   }
-  /// A force that the device has switched off itself comes back only where no force is asked for, so that none comes as a
-  /// surprise, and never against a person's button.
+  /// Re-enables a force that the device has switched off only while the commanded force is zero (no surprise), and never
+  /// against the user's button.
   void give_back(const StatusList& status, const DeviceState& state, const Vec3& force_n) noexcept {
     const int cause = status[Status::force_off_cause];
     const bool is_a_persons = cause == 1 || cause == 6;
@@ -325,7 +326,7 @@ constexpr const char* how_to_get =
 
 struct Wanted {
   std::vector<std::string> files;
-  std::string description = "force-dimension";  // of any of its devices
+  std::string description = "force-dimension";  // of any device of the vendor
   int number = 1;
   bool may_move = false;
 };
@@ -356,7 +357,7 @@ Wanted wanted(const DeviceSettings& given) {
   return out;
 }
 
-/// The library, loaded once for each file. Throws LoadError.
+/// Library, loaded once per file. Throws LoadError.
 const Api& api_of(const Wanted& want) {
   static std::mutex mutex;
   static std::map<std::string, std::unique_ptr<Api>> loaded;

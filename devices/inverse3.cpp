@@ -1,5 +1,5 @@
-// palpa-device-inverse3.so: Haply's Inverse3, through the Inverse Service that comes with it. The service is a program of its
-// own with an open protocol, so nothing of the vendor's is linked.
+// palpa-device-inverse3.so: Haply's Inverse3, by its Inverse Service. The service is a separate program with an open protocol:
+// nothing of the vendor's is linked.
 #include <boost/asio/ip/address.hpp>
 #include <sstream>
 
@@ -15,12 +15,12 @@ namespace {
 using boost::asio::ip::tcp;
 
 constexpr std::uint16_t service_port = 10001;
-// Others' tutorials have 400 to 1000 N/m. Larger: a wall may hum; smaller: it feels soft.
+// Other programs' tutorials use 400 to 1000 N/m. Larger: a wall may vibrate; smaller: it feels soft.
 constexpr double max_stiffness_n_per_m = 800.0;
-// Of the ball about the origin that the arm reaches. Larger: scenes reach beyond it; smaller: it is not made use of.
+// Of the arm's ball about the origin. Larger: scenes reach beyond it; smaller: unused reach.
 constexpr double workspace_radius_m = 0.1;
-// For the first states after the device has been seen. Longer: a service that does not answer is waited for longer; shorter: a
-// busy one is refused.
+// Timeout of the first states after the device was found. Longer: a silent service blocks longer; shorter: a busy service is
+// refused.
 constexpr double first_state_s = 2.0;
 constexpr const char* how_to_get =
     "it comes with Haply's Inverse SDK (docs.haply.co) and is started by 'sudo systemctl start haply-inverse-service'";
@@ -38,9 +38,9 @@ std::vector<DeviceSetting> settings() {
 
 [[noreturn]] void refuse(const std::string& what) { throw LoadError("device inverse3: " + what); }
 
-/// A text from outside within a sentence.
+/// Untrusted text, for use in a sentence.
 std::string in_quotes(std::string_view text) {
-  constexpr std::size_t longest = 60;  // more would hide the sentence
+  constexpr std::size_t longest = 60;  // longer texts would hide the sentence
   std::string out = "'";
   for (const char c : text.substr(0, longest)) out += c >= ' ' && c <= '~' ? c : '?';
   return out + (text.size() > longest ? "…'" : "'");
@@ -62,7 +62,8 @@ boost::asio::ip::address address_of(const std::string& host) {
 }
 
 std::string plain(const std::string& key, const std::string& value) {
-  if (!is_plain(value)) refuse(key + '=' + in_quotes(value) + " cannot be; give 1 to 64 letters, digits, '_', '-', '.' and ':'");
+  if (!is_plain(value))
+    refuse(key + '=' + in_quotes(value) + " cannot be; give 1 to 64 letters, digits, '_', '-', '.' and ':'");
   return value;
 }
 
@@ -110,7 +111,7 @@ std::string place_of(const tcp::endpoint& service) {
   return place.str();
 }
 
-/// What follows the name in the description of a device: only what differs from what holds without it.
+/// Settings in the description of a device, without defaults.
 std::string description_of(const std::string& device_id, const tcp::endpoint& service) {
   std::string out = "inverse3,id=" + device_id;
   const auto address = service.address();

@@ -19,12 +19,12 @@ namespace websocket = beast::websocket;
 using boost::asio::ip::tcp;
 using boost::system::error_code;
 
-// For the version's question and answer. Longer: each connection to a service that never answers waits for it; shorter: a busy
-// one's version stays unknown, and its force may be called by the wrong name.
+// Timeout of the version request. Longer: delays each connection to a service that never answers; shorter: the version of a
+// busy service stays unknown, and the key of its force may be wrong.
 constexpr std::chrono::milliseconds version_deadline{300};
-// Of the answer to it, which has some two hundred. More: costs memory; fewer: a longer answer counts as none.
+// Size limit of the answer, which has about 200 bytes. More: memory; fewer: a longer answer is ignored.
 constexpr std::size_t longest_version_bytes = std::size_t{16} << 10;
-// Of what comes before the answer's body. As above.
+// Size limit of the answer's header. As above.
 constexpr std::uint32_t longest_header_bytes = 8 << 10;
 
 std::string host_of(const tcp::endpoint& service) {
@@ -33,7 +33,7 @@ std::string host_of(const tcp::endpoint& service) {
   return host.str();
 }
 
-/// GET /version. Keeps itself until it has called `done`.
+/// GET /version. Owns itself until it has called `done`.
 class VersionQuestion : public std::enable_shared_from_this<VersionQuestion> {
  public:
   using Done = std::function<void(std::optional<ForceWord>)>;
@@ -84,7 +84,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
 
   void begin(bool asks_version) {
     if (!asks_version) return open(std::nullopt);
-    // The question must not keep the connection that keeps the question.
+    // Weak: the connection owns the request.
     question_ = std::make_shared<VersionQuestion>(context_, [weak = weak_from_this()](std::optional<ForceWord> word) {
       if (const auto self = weak.lock()) self->open(word);
     });
@@ -122,7 +122,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   }
 
   void shake_hands(std::optional<ForceWord> word) {
-    error_code ignored;  // without it only slower
+    error_code ignored;  // an optimisation only
     beast::get_lowest_layer(stream_).socket().set_option(tcp::no_delay(true), ignored);
     stream_.async_handshake(host_of(service_), "/", [self = shared_from_this(), word](error_code error) {
       if (error || self->user_ == nullptr) return self->lose();

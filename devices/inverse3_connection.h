@@ -1,4 +1,4 @@
-// One WebSocket connection to an Inverse Service, from the first packet to the last.
+// A WebSocket connection to an Inverse Service.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -12,36 +12,36 @@
 
 namespace palpa::inverse3 {
 
-/// What becomes of a connection. Called from its io_context's thread, never from within a call of the connection's.
+/// Receives a connection's events, on its io_context's thread, never from within a call of the connection.
 class ConnectionUser {
  public:
-  virtual void on_open(std::optional<ForceWord> word_of_version) = 0;  ///< none: the service's version is not known
-  /// One whole message. What was binary comes as an empty one: no text of the service's is.
+  virtual void on_open(std::optional<ForceWord> word_of_version) = 0;  ///< none: unknown version
+  /// A complete message; a binary message is passed as empty: the service sends text only.
   virtual void on_message(std::string_view text) = 0;
-  virtual void on_written() = 0;  ///< the next one can be sent
-  /// The last call: the other side is not there, has gone, or has broken the rules of WebSocket.
+  virtual void on_written() = 0;  ///< the next `send` is allowed
+  /// Last call: connection refused, lost, or broken by a WebSocket error.
   virtual void on_lost() = 0;
 
  protected:
   ~ConnectionUser() = default;
 };
 
-/// Answers pings, takes no compression, and reads all the time. It knows no deadlines but one, for the version: whoever uses it
-/// closes what takes too long. For the io_context's thread.
+/// Answers pings, refuses compression, reads continuously. Its only timeout is that of the version request: the user closes
+/// slow connections. For the io_context's thread.
 class Connection {
  public:
   virtual ~Connection() = default;
   virtual bool is_writing() const noexcept = 0;
-  /// Sends a text. Only where none is being written.
+  /// Sends a text; only while `is_writing` is false.
   virtual void send(std::string text) = 0;
-  /// Says good-bye; `on_lost` comes when the other side has done so, too.
+  /// Starts the closing handshake; `on_lost` reports its end.
   virtual void say_goodbye() = 0;
-  /// Drops it. The user hears nothing any more.
+  /// Drops the connection without further calls of the user.
   virtual void close() noexcept = 0;
 };
 
-/// Begins to connect.
-/// \param asks_version  the service is asked for its version first, by HTTP; without an answer within 0.3 s it is not known
+/// Starts connecting.
+/// \param asks_version  request the service's version first, by HTTP; unknown without an answer within 0.3 s
 std::shared_ptr<Connection> connect(boost::asio::io_context& context, const boost::asio::ip::tcp::endpoint& service,
                                     bool asks_version, ConnectionUser& user);
 

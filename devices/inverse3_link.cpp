@@ -28,41 +28,41 @@ using Clock = std::chrono::steady_clock;
 using boost::system::error_code;
 using std::chrono::milliseconds;
 
-// How often deadlines are looked at. Longer: they are seen later; shorter: more wake-ups.
+// Interval of deadline checks. Longer: late reactions; shorter: more wake-ups.
 constexpr milliseconds look_interval{2};
-// An answer takes some 0.1 ms. Longer: a hand goes on longer under an old force; shorter: a busy machine's pause is a fault.
+// An answer takes about 0.1 ms. Longer: an old force is held longer; shorter: a busy machine's pause is a fault.
 constexpr milliseconds answer_deadline{10};
-// Then the service is taken for gone. Longer: later back; shorter: a service that pauses loses its session.
+// Silence after which the connection counts as lost. Longer: later back; shorter: a pausing service loses its session.
 constexpr milliseconds give_up_after{500};
-// From the first packet to the first message, the version's 0.3 s included. As above.
+// From connecting to the first message, including the version's 0.3 s. As above.
 constexpr milliseconds begin_deadline{1000};
-// Between a connection that was lost and the next try. Longer: later back; shorter: more in vain.
+// From a lost connection to the next attempt. Longer: later back; shorter: more futile attempts.
 constexpr milliseconds retry_interval{300};
-// Between messages where no force is written. Longer: states are older; shorter: more work for nothing.
+// Between messages while no force is written. Longer: older states; shorter: more idle work.
 constexpr milliseconds idle_interval{10};
-// Between messages while the service has no such device. Longer: it is later found; shorter: more work for nothing.
+// Between messages while the device is absent. Longer: found later; shorter: more idle work.
 constexpr milliseconds absent_interval{200};
-// A force that was not written anew for so long is not sent any more. Longer: a program that hangs pushes longer; shorter: a
-// busy machine's pause drops the force.
+// Age at which a force is no longer sent. Longer: a hung program pushes longer; shorter: a busy machine's pause drops the
+// force.
 constexpr milliseconds force_lifetime{20};
-// A state that is older is not shown as valid even if the link's thread has no time to say so. It must be longer than the idle
-// interval and the answer's deadline together. Longer: older places count; shorter: a busy machine's pause is a fault.
+// Age at which a state is invalid, even if the link's thread is stalled. Must exceed the idle interval plus the answer's
+// deadline. Longer: stale positions count; shorter: a busy machine's pause is a fault.
 constexpr milliseconds state_lifetime{50};
-// At the end, for the last force of zero and the good-bye. Longer: a program with a silent service ends later; shorter: a slow
-// one is left without a good-bye.
+// For the final zero force and the closing handshake. Longer: with a silent service the program ends later; shorter: a slow
+// service gets no handshake.
 constexpr milliseconds end_deadline{250};
-// Answers in time before states and forces count, at the beginning and after a late one. More: later back; fewer: a service
-// that stumbles gives a force that stutters.
+// Consecutive answers in time before states and forces are used, initially and after a late answer. More: later back; fewer: an
+// unsteady service causes a stuttering force.
 constexpr int answers_to_trust = 10;
-// Messages in a row that are not understood, or that nobody asked for. More: an old state is held longer; fewer: one bad
-// message ends a session.
+// Consecutive messages that are invalid or unsolicited. More: an old state is held longer; fewer: a single bad message ends a
+// session.
 constexpr int refused_to_give_up = 3;
-// A force that is sent and should be felt, one that is none, and how long the first may come as the second. A smaller first or
-// a larger second: what the service rounds or scales away is a fault; shorter: a service that answers late is one.
+// Smallest force that must be rendered, largest that counts as none, and how long the first may be reported as the second. A
+// smaller first or a larger second: the service's rounding or scaling is a fault; shorter: its latency is.
 constexpr double felt_n = 0.3;
 constexpr double none_n = 1e-3;
 constexpr milliseconds longest_without_force{200};
-// Grips that are looked after. More: memory that a service could fill with names; fewer: one that goes is not told of.
+// Watched grips. More: memory that a service can fill with names; fewer: the loss of a grip is not reported.
 constexpr std::size_t most_used_grips = 64;
 
 constexpr const char* not_there = "the Inverse Service is not there";
@@ -82,19 +82,18 @@ constexpr const char* no_force_by_values =
 
 double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
 
-/// A force as it was written.
 struct WrittenForce {
   Vec3 force_n;
   std::uint64_t number = 0;
   Clock::time_point time;
 };
 
-/// How long a force has been sent that the motors do not make.
+/// Time for which the motors have not rendered the sent force.
 class MissingForce {
  public:
   void note(const Vec3& sent_n, const std::optional<Vec3>& reported_n, Clock::duration since_last) noexcept {
     if (!reported_n || !(norm(sent_n) > felt_n)) return;
-    // A pause is not counted: nobody knows what the motors did.
+    // Capped: the motors' force during a pause is unknown.
     time_ = norm(*reported_n) < none_n ? time_ + std::min<Clock::duration>(since_last, answer_deadline) : Clock::duration{};
   }
   bool is_too_long() const noexcept { return time_ > longest_without_force; }
@@ -105,7 +104,7 @@ class MissingForce {
 
 }  // namespace
 
-/// All but the two values is the link's thread's.
+/// Everything except the exchanged values belongs to the link's thread.
 class Link::Exchange final : public ConnectionUser {
  public:
   explicit Exchange(const LinkOptions& options);
@@ -113,7 +112,7 @@ class Link::Exchange final : public ConnectionUser {
   Exchange(const Exchange&) = delete;
   Exchange& operator=(const Exchange&) = delete;
 
-  // ---- the haptic thread's side ----
+  // ---- called by the haptic thread ----
 
   DeviceState read() noexcept;
   bool write(const Vec3& force_n) noexcept;
@@ -121,7 +120,7 @@ class Link::Exchange final : public ConnectionUser {
   bool is_settled() const noexcept { return is_settled_.load(std::memory_order_acquire); }
 
  private:
-  // ---- the link's side ----
+  // ---- called by the link's thread ----
 
   void run() noexcept;
   void wait_for_writes();
@@ -152,7 +151,7 @@ class Link::Exchange final : public ConnectionUser {
   std::atomic<bool> is_linked_{false};
   std::atomic<bool> is_settled_{false};
   std::atomic<bool> has_to_end_{false};
-  const int wake_;  // an eventfd: of its own, since the io_context's post() allocates and locks
+  const int wake_;  // eventfd: the io_context's post() allocates and locks
 
   boost::asio::io_context context_{1};
   boost::asio::posix::stream_descriptor wakes_{context_};
@@ -161,19 +160,19 @@ class Link::Exchange final : public ConnectionUser {
   std::shared_ptr<Connection> connection_;
 
   enum class End : std::uint8_t { none, wanted, at_rest, said };
-  End end_ = End::none;                    // at rest: a force of zero has been sent; said: the good-bye
-  const char* fault_of_link_ = not_there;  // while there is no trust in it
-  bool has_view_ = false;                  // a first message has come
-  bool is_named_ = false;                  // the session's profile has been sent
-  bool is_awaiting_ = false;               // an answer
-  int answers_in_time_ = 0;                // since the last late one
-  int refused_ = 0;                        // in a row
-  DeviceState state_;                      // as it was published
+  End end_ = End::none;                    // at rest: zero force sent; said: closing handshake sent
+  const char* fault_of_link_ = not_there;  // until enough answers are in time
+  bool has_view_ = false;                  // the first message has been read
+  bool is_named_ = false;                  // the session's profile was sent
+  bool is_awaiting_ = false;               // of an answer
+  int answers_in_time_ = 0;                // consecutive
+  int refused_ = 0;                        // consecutive
+  DeviceState state_;                      // as published
   ForceWord word_ = ForceWord::vector;
   View view_;
-  std::vector<Grip> used_grips_;  // whose buttons were pressed since this object began
+  std::vector<Grip> used_grips_;  // with buttons pressed since construction
   Vec3 sent_n_;
-  std::uint64_t sent_number_ = 0;  // of what was written last when it was sent
+  std::uint64_t sent_number_ = 0;  // of the force sent last
   MissingForce missing_force_;
   Clock::time_point began_{}, ended_{}, sent_at_{}, answered_at_{};
   WrittenForce written_;
@@ -182,7 +181,7 @@ class Link::Exchange final : public ConnectionUser {
 
 Link::Exchange::Exchange(const LinkOptions& options) : options_(options), wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (wake_ < 0) throw std::system_error(errno, std::generic_category(), "device inverse3: eventfd");
-  wakes_.assign(wake_);  // which closes it
+  wakes_.assign(wake_);  // closes it
   states_.give({.fault = not_there});
   thread_ = std::thread([this] { run(); });
 }
@@ -194,7 +193,7 @@ Link::Exchange::~Exchange() {
   thread_.join();
 }
 
-// ---- the haptic thread's side ----
+// ---- called by the haptic thread ----
 
 DeviceState Link::Exchange::read() noexcept {
   DeviceState state = states_.take();
@@ -214,10 +213,10 @@ bool Link::Exchange::write(const Vec3& force_n) noexcept {
   return is_linked_.load(std::memory_order_relaxed);
 }
 
-// ---- the link's side: when ----
+// ---- deadlines ----
 
 void Link::Exchange::run() noexcept {
-  // Forces wait for this thread as much as for the loop's.
+  // As urgent as the loop's thread: forces pass through both.
   const RealTimeThread real_time;
   for (bool has_begun = false;;) {
     try {
@@ -229,7 +228,7 @@ void Link::Exchange::run() noexcept {
       context_.run();
       return;
     } catch (const std::exception&) {
-      // No memory, or no socket: tried again later, as with a service that has gone.
+      // No memory or no socket: retry later, as after a lost connection.
       if (connection_) lose(not_there);
       if (has_to_end_) return;
     }
@@ -303,12 +302,12 @@ void Link::Exchange::lose(const char* why) {
   view_ = {};
   sent_n_ = {};
   fault_of_link_ = why;
-  began_ = Clock::now();  // from which the next try is counted
+  began_ = Clock::now();  // restarts the retry interval
   publish();
   if (end_ != End::none) context_.stop();
 }
 
-// ---- what comes ----
+// ---- receiving ----
 
 void Link::Exchange::on_open(std::optional<ForceWord> word) {
   word_ = options_.word.value_or(word.value_or(ForceWord::vector));
@@ -324,7 +323,7 @@ void Link::Exchange::on_message(std::string_view text) {
   } else {
     take(text);
   }
-  if (!connection_) return;  // lost meanwhile
+  if (!connection_) return;  // closed meanwhile
   publish();
   send_what_is_due();
 }
@@ -340,7 +339,7 @@ void Link::Exchange::take(std::string_view text) {
   if (sent_n_ == Vec3{}) rest_.give_none(sent_number_);
   answers_in_time_ = now - sent_at_ > answer_deadline ? 0 : std::min(answers_in_time_ + 1, answers_to_trust);
   if (answers_in_time_ == 0) fault_of_link_ = silent;
-  // One that comes back, or that was off, has not been tried yet.
+  // Check a returned or newly powered device from the start.
   if (!view_.arm || !had_arm || !view_.arm->has_power)
     missing_force_ = {};
   else if (!missing_force_.is_too_long())
@@ -365,7 +364,7 @@ void Link::Exchange::refuse(const char* why) {
   if (++refused_ >= refused_to_give_up) lose(why);
 }
 
-// ---- what goes ----
+// ---- sending ----
 
 bool Link::Exchange::is_anything_due() const noexcept {
   const Clock::duration since = Clock::now() - sent_at_;
@@ -373,13 +372,13 @@ bool Link::Exchange::is_anything_due() const noexcept {
   if (!view_.arm) return since >= absent_interval;
   if (forces_.is_fresh()) return true;
   if (answers_in_time_ < answers_to_trust) return since >= look_interval / 2;
-  // A force that nobody writes any more ends at once.
+  // An expired force is zeroed at once.
   return since >= idle_interval || (sent_n_ != Vec3{} && Clock::now() - written_.time > force_lifetime);
 }
 
 void Link::Exchange::send_what_is_due() {
   if (!connection_ || !has_view_ || connection_->is_writing() || end_ == End::said) return;
-  // The last force of zero does not wait for an answer.
+  // Send the final zero force before the pending answer.
   if ((is_awaiting_ && end_ != End::wanted) || !is_anything_due()) return;
   if (end_ == End::at_rest) {
     end_ = End::said;
@@ -394,14 +393,14 @@ void Link::Exchange::send_what_is_due() {
   connection_->send(view_.arm ? force_message(options_.device_id, sent_n_, word_, profile) : snapshot_request(profile));
 }
 
-// Zero wherever a fault stands, and where nobody has written for too long.
+// Zero during a fault, and for an expired force.
 Vec3 Link::Exchange::force_to_send_n() noexcept {
   written_ = forces_.take();
   if (end_ != End::none || fault() != nullptr || Clock::now() - written_.time > force_lifetime) return {};
   return written_.force_n;
 }
 
-// ---- what is said ----
+// ---- state ----
 
 const char* Link::Exchange::fault() const noexcept {
   if (!has_view_) return fault_of_link_;
@@ -432,7 +431,7 @@ void Link::Exchange::publish() {
   if (is_linked || (has_view_ && !view_.arm)) is_settled_.store(true, std::memory_order_release);
 }
 
-// ---- the outside ----
+// ---- public interface ----
 
 Link::Link(const LinkOptions& options) : exchange_(std::make_unique<Exchange>(options)) {}
 Link::~Link() = default;

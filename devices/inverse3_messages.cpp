@@ -14,23 +14,22 @@ namespace {
 
 using nlohmann::json;
 
-// The service's own messages have eight levels. More: a deeper one of somebody who means harm costs time; fewer: what a later
-// service adds may be refused.
+// The service's messages have eight levels. More: malicious nesting costs time; fewer: a later service's additions may be
+// refused.
 constexpr int deepest_level = 24;
-// More entries of one kind than anybody has on a table. More: a list of another kind is taken for one; fewer: a hall full of
-// devices is refused.
+// Entries per list. More: a list of another kind passes; fewer: a hall full of devices is refused.
 constexpr std::size_t most_devices = 64;
-// What no Inverse3 can say, whatever its mount. Larger: nonsense is taken for a place; smaller: a transform of the service's
-// that scales the workspace may be refused.
+// Beyond every Inverse3, however mounted. Larger: invalid positions pass; smaller: a service that scales the workspace may be
+// refused.
 constexpr double furthest_m = 10.0;
 constexpr double fastest_m_per_s = 1000.0;
 constexpr double strongest_n = 1000.0;
-// The first version whose pages say `vector`.
+// First version documented with `vector`.
 constexpr std::pair first_with_vector{3, 5};
 
 struct TooDeep {};
 
-/// A JSON text as a value; discarded: it is none, or deeper than the service's.
+/// Parsed JSON; discarded: invalid, or too deep.
 json parsed(std::string_view text) {
   const auto stop_at_depth = [](int depth, json::parse_event_t, const json&) {
     if (depth > deepest_level) throw TooDeep{};
@@ -43,7 +42,7 @@ json parsed(std::string_view text) {
   }
 }
 
-/// A member of an object, null where there is none. Of a value that is no object there is none.
+/// Member of an object; null: missing, or not an object.
 const json* member(const json& object, const char* key) {
   const auto at = object.find(key);
   return at == object.end() ? nullptr : &*at;
@@ -56,7 +55,7 @@ bool read_number(const json& object, const char* key, double largest, double& va
   return std::isfinite(value) && std::abs(value) <= largest;
 }
 
-/// False: it is there but is no vector. What is not there leaves the vector alone.
+/// Optional vector; a missing key leaves `vector` unchanged. False: present but invalid.
 bool read_vector(const json& object, const char* key, double largest, std::optional<Vec3>& vector) {
   const json* found = member(object, key);
   if (found == nullptr) return true;
@@ -83,7 +82,7 @@ bool read_button(const json& object, const char* key, std::uint32_t bit, std::ui
   return true;
 }
 
-/// An object within another; an empty one where there is none. Null: it is no object.
+/// Object within another; empty if missing; null: not an object.
 const json* part(const json& object, const char* key) {
   static const json nothing = json::object();
   const json* found = member(object, key);
@@ -119,7 +118,7 @@ bool read_grip(const json& entry, Grip& grip) {
   return true;
 }
 
-/// Calls `read(entry, device_id)` for every entry of a list. False: it is no list of devices, or `read` said so.
+/// Calls `read(entry, device_id)` for each entry. False: not a list of devices, or `read` failed.
 template <class Read>
 bool read_list(const json& list, Read read) {
   if (!list.is_array() || list.size() > most_devices) return false;
@@ -193,7 +192,7 @@ bool read_message(std::string_view text, const std::string& device_id, View& vie
 }
 
 bool is_plain(std::string_view text) noexcept {
-  constexpr std::size_t longest = 64;  // more than any id has; a longer one would make sentences long
+  constexpr std::size_t longest = 64;  // more than any id has; keeps sentences short
   return !text.empty() && text.size() <= longest && std::ranges::all_of(text, [](char c) {
     return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_' || c == '-' || c == '.' ||
            c == ':';

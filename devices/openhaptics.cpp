@@ -1,6 +1,5 @@
-// palpa-device-openhaptics.so: Touch, Touch X and Phantom of 3D Systems, through libHD, which their driver brings and which is
-// found and loaded at run time. Its functions and numbers are declared here from what its published reference says of them;
-// nothing of the vendor's is needed to build this.
+// palpa-device-openhaptics.so: Touch, Touch X and Phantom of 3D Systems, by their driver's libHD, loaded at run time. Its
+// functions and constants are declared here after the published reference; building needs nothing of the vendor's.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -31,7 +30,7 @@ using Handle = unsigned int;
 constexpr Handle no_device = 0xFFFFFFFF;
 constexpr double mm_per_m = 1e3;
 
-// Numbers of what is asked of the library.
+// Parameter numbers of the library.
 enum Parameter : unsigned {
   current_buttons = 0x2000,
   current_position = 0x2050,
@@ -53,20 +52,18 @@ constexpr unsigned calibration_needs_update = 0x5001;
 constexpr unsigned callback_goes_on = 1;
 constexpr unsigned short default_priority = 0x7FFF;
 
-// Longer: a program that hangs pushes longer; shorter: a busy machine's pause drops the force.
+// Longer: a hung program pushes longer; shorter: a busy machine's pause drops the force.
 constexpr std::chrono::milliseconds force_lifetime{20};
-// Longer: older places count; shorter: a busy machine's pause is a fault.
+// Longer: stale positions count; shorter: a busy machine's pause is a fault.
 constexpr double state_lifetime_s = 0.05;
-// From this share [1] of the motors' temperature on the force is led down to what they bear for ever. More: they get warmer;
-// less: less force than could be.
+// Motor temperature [1] above which the force is reduced towards the continuous limit. More: hotter motors; less: less force.
 constexpr double warm = 0.7;
-// Frames of the library's thread after an error before a force is given again. More: later back; fewer: an error that comes in
-// each second frame makes a force that stutters.
+// Frames at zero force after an error. More: later back; fewer: an error in every second frame makes the force stutter.
 constexpr int calm_frames = 20;
-// Between two tries to have a device back. Longer: later back; shorter: more in vain.
+// Between attempts to reopen. Longer: later back; shorter: more futile attempts.
 constexpr std::chrono::milliseconds retry_interval{300};
 
-/// What hdGetError gives: twelve bytes, by value.
+/// Result of hdGetError: twelve bytes, by value.
 struct Error {
   unsigned code;
   int internal;
@@ -126,12 +123,12 @@ const char* words_of(unsigned code) noexcept {
     default: return "the device's library reports an error";
   }
 }
-/// Errors after which the device has to be opened anew.
+/// Errors after which the device has to be reopened.
 bool is_gone(unsigned code) noexcept { return code == 0x0300 || code == 0x0302; }
 
 double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
 
-/// Its scheduler is one for all devices: started with the first, stopped with the last.
+/// The library's scheduler is shared by all devices: started with the first, stopped with the last.
 class Scheduler {
  public:
   void join(const Api& api) {
@@ -154,7 +151,7 @@ struct Wanted {
   std::string description = "openhaptics";
 };
 
-/// One device while it is open: the library's own thread exchanges force for state in each of its frames.
+/// An open device; the library's thread exchanges force for state in each frame.
 class Servo {
  public:
   struct Wish {
@@ -165,9 +162,9 @@ class Servo {
   Servo(const Api& api, Scheduler& scheduler, std::string name) : api_(api), scheduler_(scheduler), name_(std::move(name)) {}
   ~Servo() { close(); }
 
-  /// False: it is not there. The first time it is whichever the driver has under the name, and after that no other.
+  /// False: not connected. The first call accepts any device of that name, later calls only that device.
   bool open() {
-    // The driver's default device has no name; the installed one is called as the user called it.
+    // Null opens the default device; other names are given by the user.
     handle_ = api_.init(name_.empty() ? nullptr : name_.c_str());
     if (handle_ == no_device || api_.get_error().code != 0) {
       if (handle_ != no_device) api_.disable_device(handle_);
@@ -186,7 +183,7 @@ class Servo {
     api_.enable(Parameter::max_force_clamping);
     return true;
   }
-  /// Has the library's thread exchange.
+  /// Starts the exchange on the library's thread.
   void start() {
     gone_ = false;
     calm_ = calm_frames;
@@ -199,7 +196,7 @@ class Servo {
   void close() {
     if (handle_ == no_device) return;
     closing_ = true;
-    // One frame at zero force; a library that has no frames any more is not waited for.
+    // One frame at zero force, with a timeout in case the library's thread has stopped.
     const Clock::time_point end = Clock::now() + std::chrono::milliseconds(50);
     while (is_started_ && !rested_ && !gone_ && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     if (is_started_) {
@@ -210,7 +207,7 @@ class Servo {
     handle_ = no_device;
     closing_ = rested_ = is_started_ = false;
   }
-  /// While it is not open: nothing that was asked for reaches it.
+  /// Marks forces as not rendered while the device is closed.
   void note_absence() { rest.give_none(wishes.take().number); }
   bool is_open() const noexcept { return handle_ != no_device; }
   bool is_gone_now() const noexcept { return gone_ || Clock::now() - framed_at_.load() > longest_without_frame; }
@@ -227,11 +224,11 @@ class Servo {
   double most_n = 0.0, continuous_n = 0.0;  // set before `start`
 
  private:
-  // Of the library's thread, before the device is taken for gone. Longer: later told; shorter: a busy machine loses it.
+  // Age of the last frame at which the device counts as lost. Longer: reported later; shorter: a busy machine loses it.
   static constexpr std::chrono::milliseconds longest_without_frame{200};
   static constexpr unsigned inkwell_style = 4;
 
-  /// Model and serial number of the current device, as far as the library says them.
+  /// Model and serial number of the current device, if the library reports them.
   std::string identity() const {
     std::string text = ".";
     if (api_.get_string == nullptr) return text;
@@ -289,7 +286,7 @@ class Servo {
     rested_ = closing_.load();
     return callback_goes_on;
   }
-  /// A motor that is warm gets less: at its highest temperature what it bears for ever.
+  /// Force limit: decreases to the continuous limit at the highest motor temperature.
   double let_n(double temperature) const noexcept {
     const double share = std::clamp((temperature - warm) / (1.0 - warm), 0.0, 1.0);
     return (1.0 - share) * most_n + share * std::min(most_n, continuous_n);
@@ -298,7 +295,7 @@ class Servo {
   const Api& api_;
   Scheduler& scheduler_;
   const std::string name_;
-  std::string identity_;  // of the device that was opened first; empty: none was
+  std::string identity_;  // of the device opened first; empty: none yet
   Handle handle_ = no_device;
   unsigned long callback_ = 0;
   std::array<double, 16> motors_{};
@@ -404,7 +401,7 @@ class OpenHaptics final : public Device {
   bool rests() const noexcept override { return servo_.rest.is_reached(); }
 
  private:
-  /// What the library says of the device, within what is known of such devices; a library that says nonsense is not believed.
+  /// Reads the device's limits; values outside the plausible range are replaced.
   void ask_limits() {
     const auto ask = [&](Parameter parameter, double least, double most, double otherwise) {
       std::array<double, 16> values{};
@@ -412,7 +409,7 @@ class OpenHaptics final : public Device {
       if (api_.get_error().code != 0 || !(values[0] >= least && values[0] <= most)) return otherwise;
       return values[0];
     };
-    // Of a Touch where the library is silent.
+    // Defaults of a Touch.
     limits_.max_force_n = ask(Parameter::max_force, 0.5, 37.5, 3.3);
     limits_.continuous_force_n = ask(Parameter::max_continuous_force, 0.1, limits_.max_force_n, 0.88);
     limits_.max_stiffness_n_per_m = mm_per_m * ask(Parameter::max_stiffness, 0.1, 3.5, 0.4);
@@ -429,7 +426,7 @@ class OpenHaptics final : public Device {
     servo_.continuous_n = limits_.continuous_force_n;
     servo_.most_n = limits_.max_force_n;
   }
-  /// Looks whether the device has gone, calibrates one that waits for its inkwell, and opens it again when it is back.
+  /// Detects a loss, calibrates a device in its inkwell, and reopens a lost device.
   void watch() {
     while (!ends_) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));

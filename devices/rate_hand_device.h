@@ -1,4 +1,4 @@
-// A device without a place of its own: what it is deflected by steers a RateHand.
+// Device without a position: its deflection steers a RateHand.
 #pragma once
 
 #include <chrono>
@@ -9,18 +9,18 @@
 
 namespace palpa {
 
-/// What an input says.
+/// Reading of an input.
 struct Deflection {
   Vec3 share;  ///< [1] of full deflection, in the hand frame
   std::uint32_t buttons = 0;
-  const char* fault = nullptr;  ///< a literal
+  const char* fault = nullptr;  ///< string literal
 };
 
-/// The haptic thread's side of an input whose own thread gives deflections. Of an input that has a fault the hand rests and no
-/// button is held.
+/// The haptic thread's side of an input whose own thread publishes deflections. During a fault the hand rests and all buttons
+/// are up.
 class RateHandDevice {
  public:
-  Latest<Deflection> deflections;  ///< the input's thread gives
+  Latest<Deflection> deflections;  ///< written by the input's thread
 
   DeviceState read() noexcept {
     const auto now = std::chrono::steady_clock::now();
@@ -40,13 +40,13 @@ class RateHandDevice {
     return true;
   }
   static DeviceLimits limits() noexcept {
-    // No motor is at risk: what is let through only steers the hand.
+    // No motors to protect: the force only steers the hand.
     constexpr RateHand::Constants constants;
     return {.max_force_n = most_n, .has_motors = false, .workspace_radius_m = constants.radius_m};
   }
 
  private:
-  // More: surfaces hold the hand against harder pushes than it has; less: it pushes through them.
+  // More: surfaces withstand harder pushes than the hand's; less: it pushes through.
   static constexpr double most_n = 10.0;
   RateHand hand_;
   Vec3 force_n_;

@@ -1,4 +1,4 @@
-// palpa-device-spacemouse.so: a SpaceMouse of 3Dconnexion, through spacenavd's library.
+// palpa-device-spacemouse.so: a SpaceMouse of 3Dconnexion, by spacenavd's library.
 #include <poll.h>
 #include <spnav.h>
 
@@ -19,11 +19,11 @@
 namespace palpa::spacemouse {
 namespace {
 
-// Counts of a full deflection. Larger: the hand is slower; smaller: it reaches its full speed early.
+// Counts of full deflection. Larger: slower hand; smaller: full speed early.
 constexpr double full_counts = 350.0;
-// Between looks for something new, and whether to end. Longer: it ends later; shorter: more wake-ups.
+// Polling timeout, also for the end of the thread. Longer: it ends later; shorter: more wake-ups.
 constexpr int look_ms = 50;
-// Between two tries to have spacenavd back. Longer: later back; shorter: more in vain.
+// Between attempts to reconnect to spacenavd. Longer: later back; shorter: more futile attempts.
 constexpr std::chrono::milliseconds retry_interval{300};
 
 constexpr const char* gone = "spacenavd, which reads the SpaceMouse, is not there";
@@ -32,24 +32,24 @@ constexpr const char* how_to_get = "install it by 'sudo apt install spacenavd', 
 
 [[noreturn]] void refuse(const std::string& what) { throw LoadError("device spacemouse: " + what); }
 
-/// libspnav knows one connection for a whole process: the first device has it.
+/// libspnav has one connection per process: the first device owns it.
 std::atomic<bool> is_taken{false};
 
-/// A kind of SpaceMouse: spacenavd says no serial numbers, and makes one motion of those of several.
+/// Model of a SpaceMouse: spacenavd reports no serial numbers, and merges the motions of several.
 struct Kind {
   int type = 0;
   unsigned usb_vendor = 0, usb_product = 0;
   friend bool operator==(const Kind&, const Kind&) = default;
 };
 
-/// The reply of a connected spacenavd to the request for its first SpaceMouse.
+/// Reply of spacenavd to the request for its first SpaceMouse.
 struct Answer {
-  bool is_none = false;      // there is none
-  std::optional<Kind> kind;  // none also of an earlier version, whose protocol has no such request
+  bool is_none = false;      // no SpaceMouse
+  std::optional<Kind> kind;  // none also for an earlier spacenavd without the request
 };
 Answer ask() {
   if (spnav_protocol() < 1) return {};
-  // An event that comes before the answer is taken for it.
+  // The library mistakes a preceding event for the reply.
   constexpr int tries = 3;
   Kind kind{.type = -1};
   for (int n = 0; n < tries && kind.type < 0; ++n) {
@@ -57,7 +57,7 @@ Answer ask() {
     if (kind.type < 0 && spnav_cfg_get_sens() < 0.0f) return {};
   }
   if (kind.type < 0) return {.is_none = true, .kind = std::nullopt};
-  // One on a serial line has no such number.
+  // A serial SpaceMouse has no USB id.
   if (spnav_dev_usbid(&kind.usb_vendor, &kind.usb_product) < 0) kind.usb_vendor = kind.usb_product = 0;
   return {.is_none = false, .kind = kind};
 }
@@ -118,15 +118,14 @@ class SpaceMouse final : public Device {
     }
     if (is_open) spnav_close();
   }
-  /// With a spacenavd that has come back.
+  /// After reconnecting to spacenavd.
   void begin_again() {
     const Answer answer = ask();
     if (!kind_) kind_ = answer.kind;
     is_gone_ = answer.is_none || (answer.kind && answer.kind != kind_);
     hand_.deflections.give(now_ = {.share = {}, .buttons = 0, .fault = is_gone_ ? unplugged : nullptr});
   }
-  /// A SpaceMouse was unplugged or plugged in. What it held is held no more; and what comes while the one of this device is
-  /// gone is of another.
+  /// Handles plug and unplug events: axes and buttons are released; while this model is unplugged, events are of another.
   void change(const spnav_event_dev& event) {
     const Kind kind{event.devtype, static_cast<unsigned>(event.usbid[0]), static_cast<unsigned>(event.usbid[1])};
     if (!kind_) kind_ = kind;
@@ -139,7 +138,7 @@ class SpaceMouse final : public Device {
     }
     now_.fault = is_gone_ ? unplugged : nullptr;
   }
-  /// Takes what has come; false: spacenavd has gone.
+  /// Reads pending events; false: the connection is closed.
   bool take() {
     pollfd socket{.fd = spnav_fd(), .events = POLLIN, .revents = 0};
     if (::poll(&socket, 1, look_ms) <= 0) return true;
@@ -152,7 +151,7 @@ class SpaceMouse final : public Device {
       } else if (is_gone_) {
         continue;
       } else if (event.type == SPNAV_EVENT_MOTION) {
-        // Pushed away from the user the ball counts up along z.
+        // Pushing away from the user counts up along z.
         now_.share = Vec3{static_cast<double>(event.motion.x), static_cast<double>(event.motion.y),
                           -static_cast<double>(event.motion.z)} /
                      options_.full;
@@ -162,11 +161,11 @@ class SpaceMouse final : public Device {
       }
     }
     if (is_any) hand_.deflections.give(now_);
-    return is_any;  // a socket that has something to say and says nothing was closed
+    return is_any;  // readable without an event: closed
   }
 
   Options options_;
-  std::optional<Kind> kind_;  // of this device; none: not known yet
+  std::optional<Kind> kind_;  // of this device; none: unknown
   bool is_gone_ = false;
   RateHandDevice hand_;
   Deflection now_;

@@ -13,7 +13,7 @@ VendorLibrary::VendorLibrary(const std::vector<std::string>& files) {
     }
     const char* const said = ::dlerror();
     const std::string words = said != nullptr ? said : "";
-    // One that is there and cannot be loaded says more than those that are not.
+    // A file that exists but fails to load matters more than missing files.
     if (complaint_.empty() || words.find("No such file") == std::string::npos) complaint_ = words;
   }
 }

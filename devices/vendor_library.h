@@ -1,4 +1,4 @@
-// A vendor's library that may be there or not: found and loaded at run time, never linked.
+// Optional vendor library, loaded at run time, never linked.
 #pragma once
 
 #include <string>
@@ -6,22 +6,22 @@
 
 namespace palpa {
 
-/// Loaded once, and kept. Without it, or without functions of it that have to be there, nothing of it is used.
+/// Loaded once and kept. Unusable without the library or any of its required functions.
 class VendorLibrary {
  public:
-  /// \param files  names for dlopen, or paths, the best first; names of folders may come from the environment
+  /// \param files  names for dlopen, or paths, the best first; folders may come from the environment
   explicit VendorLibrary(const std::vector<std::string>& files);
 
   bool is_there() const noexcept { return handle_ != nullptr; }
-  const std::string& file() const noexcept { return file_; }            ///< that was loaded
-  const std::string& complaint() const noexcept { return complaint_; }  ///< of the loader, one line: why none was
+  const std::string& file() const noexcept { return file_; }            ///< loaded
+  const std::string& complaint() const noexcept { return complaint_; }  ///< of the loader, one line: why loading failed
 
-  /// A function of it; null: this version has none of that name.
+  /// Optional function; null: missing in this version.
   template <class Function>
   void find(const char* name, Function*& function) const noexcept {
     function = reinterpret_cast<Function*>(symbol(name));
   }
-  /// One that has to be there: its name is noted where it is not.
+  /// Required function; its name is noted if missing.
   template <class Function>
   void need(const char* name, Function*& function) {
     find(name, function);
@@ -38,14 +38,14 @@ class VendorLibrary {
 
 }  // namespace palpa
 
-/// Tells packagers which libraries this shared object loads at run time, as a note of the ELF file (the FDO packaging
-/// metadata's .note.dlopen): JSON, owner "FDO", type 0x407c0c0a.
-#define PALPA_LOADS_AT_RUN_TIME(json)                                       \
-  namespace {                                                               \
-  struct alignas(4) DlopenNote {                                            \
-    unsigned owner_bytes = 4, text_bytes = sizeof(json), type = 0x407c0c0a; \
-    char owner[4] = {'F', 'D', 'O', 0};                                     \
-    alignas(4) char text[(sizeof(json) + 3) / 4 * 4] = json;                \
-  };                                                                        \
+/// Declares the libraries that this shared object loads at run time, for packagers, in an ELF note (FDO packaging metadata,
+/// .note.dlopen): JSON, owner "FDO", type 0x407c0c0a.
+#define PALPA_LOADS_AT_RUN_TIME(json)                                                        \
+  namespace {                                                                                \
+  struct alignas(4) DlopenNote {                                                             \
+    unsigned owner_bytes = 4, text_bytes = sizeof(json), type = 0x407c0c0a;                  \
+    char owner[4] = {'F', 'D', 'O', 0};                                                      \
+    alignas(4) char text[(sizeof(json) + 3) / 4 * 4] = json;                                 \
+  };                                                                                         \
   [[gnu::used, gnu::section(".note.dlopen"), gnu::aligned(4)]] const DlopenNote dlopen_note; \
   }

@@ -1,7 +1,7 @@
 // Feel a plane: the whole library in one scene, one session, one loop.
 //
-// The hand is pushed into a wall that holds until 1.2 N. With a coupling of 400 N/m the proxy stays on
-// the wall for 3 mm, and the force is k · depth; then the wall lets go.
+// The hand is pushed into a wall with a strength of 1.2 N. With a coupling of 400 N/m the proxy stays on the wall for 3 mm, and
+// the force is k · depth; then the hand breaks through.
 #include <palpa/palpa.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ int main() {
   scene.add("surface", palpa::SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = strength_n}}});
   palpa::Session session(scene);
 
-  // The session maps the hand's reach into the world of the data: the wall is the world's plane z = 0.
+  // The session maps the hand's workspace into the world of the data: the wall is the world's plane z = 0.
   const palpa::Similarity map = session.hand_to_world();
   const palpa::Vec3 wall_m = map.to_hand({0, 0, 0});
   const palpa::Vec3 into_wall = map.direction_to_hand({0, 0, -1});
@@ -24,14 +24,14 @@ int main() {
   std::puts("depth of the hand   depth of the proxy     force");
   bool as_stated = true;
   for (int i = -100; i <= 500; ++i) {
-    const double depth_m = 1e-5 * i;  // 10 um in every millisecond: 1 cm/s
+    const double depth_m = 1e-5 * i;  // 10 um per millisecond: 1 cm/s
     const palpa::Tick tick = session.tick({.position_m = wall_m + depth_m * into_wall}, 1e-3);
     const double proxy_depth_m = dot(tick.proxy_m - wall_m, into_wall);
     const double force_n = norm(tick.force_n);
     if (i % 50 == 0) std::printf("%14.2f mm %17.2f mm %7.3f N\n", 1e3 * depth_m, 1e3 * proxy_depth_m, force_n);
 
     const double pull_n = stiffness_n_per_m * depth_m;
-    if (std::abs(pull_n - strength_n) < 0.01) continue;  // the tick in which it lets go
+    if (std::abs(pull_n - strength_n) < 0.01) continue;  // the tick of the break-through
     const bool held = pull_n > 0.0 && pull_n < strength_n;
     as_stated &= std::abs(force_n - (held ? pull_n : 0.0)) < 1e-6;
   }

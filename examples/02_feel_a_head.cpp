@@ -1,7 +1,7 @@
 // Feel a head: two levels of one field, and friction.
 //
-// The hand presses on the forehead of the embedded head with less than the skin holds, and moves
-// sideways: friction drags on it with at most 0.1 N. Then it presses on: the skin gives, the bone stops it.
+// The hand presses on the forehead of the built-in head with less than the skin's strength, and moves sideways: friction drags
+// on it with at most 0.1 N. Then it presses harder: it breaks through the skin, and the bone stops it.
 #include <palpa/palpa.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ int main() {
   double drag_n = 0.0;
   for (int i = 0; i < 200; ++i) drag_n = std::max(drag_n, -dot(move(1e-5 * sideways).force_n - pressed.force_n, sideways));
   std::printf("pressed with %.2f N and moved sideways: a drag of %.3f N\n", norm(pressed.force_n), drag_n);
-  const bool rubbed = drag_n > 0.05 && drag_n < 0.12 && !skin_gave;  // the skin is curved: not 0.1 N to the last digit
+  const bool rubbed = drag_n > 0.05 && drag_n < 0.12 && !skin_gave;  // the skin is curved: not exactly 0.1 N
 
   double stopped_n = 0.0;
   while (stopped_n < 2.0 && !bone_gave && dot(hand_m, inwards) < 0.1) {

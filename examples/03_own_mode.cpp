@@ -1,7 +1,7 @@
-// A mode of one's own: four members and one function, no registration.
+// A custom mode: four members and one function, no registration.
 //
-// A hill climber on a ball whose value rises towards its middle: moving up the field is free, moving
-// down has to overcome a strength. The hand feels it as a one-way road.
+// A ball whose field rises towards its middle: motion up the field is free, motion down has to overcome a strength. The hand
+// feels a one-way road.
 #include <palpa/palpa.h>
 
 #include <algorithm>

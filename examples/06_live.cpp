@@ -1,7 +1,7 @@
-// Feel a head in real time, with a device of one's own, and change the scene while it is felt.
+// Feel a head in real time with a custom device, and change the scene meanwhile.
 //
-// The device here is ten lines that move by themselves, in place of a driver. It strokes over the forehead for two seconds;
-// after one the skin becomes stronger. The guard lets the force in by a ramp, and no change of the scene is a jump.
+// The device simulates a motion in ten lines, in place of a driver: it strokes the forehead for two seconds. After a second the
+// skin becomes stronger. The guard ramps the force up, and changes of the scene cause no jump.
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
 
@@ -23,7 +23,7 @@ class MyDevice final : public palpa::Device {
     const double time_s = std::chrono::duration<double>(Clock::now() - begin_).count();
     return {.position_m = outside_m_ + (0.02 - 0.02 * std::cos(6.0 * time_s)) * inwards_, .valid = true, .time_s = time_s};
   }
-  bool write(const palpa::Vec3&) noexcept override { return true; }  // here the motors would be told
+  bool write(const palpa::Vec3&) noexcept override { return true; }  // send the force to the motors here
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -45,7 +45,7 @@ int main() {
   const std::atomic<bool> never{false};
   double strongest_n = 0.0, largest_step_n = 0.0;
   std::thread haptic([&] {
-    const palpa::RealTimeThread real_time;  // as far as the system allows
+    const palpa::RealTimeThread real_time;  // if the system permits
     palpa::Vec3 last_n;
     loop.run(never, [&](const palpa::TickFrame& frame, const palpa::Session&) {
       strongest_n = std::max(strongest_n, norm(frame.command_n));

@@ -8,7 +8,7 @@
 
 namespace palpa::explorer {
 
-/// From one scene to the next.
+/// Undo step from one scene to the next.
 class SceneStep : public QUndoCommand {
  public:
   SceneStep(Document& document, const QString& what, int key, Scene before, Scene after)
@@ -51,7 +51,7 @@ bool Document::edit(const QString& what, int key, const std::function<void(Scene
     after.check();
   } catch (const std::exception& error) {
     Q_EMIT refused(QString::fromUtf8(error.what()));
-    Q_EMIT changed();  // what was typed goes back to what holds
+    Q_EMIT changed();  // reset the forms to the valid scene
     return false;
   }
   if (!(after == scene())) undo_.push(new SceneStep(*this, what, key, scene(), std::move(after)));

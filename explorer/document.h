@@ -1,4 +1,4 @@
-// The scene that is open: its text, its file, and what can be undone.
+// The open scene: text, file, undo stack.
 #pragma once
 
 #include <QObject>
@@ -11,16 +11,16 @@
 
 namespace palpa::explorer {
 
-/// What was opened.
+/// Result of opening a scene, data or a trace.
 struct Opened {
   LoadedScene loaded;
-  std::filesystem::path scene_file;      ///< empty: the scene was suggested for data, and has no file yet
-  std::filesystem::path trace;           ///< empty: no trace was opened
-  std::filesystem::path second_trace{};  ///< to be shown beside it; empty: none
+  std::filesystem::path scene_file;      ///< empty: scene suggested for data, not saved yet
+  std::filesystem::path trace;           ///< empty: no trace
+  std::filesystem::path second_trace{};  ///< shown beside `trace`; empty: none
   QString title;
 };
 
-/// One scene, changed step by step. Each step is a scene of its own: voxels are shared, so that steps are small.
+/// One scene with undo. Each step copies the scene; voxels are shared, so a step is small.
 class Document : public QObject {
   Q_OBJECT
  public:
@@ -30,17 +30,17 @@ class Document : public QObject {
   void open(Opened opened);
   const Scene& scene() const { return opened_->loaded.scene; }
   const Opened& opened() const { return *opened_; }
-  /// As it is now, with the text that a trace of it takes.
+  /// Loaded scene with the current text, as a trace records it.
   LoadedScene loaded() const;
 
-  /// Changes the scene by a step that can be undone. Steps in a row with the same `what` and `key` are one. A scene that cannot
-  /// be used is not taken: `refused` says why, and the answer is false.
+  /// Applies `change` as an undo step; consecutive steps with equal `what` and `key` merge. An invalid scene is rejected: emits
+  /// `refused` with the reason and returns false.
   bool edit(const QString& what, int key, const std::function<void(Scene&)>& change);
 
-  /// The text that `save` writes: the file's own where nothing was changed.
+  /// Text that `save` writes; the file's own text if the scene is unchanged.
   std::string text() const;
-  /// Writes the scene; what was in the file before stays beside it with a `~`, if it was written by somebody else. Throws
-  /// LoadError: nothing is lost then.
+  /// Writes the scene. If its text has changed, the previous file is kept beside it with a `~`. Throws LoadError; nothing is
+  /// lost then.
   void save(const std::filesystem::path& file);
   QUndoStack& undo() { return undo_; }
 
@@ -54,7 +54,7 @@ class Document : public QObject {
   void set(const Scene& scene);
 
   std::optional<Opened> opened_;
-  std::string saved_toml_;  // of the scene whose text the file has
+  std::string saved_toml_;  // of the scene that the file's text describes
   QUndoStack undo_;
 };
 

@@ -30,8 +30,7 @@
 namespace palpa::explorer {
 namespace {
 
-// [triangles] that a processor without a graphics card draws thirty times a second. More: a drag is not smooth; fewer: edges
-// show.
+// [triangles] that software rendering draws 30 times a second. More: a drag stutters; fewer: edges show.
 constexpr double coarse_triangles = 18e3;
 
 vtkPolyData* surface_of(vtkProp* prop) {
@@ -41,13 +40,13 @@ vtkPolyData* surface_of(vtkProp* prop) {
   return vtkPolyData::SafeDownCast(actor->GetMapper()->GetInput());
 }
 
-/// The surface with about `share` of its triangles, smooth.
+/// Smooth surface with about `share` of the triangles.
 vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
-  // Cells of the grid that points fall together in: of a closed surface about eight triangles are left for each column of them.
+  // Cells of the clustering grid: a closed surface keeps about eight triangles per column of cells.
   double bounds[6];
   surface->GetBounds(bounds);
   const double longest = std::max({bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4], 1e-12});
-  // First by a fine grid, which is fast, then by what matters least, which keeps thin walls whole.
+  // First clustering on a fine grid, which is fast, then decimation by error, which keeps thin walls whole.
   constexpr double finer = 5.0;
   const double along = std::sqrt(std::min(1.0, finer * share) * static_cast<double>(surface->GetNumberOfPolys()) / 8.0);
   const auto cells = [&](int axis) {
@@ -79,8 +78,7 @@ vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
   return normals->GetOutput();
 }
 
-/// Draws the surface where the actor drew its own: in the colours of its points where it is seen, as nothing but depths where
-/// not.
+/// Actor for `surface` with the settings of another actor: vertex colours if that is visible, depth only if not.
 vtkSmartPointer<vtkActor> in_place_of(vtkActor& actor, vtkPolyData* surface) {
   auto copy = vtkSmartPointer<vtkActor>::New();
   vtkNew<vtkPolyDataMapper> mapper;
@@ -93,7 +91,7 @@ vtkSmartPointer<vtkActor> in_place_of(vtkActor& actor, vtkPolyData* surface) {
   return copy;
 }
 
-/// The colours of the surface's points as the actor would map them.
+/// Vertex colours as the actor's mapper computes them.
 vtkSmartPointer<vtkUnsignedCharArray> colors_of(vtkActor& actor, vtkPolyData* surface) {
   auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
   vtkMapper& mapper = *actor.GetMapper();
@@ -178,14 +176,14 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
     each(renderer, [&](vtkProp* prop) {
       Drawing::Part part{.fine = prop};
       if (auto* cloud = vtkVolume::SafeDownCast(prop)) {
-        // Light shows its shape, which a still picture leaves to its colours.
+        // Shading shows the shape; a still picture shows it by colours alone.
         vtkVolumeProperty& look = *cloud->GetProperty();
         look.ShadeOn();
         look.SetAmbient(0.3);
         look.SetDiffuse(0.8);
         look.SetSpecular(0.15);
         look.SetSpecularPower(20.0);
-        // Its steps would show as rings.
+        // Sampling steps would show as rings.
         if (auto* mapper = vtkGPUVolumeRayCastMapper::SafeDownCast(cloud->GetMapper())) mapper->UseJitteringOn();
         drawing.clouds.emplace_back(cloud);
       }

@@ -1,4 +1,4 @@
-// The layers of a scene made ready for a window, on any thread: fine for a still picture, coarse for one that moves.
+// Layers of a scene prepared for a window, on any thread: fine for a still picture, coarse for a moving one.
 #pragma once
 
 #include <vtkPolyData.h>
@@ -19,25 +19,26 @@ class vtkVolume;
 
 namespace palpa::explorer {
 
-/// A surface of fewer triangles, lit at its points, not at its pixels, which costs a processor a third less.
+/// Simplified surface, lit per vertex instead of per pixel: a third less processor time.
 struct CoarseSurface {
-  vtkSmartPointer<vtkPolyData> surface;       ///< its scalars: the points' colours in this light
-  vtkSmartPointer<vtkUnsignedCharArray> own;  ///< RGBA of its points without light; those of a shell change with the viewer
+  vtkSmartPointer<vtkPolyData> surface;       ///< scalars: vertex colours in the current light
+  vtkSmartPointer<vtkUnsignedCharArray> own;  ///< unlit RGBA of the vertices; a shell's depend on the viewer
   std::optional<detail::Shell> shell;         ///< of `surface`
   vtkSmartPointer<vtkProperty> look;          ///< of the fine surface
 
-  /// Lights it for a viewer. \param right, up, towards  [1] unit vectors of the view; `towards`: to the viewer
+  /// Computes the vertex colours for a viewer. \param right, up, towards  [1] unit vectors of the view; `towards`: to the
+  /// viewer
   void light(const Vec3& right, const Vec3& up, const Vec3& towards);
 };
 
-/// What a window shows of the layers of a scene, in the hand frame.
+/// Rendered layers of a scene, hand frame.
 struct Drawing {
   struct Part {
     vtkSmartPointer<vtkProp> fine;
-    vtkSmartPointer<vtkProp> coarse;  ///< in its place while the picture moves; null: the same
+    vtkSmartPointer<vtkProp> coarse;  ///< shown while the picture moves; null: `fine` is
   };
   std::vector<Part> solid, shells;
-  std::vector<vtkSmartPointer<vtkVolume>> clouds;  ///< of `solid`, to be drawn finer and coarser
+  std::vector<vtkSmartPointer<vtkVolume>> clouds;  ///< of `solid`; their sampling is changed
   std::vector<detail::Shell> fine_shells;
   std::vector<CoarseSurface> coarse_surfaces;
   detail::LayerSigns signs;
@@ -45,7 +46,7 @@ struct Drawing {
   std::size_t fine_triangles = 0, coarse_triangles = 0;
 };
 
-/// Draws all layers but slices, which the window draws itself. Throws LoadError.
+/// Draws all layers except slices (the window draws these itself). Throws LoadError.
 /// \param towards  [1] to the viewer, hand frame
 Drawing draw_for_window(const Scene& scene, const Vec3& towards);
 

@@ -10,7 +10,7 @@
 namespace palpa::explorer {
 namespace {
 
-constexpr double pictures_hz = 25.0;  // as most players show
+constexpr double pictures_hz = 25.0;  // usual for players
 
 }  // namespace
 
@@ -64,7 +64,7 @@ void Film::make_with_ffmpeg(const QString& ffmpeg, const QString& folder) {
       [folder, ffmpeg](std::stop_token stop) {
         QProcess process;
         process.setProcessChannelMode(QProcess::ForwardedChannels);
-        // An even number of pixels each way is what most players need.
+        // Most players need even numbers of pixels.
         process.start(ffmpeg, {"-y", "-nostdin", "-loglevel", "error", "-framerate", QString::number(pictures_hz), "-i",
                                folder + "/%05d.png", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p",
                                folder + "/film.mp4"});

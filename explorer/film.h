@@ -1,4 +1,4 @@
-// A film of a trace: its pictures, one after the other, and a film of them where ffmpeg is there.
+// Film of a trace: one picture per moment, joined by ffmpeg if installed.
 #pragma once
 
 #include <QImage>
@@ -10,18 +10,18 @@
 
 namespace palpa::explorer {
 
-/// Goes through the trace that the player shows and keeps a picture of each moment. For the window's thread.
+/// Steps the player through its trace and saves a picture of each moment. For the window's thread.
 class Film : public QObject {
   Q_OBJECT
  public:
-  /// \param picture  what the window shows now
+  /// \param picture  returns the window's current picture
   Film(Player& player, Jobs& jobs, std::function<QImage()> picture, QObject* parent);
 
-  /// Begins at the trace's start. \param folder  where the pictures go; it is made
+  /// Starts at the beginning of the trace. \param folder  of the pictures; created
   void begin(const QString& folder);
   void end();
   bool is_under_way() const { return !folder_.isEmpty(); }
-  /// Keeps one picture more and goes on to the next moment.
+  /// Saves a picture and advances to the next moment.
   void next();
 
  Q_SIGNALS:

@@ -25,7 +25,7 @@ void set_mode_row(Scene& scene, const std::string& mode, std::size_t row, const 
   set_row([&](ParameterVisitor& visitor) { scene.find_mode(mode)->mode.visit(visitor); }, row, value);
 }
 
-/// Whether the layer's colours say the values of this field.
+/// True if the layer's colours depend on this field.
 bool colors_say(const ViewLayer& layer, const std::string& field) {
   if (layer.show == ViewLayer::Show::surface || layer.show == ViewLayer::Show::slices) return false;
   return layer.field.name == field || "magnitude(" + layer.field.name + ")" == field;
@@ -75,7 +75,7 @@ void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
   const auto* strength = std::get_if<Strength>(&rows[row].value);
   if (!strength) return;
   if (strength->is_constant()) {
-    // As strong as it is, over all values of the field that the mode reads.
+    // The present strength, constant over all values of the mode's field.
     std::string field;
     for (const ParameterRow& one : rows)
       if (const auto* ref = std::get_if<FieldRef>(&one.value); ref && field.empty()) field = ref->name;
@@ -88,7 +88,7 @@ void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
     const Strength whole(
         FieldRef{field},
         TransferFunction({{extent.min, strength->constant_n}, {extent.max, strength->constant_n}}, strength->constant_n));
-    // A strength that levels rule out stays a number.
+    // Levels may rule out a function: the strength stays a number.
     if (!document_.edit(tr("strength as a function"), -1, [&](Scene& scene) { set_mode_row(scene, name, row, whole); })) return;
   }
   felt_ = Felt{.mode = name, .is_mask = false, .number = row};
@@ -162,7 +162,7 @@ bool FunctionDesk::show_felt(const Scene& scene, FunctionEditor::Shown& shown) c
   shown.result_unit = "N";
   shown.largest = 0.1;
   for (const auto& point : strength->curve.points()) shown.largest = std::max(shown.largest, 1.25 * point.result);
-  // The scale stays while a point is dragged.
+  // Keep the scale while a point is dragged.
   if (editor_->shown().title.contains(shown.title)) shown.largest = std::max(editor_->shown().largest, shown.largest);
   return true;
 }

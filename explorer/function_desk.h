@@ -1,4 +1,4 @@
-// The dock in which a function of a field's values is edited: how strong or where a mode is felt, how a layer is seen.
+// Dock for editing a function of a field's values: strength or mask of a mode, colours of a layer.
 #pragma once
 
 #include <QDockWidget>
@@ -11,32 +11,32 @@
 
 namespace palpa::explorer {
 
-/// Knows whose the functions are that the editor shows, and brings what a person makes of them into the scene. What is felt and
-/// what is seen of the same values is shown together.
+/// Maps the functions in the editor to modes and layers, and applies edits to the scene. Strength and colours of one field are
+/// shown together.
 class FunctionDesk : public QDockWidget {
   Q_OBJECT
  public:
   FunctionDesk(Document& document, Jobs& jobs, bool has_opengl, QWidget* parent = nullptr);
 
-  /// \param mode  number of the scene's mode  \param row  of its parameters: a strength
+  /// \param mode  index in the scene  \param row  index of a strength among the mode's parameters
   void edit_strength(std::size_t mode, std::size_t row);
   void edit_mask(std::size_t mode, std::size_t mask);
-  /// \param layer  number of the layer, as they are drawn
+  /// \param layer  index in drawing order
   void edit_colors(std::size_t layer);
-  /// Gives a value of the data to the nearest level of the first mode that has levels.
+  /// Sets the nearest level of the first mode that has levels.
   void give_value_to_level(double value);
-  /// The scene has changed.
+  /// To be called after each change of the scene.
   void refresh();
 
  Q_SIGNALS:
   void said(const QString& words, bool is_problem);
 
  private:
-  /// A function that is felt.
+  /// Strength or mask of a mode.
   struct Felt {
     std::string mode;
     bool is_mask;
-    std::size_t number;  ///< of the mode's masks, or of its parameters
+    std::size_t number;  ///< index among the mode's masks or parameters
   };
   void open();
   std::optional<FunctionEditor::Shown> shown() const;
@@ -48,7 +48,7 @@ class FunctionDesk : public QDockWidget {
   Jobs& jobs_;
   FunctionEditor* editor_;
   std::optional<Felt> felt_;
-  std::optional<std::size_t> seen_;  ///< number of the layer
+  std::optional<std::size_t> seen_;  ///< index of the layer
   bool began_with_seen_ = false;
 };
 

@@ -43,9 +43,9 @@ namespace palpa::explorer {
 namespace {
 
 constexpr std::size_t bars = 128;       // of the drawn histogram
-constexpr double snaps_within = 0.02;   // [1] of the range: a point that is let go so near to a valley goes there
-constexpr int settle_ms = 40;           // between a drag and the scene that feels it
-constexpr double deepest_valley = 0.6;  // [1] of the lower of its two hills: less deep is noise
+constexpr double snaps_within = 0.02;   // [1] of the range: a point released this near to a valley snaps to it
+constexpr int settle_ms = 40;           // from a drag to the scene's update
+constexpr double deepest_valley = 0.6;  // [1] of the lower of its two hills: shallower valleys are noise
 
 QString number(double value) { return QString::number(value, 'g', 6); }
 
@@ -72,14 +72,14 @@ std::vector<double> valleys_of(const Histogram& histogram) {
     if (!(smooth[i] < smooth[i - 1] && smooth[i] <= smooth[i + 1])) continue;
     const double before = *std::max_element(smooth.begin(), smooth.begin() + static_cast<std::ptrdiff_t>(i));
     const double after = *std::max_element(smooth.begin() + static_cast<std::ptrdiff_t>(i), smooth.end());
-    // Logarithms: a valley of e^-… of the lower hill.
+    // Counts are logarithmic.
     if (smooth[i] < std::min(before, after) + std::log(deepest_valley))
       valleys.push_back(0.5 * (coarse.edge(i) + coarse.edge(i + 1)));
   }
   return valleys;
 }
 
-/// The chart with VTK's own control points.
+/// Chart with VTK's control points.
 struct FunctionEditor::Chart {
   QVTKOpenGLNativeWidget* widget = new QVTKOpenGLNativeWidget;
   vtkNew<vtkGenericOpenGLRenderWindow> window;
@@ -103,7 +103,7 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
   hint->setToolTip(tr("A point that is let go near a valley of the histogram snaps to it, but not with Shift."));
   hint->setEnabled(false);
   for (QLabel* label : {title_, hint})
-    label->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);  // a narrow window cuts them
+    label->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);  // cut in a narrow window
   hint->setAlignment(Qt::AlignRight);
   auto* head = new QHBoxLayout;
   head->addWidget(title_, 2);
@@ -120,7 +120,7 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
     c.view->GetScene()->AddItem(c.chart);
     c.view->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
     c.chart->SetShowLegend(false);
-    c.chart->SetTooltip(nullptr);  // it would say shares of the largest result, where the axis says newtons
+    c.chart->SetTooltip(nullptr);  // its values are shares of the largest result, the axis is in newtons
     c.chart->SetForceAxesToBounds(true);
     c.chart->GetAxis(vtkAxis::BOTTOM)->SetTitle("");
     for (const int axis : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
@@ -166,11 +166,11 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
 }
 
 FunctionEditor::~FunctionEditor() {
-  is_filling_ = true;  // the chart's last words are for nobody
+  is_filling_ = true;  // ignore the chart's last events
 }
 
 void FunctionEditor::show_functions(const Shown& shown) {
-  if (settle_.isActive()) return;  // a person is at it
+  if (settle_.isActive()) return;  // the user is dragging
   const bool other_field = shown.field != shown_.field || shown.low != shown_.low || shown.high != shown_.high;
   is_filling_ = true;
   shown_ = shown;
@@ -222,7 +222,7 @@ void FunctionEditor::show_functions(const Shown& shown) {
       item->SetOpacity(0.35);
       return item;
     });
-    // Points are drawn, and hear the mouse, of the one that the table lists.
+    // Only the function listed in the table has points and mouse events.
     keep(c.strength_item, lists_strength(), [&] {
       auto item = vtkSmartPointer<vtkPiecewiseControlPointsItem>::New();
       item->SetPiecewiseFunction(c.strength);
@@ -281,7 +281,7 @@ void FunctionEditor::show_histogram(const Histogram& histogram) {
   c.histogram->SetInputData(c.table, 0, 1);
   c.histogram->SetColor(190, 196, 205, 255);
   c.histogram->GetPen()->SetColor(190, 196, 205, 255);
-  // Behind all else.
+  // Behind the other plots.
   c.chart->LowerPlot(c.histogram);
   c.window->Render();
   c.widget->update();
@@ -315,7 +315,7 @@ void FunctionEditor::chart_changed() {
       double node[4];
       c.strength->GetNodeValue(i, node);
       const auto& before = shown_.strength->points();
-      // Only a point that was moved snaps.
+      // Only a moved point snaps.
       const bool moved =
           std::none_of(before.begin(), before.end(), [&](const TransferFunction::Point& p) { return p.value == node[0]; });
       points.push_back({snaps && moved ? snapped(node[0]) : node[0], std::max(0.0, node[1] * shown_.largest)});
@@ -399,7 +399,7 @@ void FunctionEditor::typed(int row, int column) {
 
 bool FunctionEditor::eventFilter(QObject* watched, QEvent* event) {
   if (chart_ && watched == chart_->widget) {
-    // VTK draws what it has changed when it is asked to.
+    // VTK redraws its changes only on request.
     if (event->type() == QEvent::MouseMove || event->type() == QEvent::MouseButtonRelease || event->type() == QEvent::KeyPress)
       QTimer::singleShot(0, this, [this] {
         chart_->window->Render();

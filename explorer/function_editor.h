@@ -1,4 +1,4 @@
-// The one editor for what is felt and what is seen of a field's values: strength, and colour with opacity, over the histogram.
+// Editor for functions of a field's values, over its histogram: strength, and colour with opacity.
 #pragma once
 
 #include <QTimer>
@@ -18,21 +18,21 @@ class QTableWidget;
 
 namespace palpa::explorer {
 
-/// Values at which a histogram has a valley: where one kind of material ends and another begins.
+/// Values at the histogram's valleys: boundaries between materials.
 std::vector<double> valleys_of(const Histogram& histogram);
 
-/// Points of a function over a field's values: dragged on the histogram, typed in the table, snapped to its valleys. It is told
-/// what to show, and tells what a person makes of it.
+/// Control points, dragged on the histogram, typed into the table, snapped to valleys. Independent of scenes: reports each
+/// change by a signal.
 class FunctionEditor : public QWidget {
   Q_OBJECT
  public:
-  /// \param has_opengl  false: the table alone
+  /// \param has_opengl  false: table only
   explicit FunctionEditor(bool has_opengl, QWidget* parent = nullptr);
   ~FunctionEditor() override;
 
   struct Shown {
     QString title;                             ///< "strength of bone"
-    std::string field;                         ///< by the name that the scene calls it
+    std::string field;                         ///< name in the scene
     std::string unit;                          ///< of the field
     double low = 0.0, high = 1.0;              ///< of its values
     std::optional<TransferFunction> strength;  ///< results in `result_unit`
@@ -43,13 +43,13 @@ class FunctionEditor : public QWidget {
   void show_functions(const Shown& shown);
   void show_histogram(const Histogram& histogram);
   const Shown& shown() const { return shown_; }
-  /// Where a point is drawn, in the chart; none: there is no chart. \param share  [1] of the largest result, or opacity
+  /// Position of a point in the chart; none: no chart. \param share  [1] of the largest result, or opacity
   std::optional<QPoint> place_of(double value, double share) const;
 
  Q_SIGNALS:
   void strength_changed(const palpa::TransferFunction& strength);
   void colors_changed(const std::vector<palpa::ViewLayer::ColorPoint>& colors);
-  /// The value that a person has pointed at: for a level or a mask.
+  /// A value was picked in the chart, for a level or a mask.
   void value_chosen(double value);
 
  protected:
@@ -68,7 +68,7 @@ class FunctionEditor : public QWidget {
   std::unique_ptr<Chart> chart_;
   QLabel* title_;
   QTableWidget* table_;
-  QComboBox* listed_;  ///< whose points the table has, where both are shown
+  QComboBox* listed_;  ///< function listed in the table, if both are shown
   QTimer settle_;
   bool is_filling_ = false;
 };

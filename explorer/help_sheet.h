@@ -1,4 +1,4 @@
-// What keys and mouse do, on one sheet.
+// Sheet of keys and mouse actions.
 #pragma once
 
 #include <QAction>
@@ -7,7 +7,7 @@
 
 namespace palpa::explorer {
 
-/// Made from the window's own actions, so that it cannot lag behind them. Is not modal; goes when it is closed.
+/// Generated from the window's actions, so it is always up to date. Not modal; deleted when closed.
 class HelpSheet : public QDialog {
  public:
   HelpSheet(const QList<QAction*>& actions, QWidget* parent);

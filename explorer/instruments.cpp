@@ -14,9 +14,9 @@
 namespace palpa::explorer {
 namespace {
 
-// [1] Points of a drawn curve. More: slower; fewer: short peaks are lost, although the largest of each stretch is kept.
+// [1] Points of a drawn curve. More: slower; fewer: short peaks merge, although each interval keeps its largest value.
 constexpr std::size_t most_points = 700;
-constexpr double spectrum_s = 2.0;  // of force that the spectrum is of
+constexpr double spectrum_s = 2.0;  // of force in the spectrum
 constexpr int pictures_per_spectrum = 8;
 constexpr int pictures_per_curve = 2;
 
@@ -47,7 +47,7 @@ Instruments::Instruments(QWidget* parent)
   times_->setAccessibleName(tr("Times of the loop"));
   guard_->setAccessibleName(tr("State of the guard"));
   energies_->setAccessibleName(tr("Energies"));
-  // Words that grow must not move the picture above them.
+  // Growing text must not move the picture above it.
   auto* column = new QWidget;
   auto* scroll = new QScrollArea;
   scroll->setWidget(column);
@@ -96,7 +96,7 @@ void Instruments::update_from(SampleRing& ring) {
   bool any = false;
   while (ring.take(sample)) {
     const TickFrame& frame = sample.frame;
-    if (!shown_.empty() && frame.t_s < shown_.back().t_s) shown_.clear();  // another session
+    if (!shown_.empty() && frame.t_s < shown_.back().t_s) shown_.clear();  // a new session
     Shown shown{.t_s = frame.t_s,
                 .probe_m = frame.result.probe_m,
                 .proxy_m = frame.result.proxy_m,
@@ -118,7 +118,7 @@ void Instruments::draw_force() {
   std::vector<QVector<QPointF>> points(curves_);
   const double now_s = shown_.back().t_s;
   double most_n = 0.5;
-  // By their numbers in time, so that a peak does not flicker as it moves to the left.
+  // Intervals by absolute index, so that a peak does not flicker while it moves left.
   std::vector<double> peaks(curves_, 0.0);
   for (std::size_t i = 0; i < shown_.size(); ++i) {
     const Shown& sample = shown_[i];

@@ -1,4 +1,4 @@
-// What the loop says of itself, drawn: force over the last seconds, by mode, its spectrum, and how the loop keeps time.
+// Live plots: force over the last seconds, by mode, its spectrum, and the timing of the loop.
 #pragma once
 
 #include <QLabel>
@@ -15,17 +15,16 @@
 
 namespace palpa::explorer {
 
-/// Live plots of what is felt.
 class Instruments : public QWidget {
   Q_OBJECT
  public:
   explicit Instruments(QWidget* parent = nullptr);
 
   void start(const std::vector<std::string>& modes);
-  /// Takes what the loop gave, and draws it.
+  /// Draws the pending samples of the loop.
   void update_from(SampleRing& ring);
   void show_account(const LoopStatistics& account, const TickFrame& frame, const char* device_fault);
-  /// One tick as it is drawn.
+  /// One tick in a plot.
   struct Shown {
     double t_s = 0.0;
     Vec3 probe_m, proxy_m, command_n;
@@ -33,9 +32,9 @@ class Instruments : public QWidget {
     double error_bound_m = 0.0;
   };
   const std::deque<Shown>& shown() const { return shown_; }
-  /// The numbers of all that was felt since the start.
+  /// Summary of all ticks since the start.
   Summary summary() const { return summary_->finish(0.0); }
-  /// How many seconds back the force is drawn.
+  /// Time span of the force plot.
   static constexpr double shown_s = 6.0;
   QSize sizeHint() const override { return {900, 190}; }
 
@@ -45,7 +44,7 @@ class Instruments : public QWidget {
 
   LivePlot* force_;
   LivePlot* spectrum_;
-  std::size_t curves_ = 0;  // of the force: the hand's, then each mode's
+  std::size_t curves_ = 0;  // of the force: total, then each mode
   QLabel* times_;
   QLabel* guard_;
   QLabel* energies_;

@@ -1,4 +1,4 @@
-// What is under way, in the status bar, and the button that stops it.
+// Status-bar entry of the running job, with a button that cancels it.
 #pragma once
 
 #include <QWidget>
@@ -9,14 +9,14 @@ class QLabel;
 
 namespace palpa::explorer {
 
-/// Hidden while nothing is under way.
+/// Hidden while no job is running.
 class JobBar : public QWidget {
   Q_OBJECT
  public:
   explicit JobBar(Jobs& jobs);
 
  Q_SIGNALS:
-  /// All that was under way was asked to stop.
+  /// All running jobs were cancelled.
   void cancelled();
 
  private:

@@ -1,4 +1,4 @@
-// Work that takes longer than a picture: on a thread of its own, shown while it goes on, stopped when it is cancelled.
+// Background jobs: each on its own thread, shown while running, cancellable.
 #pragma once
 
 #include <QObject>
@@ -11,18 +11,17 @@
 
 namespace palpa::explorer {
 
-/// One thing is done at a time for each purpose: what is begun anew takes the place of what was under way, which is asked to
-/// stop and whose result is dropped. For the window's thread.
+/// One job at a time per purpose: a new job cancels its predecessor, whose result is dropped. For the window's thread.
 class Jobs : public QObject {
   Q_OBJECT
  public:
   enum class Purpose { open, device, draw, look, feel_again, film };
   explicit Jobs(QObject* parent = nullptr);
-  /// Asks what is under way to stop, and waits for it.
+  /// Cancels all jobs and joins their threads.
   ~Jobs() override;
 
-  /// Begins `work` on a thread of its own, where it looks at its token often. `done` gets its result on the window's thread,
-  /// `failed` the message of what it threw. \param what  for a person: "reading head.mhd"
+  /// Runs `work` on a new thread; it must check its token often. On the window's thread, `done` gets the result or `failed` the
+  /// message of the exception. \param what  shown to the user: "reading head.mhd"
   template <class Result>
   void begin(Purpose purpose, const QString& what, std::function<Result(std::stop_token)> work,
              std::function<void(Result)> done, std::function<void(const QString&)> failed) {
@@ -34,18 +33,18 @@ class Jobs : public QObject {
   void cancel(Purpose purpose);
   void cancel_all();
   bool is_under_way(Purpose purpose) const;
-  /// What is under way, for a person; empty: nothing.
+  /// Description of a running job; empty: none.
   QString words() const;
 
  Q_SIGNALS:
-  /// Something began or ended.
+  /// A job began or ended.
   void changed();
 
  private:
   struct Job {
     Purpose purpose;
     QString what;
-    std::stop_source stop{};  ///< asked to stop: its result is dropped
+    std::stop_source stop{};  ///< requested: the result is dropped
     std::thread thread{};
   };
   void begin_any(Purpose purpose, const QString& what, std::function<void(std::stop_token)> work, std::function<void()> done,

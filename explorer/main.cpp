@@ -1,4 +1,4 @@
-// palpa-explorer: see and feel one volume in one window. Exit codes as those of palpa.
+// palpa-explorer: see and feel one volume in one window. Exit codes as for palpa.
 #include <QVTKOpenGLNativeWidget.h>
 #include <signal.h>
 #include <vtkObject.h>
@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
         stderr);
     return 2;
   }
-  // A file that may not grow any more is an error of its writer, like a full disk.
+  // A file at its size limit becomes a write error, like a full disk.
   ::signal(SIGXFSZ, SIG_IGN);
   QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
   vtkObject::GlobalWarningDisplayOff();

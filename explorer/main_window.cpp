@@ -31,8 +31,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int frame_ms = 33;         // between looks at what is felt. Shorter: the processor is busy; longer: it stutters
-constexpr double in_front_m = 6e-3;  // of the surface, where a hand is put before it presses, and where it goes back to
+constexpr int frame_ms = 33;         // between updates of the views. Shorter: more processor time; longer: stutter
+constexpr double in_front_m = 6e-3;  // of the surface: start and end of a press
 
 }  // namespace
 
@@ -43,7 +43,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
 
   pages_ = new QStackedWidget;
   start_page_ = new StartPage;
-  auto* start = new QScrollArea;  // a small window shows a part of it
+  auto* start = new QScrollArea;  // scrolls in a small window
   start->setWidget(start_page_);
   start->setWidgetResizable(true);
   start->setFrameShape(QFrame::NoFrame);
@@ -63,7 +63,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
   auto* job_bar = new JobBar(jobs_);
   statusBar()->addPermanentWidget(job_bar);
   connect(job_bar, &JobBar::cancelled, this, [this] {
-    // Whoever cancels the device, or the trace that was to be felt again, has the mouse.
+    // Cancelling the device or the replay falls back to the mouse.
     if (document_.is_open() && !touch_.is_felt() && !player_->has_trace()) feel_with(nullptr, {});
   });
 
@@ -154,7 +154,7 @@ void MainWindow::make_docks() {
   });
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
   scene_docks_ = {panel, below};
-  for (QDockWidget* dock : scene_docks_) dock->hide();  // until there is a scene
+  for (QDockWidget* dock : scene_docks_) dock->hide();  // until a scene is open
 }
 
 void MainWindow::lead_hand_by_mouse() {
@@ -162,7 +162,7 @@ void MainWindow::lead_hand_by_mouse() {
     if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it, and the hand is yours again."));
     mouse_leads_ = true;
     settings_.set_hint_seen();
-    // Over there nothing is felt on the way; near by the hand slides.
+    // Far away: jump without contacts on the way; near: slide.
     const Vec3 front_m = at_m - in_front_m * away;
     if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
     touch_.put_hand(front_m);
@@ -181,7 +181,7 @@ void MainWindow::lead_hand_by_mouse() {
   connect(view, &View3D::turned, this, [this, view] {
     if (LiveLoop* loop = touch_.loop(); loop && !touch_.is_by_mouse()) {
       const detail::View& seen = view->view();
-      // Pushing right goes to the right of the screen.
+      // Map the device's right to the screen's right.
       loop->set_view_rotation(transposed(Mat3{{seen.right, seen.up, seen.towards}}));
     }
   });
@@ -219,7 +219,7 @@ void MainWindow::opened(const Opened& opened) {
   replay_->end();
   player_dock_->hide();
   if (!opened.trace.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
-  // The hand begins in front of the middle.
+  // Start in front of the data's middle.
   touch_.put_hand({0.0, 0.0, 0.5 * views_->bounds_m().size_m().z + 0.01});
   begin_touch();
 }
@@ -227,7 +227,7 @@ void MainWindow::opened(const Opened& opened) {
 void MainWindow::begin_touch(const fs::path& out) {
   if (options_.device.empty()) return feel_with(nullptr, out);
   touch_.end();
-  using Checked = std::pair<std::unique_ptr<Device>, std::string>;  // and what a quick check says of the scene on it
+  using Checked = std::pair<std::unique_ptr<Device>, std::string>;  // and the findings of a quick check of the scene on it
   jobs_.begin<Checked>(
       Jobs::Purpose::device, tr("opening the device %1").arg(QString::fromStdString(options_.device)),
       [name = options_.device, scene = document_.scene()](std::stop_token) {
@@ -256,7 +256,7 @@ void MainWindow::feel_with(std::unique_ptr<Device> device, const fs::path& out) 
     if (!out.empty()) say(tr("Recording into %1; press R to end it.").arg(QString::fromStdString(out.string())));
   } catch (const std::exception& error) {
     say(QString::fromUtf8(error.what()), true);
-    if (!out.empty()) begin_touch();  // it is felt all the same
+    if (!out.empty()) begin_touch();  // continue without a recording
   }
   record_->setChecked(touch_.is_recorded());
 }
@@ -416,7 +416,7 @@ void MainWindow::dropEvent(QDropEvent* event) {
   }
 }
 
-// Another window that takes the mouse receives the release of its button.
+// The button's release is sent to the window that becomes active during a drag.
 void MainWindow::changeEvent(QEvent* event) {
   QMainWindow::changeEvent(event);
   if (event->type() != QEvent::ActivationChange) return;
@@ -426,11 +426,11 @@ void MainWindow::changeEvent(QEvent* event) {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
-  // First of all the motors.
+  // Stop the motors first.
   const std::string lost = touch_.end();
   if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", detail::shown(lost).c_str());
   timer_.stop();
-  // What was not saved is kept where the next start finds it.
+  // Save unsaved changes for the next start.
   if (document_.is_open() && !document_.undo().isClean()) {
     const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
     QDir().mkpath(folder);

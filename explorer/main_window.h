@@ -1,4 +1,4 @@
-// The window: one scene, seen and felt.
+// Main window: one scene, shown and felt.
 #pragma once
 
 #include <QMainWindow>
@@ -26,10 +26,10 @@ class QStackedWidget;
 
 namespace palpa::explorer {
 
-/// What the program was started with.
+/// Options of the command line.
 struct WindowOptions {
   std::vector<std::filesystem::path> data_folders;
-  std::string device;         ///< as `device_description` reads it; empty: the mouse
+  std::string device;         ///< for `device_description`; empty: the mouse
   bool has_opengl = true;     ///< false: slices only
   std::string settings_file;  ///< empty: the user's
 };
@@ -40,11 +40,11 @@ class MainWindow : public QMainWindow {
   explicit MainWindow(const WindowOptions& options);
   ~MainWindow() override;
 
-  /// \param second_trace  shown beside the trace that is opened; empty: none
+  /// \param second_trace  shown beside the opened trace; empty: none
   void open(const std::filesystem::path& path, const std::filesystem::path& second_trace = {});
-  /// Shows a second trace beside the one that is open.
+  /// Shows a second trace beside the first.
   void compare_with(const std::filesystem::path& trace);
-  /// For tests, which look on.
+  /// For tests.
   View3D* view() { return views_->view(); }
   Touch& touch() { return touch_; }
   Document& document() { return document_; }
@@ -92,7 +92,7 @@ class MainWindow : public QMainWindow {
   Instruments* instruments_;
   Player* player_;
   QDockWidget* player_dock_;
-  QList<QDockWidget*> scene_docks_;  ///< shown while a scene is open
+  QList<QDockWidget*> scene_docks_;  ///< visible while a scene is open
   Replay* replay_;
   FunctionDesk* desk_;
   Film* film_;
@@ -101,7 +101,7 @@ class MainWindow : public QMainWindow {
   QAction* hold_ = nullptr;
   QTimer timer_;
   bool mouse_leads_ = false;
-  Vec3 led_away_;  ///< from the surface, where the mouse led the hand last; [1]
+  Vec3 led_away_;  ///< [1] away from the surface where the mouse last led the hand
   int ticks_ = 0;
   std::int64_t unrecorded_ = 0;
 };

@@ -1,4 +1,4 @@
-// What the window's menus, its bar and its keys do.
+// Menus, tool bar and keys of the main window.
 #include <QAction>
 #include <QApplication>
 #include <QDockWidget>
@@ -77,7 +77,7 @@ void MainWindow::make_actions() {
       if (!view) return;
       key.zoom == 1.0 ? view->turn(key.right_deg, key.up_deg) : view->zoom(key.zoom);
     });
-    // Elsewhere the arrows are those of sliders and boxes.
+    // In other widgets the arrow keys belong to sliders and boxes.
     one->setShortcutContext(Qt::WidgetShortcut);
     if (view) view->addAction(one);
     look->addAction(one);

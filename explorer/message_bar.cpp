@@ -8,13 +8,13 @@
 namespace palpa::explorer {
 namespace {
 
-constexpr int reading_ms = 8000;  // shorter: a long path cannot be read; longer: it lies over what is done next
+constexpr int reading_ms = 8000;  // shorter: a long path cannot be read; longer: stays during the next action
 
 }  // namespace
 
 MessageBar::MessageBar(QWidget* parent) : QFrame(parent), words_(new QLabel) {
   setObjectName("message_bar");
-  words_->setTextFormat(Qt::PlainText);  // names of files are in it
+  words_->setTextFormat(Qt::PlainText);  // contains names of files
   words_->setWordWrap(true);
   words_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   words_->setAccessibleName(tr("Message"));

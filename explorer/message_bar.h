@@ -1,4 +1,4 @@
-// What the window says to a person, above its pages: nothing pops up, nothing has to be answered.
+// Bar for messages above the window's pages, instead of dialogs.
 #pragma once
 
 #include <QFrame>
@@ -7,7 +7,7 @@ class QLabel;
 
 namespace palpa::explorer {
 
-/// One message at a time. A problem stays until it is closed or another message comes; other words go after a while.
+/// One message at a time. A problem stays until closed or replaced; other messages time out.
 class MessageBar : public QFrame {
   Q_OBJECT
  public:

@@ -33,7 +33,7 @@ Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders,
   request.files = {fs::absolute(path)};
   const Volume volume = read_volume(request, read);
   const std::string text = first_scene(volume, request);
-  // The data are there: the scene need not read them again.
+  // The data are loaded already: do not read them again.
   const VolumeReader again = [&](const VolumeRequest& asked) {
     return asked.files == request.files ? volume : read_volume(asked, read);
   };
@@ -49,7 +49,7 @@ std::vector<fs::path> embedded_scenes() {
   try {
     for (const auto& entry : fs::directory_iterator(scenes_folder()))
       if (entry.path().filename().string().ends_with("_phantom.toml")) scenes.push_back(entry.path());
-  } catch (const std::exception&) {  // a start page without pictures
+  } catch (const std::exception&) {  // the start page then has no pictures
   }
   std::sort(scenes.begin(), scenes.end());
   return scenes;

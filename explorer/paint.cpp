@@ -9,18 +9,18 @@
 namespace palpa::explorer {
 namespace {
 
-// In pixels, so that a moment is legible in any view.
-constexpr double disc_px = 34.0;   // radius of a plane's disc. Larger: hides the data; smaller: its tilt is not seen
-constexpr double rod_px = 46.0;    // half a line
-constexpr double arrow_px = 84.0;  // an arrow of the largest force
+// In pixels, legible in any view.
+constexpr double disc_px = 34.0;   // radius of a plane's disc. Larger: hides the data; smaller: hides its tilt
+constexpr double rod_px = 46.0;    // half the length of a line
+constexpr double arrow_px = 84.0;  // of the largest force
 constexpr double least_shown_n = 1e-3;
 
-/// An arrow whose head has the size of the pen.
+/// Arrow with a head sized by the pen.
 void arrow(QPainter& painter, const QPointF& from, const QPointF& to, const QColor& color, double width) {
   const QPointF way = to - from;
   const double length = std::hypot(way.x(), way.y());
   painter.setPen(QPen(color, width, Qt::SolidLine, Qt::RoundCap));
-  if (length < 3.0 * width) {  // towards the viewer or away: a dot
+  if (length < 3.0 * width) {  // along the line of sight: a dot
     painter.setBrush(color);
     painter.drawEllipse(to, width, width);
     return;
@@ -42,7 +42,7 @@ void ball(QPainter& painter, const QPointF& at, double radius, const QColor& col
   painter.drawEllipse(at, radius, radius);
 }
 
-/// Two directions across a unit vector.
+/// Two directions perpendicular to a unit vector.
 std::pair<Vec3, Vec3> across(const Vec3& q) {
   const Vec3 other = std::abs(q.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 a = normalized(cross(q, other));
@@ -101,10 +101,10 @@ void primitive(QPainter& painter, const detail::View& view, const Moment& moment
   }
 }
 
-/// What ink of any colour stands out against.
+/// Outline colour with contrast to an ink.
 QColor rim_of(const QColor& ink) { return ink.lightness() > 127 ? QColor(0, 0, 0, 150) : QColor(255, 255, 255, 150); }
 
-/// Of the world, along an axis or against it. The world of medical data is LPS.
+/// Name of a direction of the world, along or against an axis. Worlds of medical data are LPS.
 QString name_of_direction(int axis, bool against, bool medical) {
   static constexpr const char* patient[3][2] = {{"L", "R"}, {"P", "A"}, {"S", "I"}};
   static constexpr const char* plain[3][2] = {{"+x", "−x"}, {"+y", "−y"}, {"+z", "−z"}};
@@ -215,7 +215,7 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
 
 void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, std::span<const Vec3, 3> axes, bool medical,
                 const QColor& ink) {
-  // Red, green, blue for x, y, z, as everywhere, in hues that the colour-blind tell apart.
+  // x, y, z in red, green and blue, in hues distinct for colour-blind users.
   static const QColor colors[3] = {QColor(213, 94, 0), QColor(0, 158, 115), QColor(0, 114, 178)};
   constexpr double length_px = 26.0;
   std::array<int, 3> order{0, 1, 2};

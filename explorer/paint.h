@@ -1,4 +1,4 @@
-// What is painted over a view, in three dimensions or a slice: proxy, probe, spring, primitives, trail, and marks.
+// Overlay of a 3-D view or a slice: proxy, probe, spring, primitives, trail, and annotations.
 #pragma once
 
 #include <QColor>
@@ -16,38 +16,37 @@
 namespace palpa::explorer {
 
 QColor to_qt(const detail::Color& color);
-/// The colour of mode number `mode`, as in pictures and reports.
+/// Colour of mode index `mode`, as in pictures and reports.
 QColor color_of_mode(std::size_t mode);
 
-/// A view in device-independent pixels from the upper left corner, as Qt counts.
+/// Position in device-independent pixels from the upper left corner (Qt's convention).
 QPointF on_screen(const detail::View& view, const Vec3& at_m);
 
-/// One point of the trail: where the proxy was, and the force then.
+/// Proxy position and force at that time.
 struct TrailPoint {
   Vec3 at_m;
   double force_n;
 };
 void paint_trail(QPainter& painter, const detail::View& view, std::span<const TrailPoint> trail, double most_n);
-/// Streamlines near the proxy, each with an arrow where it goes.
+/// Streamlines near the proxy, each with an arrow in flow direction.
 void paint_streamlines(QPainter& painter, const detail::View& view, std::span<const detail::Streamline> lines);
-/// The primitives coloured by mode and as large as their force, the spring, the probe (faded) and the proxy.
-/// \param most_n  [N] the force that is drawn largest
+/// Primitives (coloured by mode, sized by force), spring, probe (faded) and proxy.
+/// \param most_n  [N] force drawn at full size
 void paint_moment(QPainter& painter, const detail::View& view, const Moment& moment, double most_n);
-/// A length of the data in mm, or what fits, at the lower left. \param world_per_hand  [1] metres of the world in one of the
-/// hand
+/// Scale bar at the lower left, mm of the data or a unit that fits. \param world_per_hand  [1] world metres per hand metre
 void paint_scale_bar(QPainter& painter, const detail::View& view, double world_per_hand, const QColor& ink);
-/// Letters of the patient's directions at the edges (R L A P S I), or the axes' names. \param axes  the world's, hand frame
+/// Letters of the patient's directions at the edges (R L A P S I), or the axes' names. \param axes  of the world, hand frame
 void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
                       const QColor& ink);
-/// Where the world's axes point: three short lines from one point, each with its patient's direction or its name.
+/// Axes of the world: three short lines from one point, each with its patient direction or name.
 void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, std::span<const Vec3, 3> axes, bool medical,
                 const QColor& ink);
 /// Legend and colour bars at the right edge.
 void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground);
-/// Words with a rim, legible over anything light or dark.
+/// Text with a contrasting outline, legible on any background.
 void paint_rimmed(QPainter& painter, const QRectF& box, int flags, const QString& words, const QColor& ink);
-/// Words on a ground that makes them legible over anything.
+/// Text on a filled background.
 void paint_words(QPainter& painter, const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink,
                  const QColor& ground);
 

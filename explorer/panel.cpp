@@ -17,7 +17,7 @@
 namespace palpa::explorer {
 namespace {
 
-// Keys of undo steps: the same one for one row of one part, so that a drag of a slider is one step.
+// Key of an undo step, equal for one row of one part: the drag of a slider is one step.
 int key_of(std::size_t part, std::size_t row) { return static_cast<int>(1000 * (part + 1) + row); }
 
 /// "surface and friction" of "surface_and_friction".
@@ -53,7 +53,7 @@ Panel::Panel(Document& document, QWidget* parent) : QScrollArea(parent), documen
 }
 
 bool Panel::eventFilter(QObject* watched, QEvent* event) {
-  // As wide as its rows need, whatever the desktop's style makes of them.
+  // Width of the rows, which depends on the desktop's style.
   if (watched == widget() && event->type() == QEvent::LayoutRequest)
     setMinimumWidth(widget()->minimumSizeHint().width() + verticalScrollBar()->sizeHint().width());
   return QScrollArea::eventFilter(watched, event);
@@ -70,7 +70,7 @@ Panel::Section Panel::add_section(const QString& title) {
 }
 
 void Panel::remove_sections() {
-  // Later: one of them may be the sender of what is under way.
+  // Deferred: a section may be the sender of the current signal.
   for (const Section& section : sections_) {
     section.box->hide();
     section.box->deleteLater();
@@ -93,7 +93,7 @@ FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, pare
         std::string name = type;
         for (int number = 2; scene.find_mode(name); ++number) name = type + "_" + std::to_string(number);
         Mode fresh = mode;
-        // Its fields: the first of the right kind; a level in the middle of the values. The strength is for the person to say.
+        // Default fields: first of the right kind; level in the middle of the values. The user sets the strength.
         const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
         for (std::size_t i = 0; i < rows.size(); ++i) {
           const bool scalar = rows[i].info.kind == ParameterKind::scalar_field;

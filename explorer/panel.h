@@ -1,4 +1,4 @@
-// The panel beside the picture: what is felt, and what is seen.
+// Side panels: parameters of modes (feel) and of layers (see).
 #pragma once
 
 #include <QComboBox>
@@ -14,15 +14,15 @@ class QGroupBox;
 
 namespace palpa::explorer {
 
-/// All fields of a scene by the names that scenes call them.
+/// Names of all fields of a scene.
 std::vector<std::string> field_names(const Scene& scene);
 
-/// A column of parts of the scene, each with its parameters.
+/// Column of sections, one per part of the scene, each with its parameters.
 class Panel : public QScrollArea {
   Q_OBJECT
  public:
   explicit Panel(Document& document, QWidget* parent = nullptr);
-  /// Shows the scene as it is.
+  /// Updates the panel from the scene.
   virtual void refresh() = 0;
 
  protected:
@@ -32,17 +32,17 @@ class Panel : public QScrollArea {
     QGroupBox* box;
     ParameterForm* form;
   };
-  /// A part with a title, after those that are there.
+  /// Appends a section.
   Section add_section(const QString& title);
   void remove_sections();
 
   Document& document_;
   QVBoxLayout* column_;
   std::vector<Section> sections_;
-  int sections_at_ = 0;  // in the column
+  int sections_at_ = 0;  // index in the column
 };
 
-/// Modes with their parameters, coupling.
+/// Modes with their parameters; coupling.
 class FeelPanel : public Panel {
   Q_OBJECT
  public:
@@ -59,7 +59,7 @@ class FeelPanel : public Panel {
   ParameterForm* coupling_;
 };
 
-/// Layers with what they show, presets.
+/// Layers with their settings; presets.
 class SeePanel : public Panel {
   Q_OBJECT
  public:

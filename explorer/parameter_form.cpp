@@ -20,7 +20,7 @@ constexpr int slider_steps = 1000;
 
 QString words(std::string_view text) { return QString::fromUtf8(text.data(), static_cast<int>(text.size())); }
 
-/// A box for a number, which says as many digits as it needs.
+/// Number box with as many digits as the value needs.
 class NumberBox : public QDoubleSpinBox {
  public:
   NumberBox() {
@@ -33,7 +33,7 @@ class NumberBox : public QDoubleSpinBox {
   void wheelEvent(QWheelEvent* event) override { hasFocus() ? QDoubleSpinBox::wheelEvent(event) : event->ignore(); }
 };
 
-/// Where a slider of this parameter ends: at the end of its range, if that is near, else somewhat beyond the value.
+/// End of a slider: end of the parameter's range if near, else beyond the value.
 double slider_end(const ParameterInfo& info, double value, const FormContext& context) {
   if (info.kind == ParameterKind::strength) return std::max(context.largest_n, 1.5 * value);
   const double enough = std::max({3.0 * std::abs(value), info.name.ends_with("_n") ? context.largest_n : 0.0,
@@ -74,13 +74,13 @@ void ParameterForm::build(const std::vector<ParameterRow>& rows, const FormConte
     const ParameterRow& row = rows[i];
     if (row.group != group) {
       group = row.group;
-      // What follows a list is the mode's own again.
+      // A row after a list belongs to the mode itself.
       auto* title = new QLabel("<b>" + (group.empty() ? tr("whole mode") : words(group)).toHtmlEscaped() + "</b>");
       layout_->addRow(title);
     }
     QWidget* editor = editor_of(row, i, context);
     const NamedUnit named = named_unit(row.info.name);
-    // Of friction_n and friction_ns_per_m only the units differ.
+    // friction_n and friction_ns_per_m differ only in their units.
     const bool is_alone = std::count_if(rows.begin(), rows.end(), [&](const ParameterRow& other) {
                             return other.group == row.group && named_unit(other.info.name).name == named.name;
                           }) == 1;
@@ -146,7 +146,7 @@ QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t numbe
     if (const auto* optional = std::get_if<std::optional<double>>(&given)) now = optional->value_or(0.0);
     if (const auto* strength = std::get_if<Strength>(&given)) now = strength->constant_n;
     if (box->value() != now) box->setValue(now);
-    Q_EMIT box->valueChanged(box->value());  // so that the slider is there, too
+    Q_EMIT box->valueChanged(box->value());  // updates the slider
   });
   return both;
 }

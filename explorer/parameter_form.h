@@ -1,4 +1,4 @@
-// A form for any list of parameters: the same list that scene files, `palpa modes` and the documentation are made from.
+// Form for any list of parameters: the list that scene files, `palpa modes` and the documentation share.
 #pragma once
 
 #include <QWidget>
@@ -12,23 +12,23 @@ class QFormLayout;
 
 namespace palpa::explorer {
 
-/// What a person can choose from.
+/// Fields to choose from, and the range of strengths.
 struct FormContext {
   std::vector<std::string> fields;
   double largest_n = 10.0;  ///< [N] end of a strength's slider
 };
 
-/// A row for each parameter, with its unit, its range and its sentence.
+/// One row per parameter, with unit, range and description.
 class ParameterForm : public QWidget {
   Q_OBJECT
  public:
   explicit ParameterForm(QWidget* parent = nullptr);
-  /// Builds the rows or, where the part has the same ones as before, gives them its values.
+  /// Builds the rows, or updates their values if the part has equal rows already.
   void show_rows(const std::vector<ParameterRow>& rows, const FormContext& context);
 
  Q_SIGNALS:
   void changed(const QString& what, std::size_t row, const palpa::explorer::ParameterRow::Value& value);
-  /// The function that a strength is, or is to be, is asked for.
+  /// The user wants to edit a strength as a function.
   void function_asked(std::size_t row);
 
  private:

@@ -10,14 +10,14 @@ namespace {
 
 constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 
-/// Walks through the rows; reads all of them, and gives one of them a value.
+/// Reads all rows, sets one of them, or appends to a list.
 class Walk : public ParameterVisitor {
  public:
   std::vector<ParameterRow> rows;
   std::vector<ParameterListSize> lists;
   std::size_t set = nowhere;
   const ParameterRow::Value* value = nullptr;
-  std::string append;  ///< to the list of this name
+  std::string append;  ///< name of the list to append to
 
   void number(const ParameterInfo& info, double& member) override { row(info, member); }
   void optional_number(const ParameterInfo& info, std::optional<double>& member) override { row(info, member); }

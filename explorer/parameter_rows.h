@@ -1,4 +1,4 @@
-// A list of parameters as rows of values: what a form shows, and changes by number.
+// Parameters as indexed rows, for forms.
 #pragma once
 
 #include <cstdint>
@@ -12,34 +12,35 @@
 
 namespace palpa::explorer {
 
-/// Shows a visitor a part of a scene, to read it or to change it.
+/// Passes a visitor to a part of a scene, for reading or changing it.
 using Visit = std::function<void(ParameterVisitor&)>;
 
 struct ParameterRow {
-  /// By the kinds of parameters: number, optional number, flag, text, choice, whole number, numbers, field, strength.
+  /// One alternative per kind of parameter: number, optional number, flag, text, choice, whole number, numbers, field,
+  /// strength.
   struct Choice {
     int index = 0;
     friend bool operator==(const Choice&, const Choice&) = default;
   };
   using Value = std::variant<double, std::optional<double>, bool, std::string, Choice, std::optional<std::int64_t>,
                              std::vector<double>, FieldRef, Strength>;
-  ParameterInfo info{};  ///< but for its choices, which live no longer than the visit
+  ParameterInfo info{};  ///< without choices, whose lifetime is the visit
   std::vector<std::string> choices{};
-  std::string group{};  ///< of a list's item: "level 2"; empty: the part's own
+  std::string group{};  ///< of a list item: "level 2"; empty: of the part itself
   Value value{};
 };
 
-/// All rows of a part, those of its lists' items after their list's name. Parameters without a simple value have none.
+/// All rows of a part; items of a list follow the list's name. Parameters without a simple value have no row.
 std::vector<ParameterRow> rows_of(const Visit& part);
-/// Gives row number `row` this value; nothing where there is no such row of its kind.
+/// Sets row number `row`; no effect if there is no such row of that kind.
 void set_row(const Visit& part, std::size_t row, const ParameterRow::Value& value);
-/// The lists of a part by name, with their lengths.
+/// Name and length of a list of a part.
 struct ParameterListSize {
   std::string name;
   std::size_t size;
 };
 std::vector<ParameterListSize> lists_of(const Visit& part);
-/// Adds an item with its defaults to the list of this name.
+/// Appends an item with default values to a list.
 void append_to(const Visit& part, const std::string& list);
 
 /// "friction", and its unit "N", of "friction_n".

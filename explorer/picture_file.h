@@ -1,4 +1,4 @@
-// Pictures as files.
+// Picture files.
 #pragma once
 
 #include <QImage>
@@ -6,7 +6,7 @@
 
 namespace palpa::explorer {
 
-/// Writes a new PNG file, whole or not at all. Throws LoadError, also where the file is there already.
+/// Writes a new PNG file atomically. Throws LoadError, also if the file exists.
 void save_picture(const QImage& picture, const QString& file);
 
 }  // namespace palpa::explorer

@@ -17,7 +17,7 @@
 namespace palpa::explorer {
 namespace {
 
-// [1] Moments that are kept of a trace: 100 s at 1 kHz. More: memory; fewer: long traces are shown coarser.
+// [1] Moments kept of a trace: 100 s at 1 kHz. More: memory; fewer: long traces are coarser.
 constexpr std::size_t most_rows = 100'000;
 constexpr int bar_steps = 10'000;
 constexpr std::size_t most_points = 1500;

@@ -1,4 +1,4 @@
-// A trace in the window: felt again once, then shown at any moment.
+// Player of a trace: replayed once, then shown at any moment.
 #pragma once
 
 #include <QSlider>
@@ -19,20 +19,20 @@ class QToolButton;
 
 namespace palpa::explorer {
 
-/// A hand's whole way through a scene.
+/// Replayed session of a hand.
 struct FeltTrace {
   struct Row {
     std::int64_t tick = 0;
     double t_s = 0.0;
     Vec3 probe_m, proxy_m, command_n;
-    std::size_t first_primitive = 0, primitives = 0;  ///< of `placed`
+    std::size_t first_primitive = 0, primitives = 0;  ///< range of `placed`
   };
   struct Event {
     std::size_t row = 0;
     std::string kind, subject;
   };
   std::string name;
-  std::vector<Row> rows;  ///< one a tick, or fewer of a long trace
+  std::vector<Row> rows;  ///< one per tick, or fewer for a long trace
   std::vector<PlacedPrimitive> placed;
   std::vector<Event> events;
   double duration_s = 0.0;
@@ -40,13 +40,12 @@ struct FeltTrace {
   Moment moment(std::size_t row) const;
 };
 
-/// A hand that can be felt again.
+/// A hand that can be replayed.
 struct PlayedHand {
-  std::filesystem::path trace;  ///< a recorded session's, or …
-  std::string description;      ///< … a simulated or recorded hand, as of `palpa run --hand`
+  std::filesystem::path trace;  ///< of a recorded session, or …
+  std::string description;      ///< … a simulated or recorded hand, as for `palpa run --hand`
 };
-/// Feels the hand in a scene: that which it was recorded in, or another one (what if?). Any thread. Throws LoadError, also
-/// when it is asked to stop.
+/// Replays the hand in its own or another scene. Any thread. Throws LoadError, also when stopped.
 FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop = {});
 
 /// Time bar, force over time, events.
@@ -54,20 +53,20 @@ class Player : public QWidget {
   Q_OBJECT
  public:
   explicit Player(QWidget* parent = nullptr);
-  /// \param first  its curve is drawn first; a second one is compared with it
+  /// \param first  drawn first; `second` is compared with it
   void show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<const FeltTrace> second = {});
   bool has_trace() const { return first_ != nullptr; }
-  /// Time has passed for the window [s].
+  /// Advances the clock by `dt_s` [s].
   void pass(double dt_s);
   void play(bool on);
   void step_to_event(int direction);
   void seek(double t_s);
   double at_s() const { return at_s_; }
-  /// Of the longer of the two [s].
+  /// Duration of the longer trace [s].
   double duration_s() const { return duration_s_; }
   Moment moment() const;
   std::optional<Moment> other_moment() const;
-  /// Places of the proxy for a trail that ends now.
+  /// Row indices for a trail that ends at the current moment.
   std::vector<std::size_t> trail(std::size_t most) const;
   const FeltTrace* trace() const { return first_.get(); }
   const FeltTrace* other_trace() const { return second_.get(); }
@@ -88,7 +87,7 @@ class Player : public QWidget {
   QSlider* bar_;
   QToolButton* play_;
   QLabel* words_;
-  double duration_s_ = 0.0;  ///< of the longer one
+  double duration_s_ = 0.0;  ///< of the longer trace
   double at_s_ = 0.0;
   bool plays_ = false;
 };

@@ -1,4 +1,4 @@
-// Looks for kinds of data: colours, opacities and windows that people know from their own programs.
+// Presets for kinds of data: common colours, opacities and windows.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace palpa::explorer {
 
-/// A look. Its values are those of a CT [HU], or shares [1] of the range of the values of any other data.
+/// Display preset. Values are HU for CT, else shares [1] of the data's range.
 struct Preset {
   struct Point {
     double value;
@@ -23,8 +23,8 @@ struct Preset {
 };
 std::span<const Preset> presets();
 
-/// What a preset makes of a scene: its first field of the right kind is shown so, in place of the layers before. Throws
-/// SceneError where there is no such field.
+/// Layers and window for a scene: its first field of the preset's kind replaces the previous layers. Throws SceneError if there
+/// is no such field.
 struct Preseted {
   std::vector<ViewLayer> layers;
   double window_low = 0.0, window_high = 1.0;  ///< the field's own unit

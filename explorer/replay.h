@@ -1,4 +1,4 @@
-// Hands that are felt again for the player: in the open scene, in it as it was changed, and in another trace's.
+// Replays hands for the player: in the open scene, in its changed version, and from a second trace.
 #pragma once
 
 #include <QObject>
@@ -12,27 +12,27 @@
 
 namespace palpa::explorer {
 
-/// One hand at a time, and beside it at most one more. For the window's thread.
+/// One hand at a time, plus at most one for comparison. For the window's thread.
 class Replay : public QObject {
   Q_OBJECT
  public:
   Replay(Player& player, Jobs& jobs, const Document& document, std::vector<std::filesystem::path> data_folders,
          QObject* parent);
 
-  /// Feels a hand in the open scene; the player shows it in place of another.
-  /// \param second_trace  shown beside it as soon as it is there; empty: none
+  /// Replays a hand in the open scene and shows it in place of another.
+  /// \param second_trace  shown beside it once loaded; empty: none
   void play(const PlayedHand& hand, const std::filesystem::path& second_trace = {});
-  /// Feels the hand in the open scene as it is now, and shows that beside it: what if?
+  /// Replays the hand in the scene as it is now and shows the result beside the first.
   void feel_changed_scene();
-  /// Shows a second trace, of its own scene, beside the hand.
+  /// Shows a second trace, in its own scene, beside the hand.
   void compare_with(const std::filesystem::path& trace);
-  /// The player shows nothing more.
+  /// Clears the player.
   void end();
 
  Q_SIGNALS:
   /// The player shows the hand.
   void shown();
-  /// The hand could not be felt; `said` told why.
+  /// The replay failed; `said` gave the reason.
   void failed();
   void said(const QString& words, bool is_problem);
 
@@ -44,7 +44,7 @@ class Replay : public QObject {
   const Document& document_;
   const std::vector<std::filesystem::path> data_folders_;
   PlayedHand hand_;
-  std::shared_ptr<const FeltTrace> felt_;  ///< null: nothing was felt yet
+  std::shared_ptr<const FeltTrace> felt_;  ///< null: no replay yet
 };
 
 }  // namespace palpa::explorer

@@ -1,4 +1,4 @@
-// What the window draws of the ticks: handed over by the loop, which waits for nobody.
+// Ring of ticks from the loop to the window; the loop never blocks.
 #pragma once
 
 #include <array>
@@ -11,27 +11,27 @@
 
 namespace palpa::explorer {
 
-/// [1] Modes whose force is shown apart. More: curves hide each other.
+/// [1] Modes with a force curve of their own. More: curves hide each other.
 inline constexpr std::size_t most_shown_modes = 8;
-/// [1] Primitives of a moment that are drawn. More: they hide each other.
+/// [1] Primitives drawn of a moment. More: they hide each other.
 inline constexpr std::size_t most_shown_primitives = 24;
 
-/// One tick with what its modes did.
+/// One tick with the forces of its modes.
 struct Sample {
   TickFrame frame;
   std::array<ModeForce, most_shown_modes> modes{};
-  std::size_t count = 0;  ///< of the modes
+  std::size_t count = 0;  ///< of `modes`
 };
 
-/// One tick, as it is drawn in the scene. Plain data, which the loop can copy.
+/// One tick as drawn in the scene. Trivially copyable.
 struct Moment {
-  std::int64_t tick = -1;  ///< -1: none yet
+  std::int64_t tick = -1;  ///< -1: none
   double t_s = 0.0;
   Vec3 probe_m, proxy_m, command_n;
   std::array<PlacedPrimitive, most_shown_primitives> primitives{};
   std::size_t count = 0;
 
-  /// Whether a picture of the other one is no other: nothing is then drawn anew.
+  /// True if a redraw can be skipped.
   bool looks_like(const Moment& other) const noexcept {
     constexpr double moved_m = 1e-6, changed_n = 1e-3;  // less than a pixel
     if ((tick < 0) != (other.tick < 0) || count != other.count || distance(probe_m, other.probe_m) > moved_m ||
@@ -47,19 +47,19 @@ struct Moment {
   }
 };
 
-/// Samples in order, from one thread to another. Where the taker is too slow samples are left out. Allocates at construction.
+/// Lock-free SPSC ring of samples. A full ring drops new samples. Allocates at construction.
 class SampleRing {
  public:
   static constexpr std::size_t size = 1U << 12;  // 4 s at 1 kHz. More: memory; fewer: gaps when the window is slow
 
-  /// The loop's. Never waits.
+  /// Loop's side. Never blocks.
   void give(const Sample& sample) noexcept {
     const std::uint64_t at = given_.load(std::memory_order_relaxed);
     if (at - taken_.load(std::memory_order_acquire) >= size) return;
     (*samples_)[at % size] = sample;
     given_.store(at + 1, std::memory_order_release);
   }
-  /// The window's. False: there is none.
+  /// Window's side. False: empty.
   bool take(Sample& sample) noexcept {
     const std::uint64_t at = taken_.load(std::memory_order_relaxed);
     if (at == given_.load(std::memory_order_acquire)) return false;

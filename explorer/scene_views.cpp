@@ -12,14 +12,14 @@ namespace {
 
 constexpr std::size_t trail_points = 400;
 constexpr double trail_step_m = 2e-4;
-constexpr double jump_m = 0.03;  // farther between two pictures than the mouse leads a hand: it was put there
-// Streamlines near the proxy: how far, how many, and how far it goes until they are drawn anew.
+constexpr double jump_m = 0.03;  // more than the mouse leads a hand between two pictures: the hand was moved
+// Streamlines near the proxy: radius, count, and proxy motion before the next update.
 constexpr double flow_reach_m = 0.012, flow_step_m = 0.0015;
 constexpr std::size_t flow_lines = 10;
 
 bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
 
-/// The scene's first vectors, as they are at its start; null: it has none.
+/// First vector field of the scene, at its start; null: none.
 FieldPtr flow_of(const Scene& scene) {
   for (const std::string& name : field_names(scene)) {
     const FieldPtr field = scene.field({name}).field;
@@ -75,9 +75,9 @@ void SceneViews::start(const Scene& scene) {
 
 void SceneViews::draw_layers(const Scene& scene) {
   if (!view_) return;
-  // Only what is seen matters.
+  // Compare only the settings that change the picture.
   Scene seen = scene;
-  // A mode that is switched off is seen all the same.
+  // Disabled modes are drawn, too.
   for (const SceneMode& mode : scene.modes()) seen.find_mode(mode.name)->enabled = true;
   seen.layers = detail::layers_of(seen);
   Scene compared = seen;
@@ -111,7 +111,7 @@ void SceneViews::show_values(const Scene& scene, double low, double high) {
 }
 
 void SceneViews::show_felt(const Moment& moment, double most_n, bool leads) {
-  // A hand that was put elsewhere leaves no trail on the way.
+  // Clear the trail of a hand that was moved elsewhere.
   if (!trail_.empty() && distance(trail_.back().at_m, moment.proxy_m) > jump_m) trail_.clear();
   if (trail_.empty() || distance(trail_.back().at_m, moment.proxy_m) > trail_step_m)
     trail_.push_back({moment.proxy_m, norm(moment.command_n)});

@@ -1,4 +1,4 @@
-// The open scene as it is seen: in three dimensions and in three slices, with what is felt in all of them.
+// Views of the open scene: one in 3-D, three slices, with hand and forces in all.
 #pragma once
 
 #include <QSplitter>
@@ -13,7 +13,7 @@
 
 namespace palpa::explorer {
 
-/// The slices share one crosshair and one window of values. All sizes are in the hand frame.
+/// The slices share one crosshair and one value window. All lengths are in the hand frame.
 class SceneViews : public QSplitter {
   Q_OBJECT
  public:
@@ -22,29 +22,29 @@ class SceneViews : public QSplitter {
 
   /// Null without OpenGL.
   View3D* view() const { return view_; }
-  /// Forgets another scene, and what was felt in it. Its layers come with `draw_layers`.
+  /// Resets views and trail for a new scene. Layers follow by `draw_layers`.
   void start(const Scene& scene);
-  /// Draws the scene's layers on a thread of their own, if others are drawn now.
+  /// Redraws the layers on a background thread if they have changed.
   void draw_layers(const Scene& scene);
-  /// Whether no surface is seen yet, because the first are being drawn.
+  /// True while the first surfaces are being drawn.
   bool awaits_surfaces() const;
 
-  /// What the slices show of the scene.
+  /// Display settings of the slices.
   const SliceLook& look() const { return look_; }
-  /// Of the data that the slices show; without such data of a hand's reach.
-  palpa::Box bounds_m() const;  // a QFrame has a Box of its own
-  /// Has the slices show values of the scene from `low`, black, to `high`, white, in the field's own unit.
+  /// Of the slices' field; without a field, of a hand's reach.
+  palpa::Box bounds_m() const;  // QFrame has a Box, too
+  /// Sets the slices' value window from `low` (black) to `high` (white), the field's own unit.
   void show_values(const Scene& scene, double low, double high);
 
-  /// What is felt now; its trail grows. \param leads  whether the mouse leads the hand: the slices then go with the proxy
+  /// Shows the current moment and extends the trail. \param leads  the mouse leads the hand: slices follow the proxy
   void show_felt(const Moment& moment, double most_n, bool leads);
-  /// What the player's trace felt at its moment; the slices go with the proxy.
+  /// Shows the player's moment; slices follow the proxy.
   void show_played(const Player& player, double most_n);
-  /// The hand was put elsewhere.
+  /// To be called after the hand was moved elsewhere.
   void forget_trail() { trail_.clear(); }
 
  Q_SIGNALS:
-  // As those of View3D and SliceView.
+  // Forwarded from View3D and SliceView.
   void hold_began(palpa::Vec3 at_m, palpa::Vec3 away);
   void hold_moved(palpa::Vec3 at_m, palpa::Vec3 away, double depth_m);
   void hold_ended(palpa::Vec3 away);
@@ -59,10 +59,10 @@ class SceneViews : public QSplitter {
   View3D* view_ = nullptr;
   std::array<SliceView*, 3> slices_{};
   SliceLook look_;
-  FieldPtr flow_;  ///< vectors that are felt or seen; null: there are none
+  FieldPtr flow_;  ///< vectors that a mode or a layer uses; null: none
   Vec3 flow_seen_at_m_;
   std::vector<TrailPoint> trail_;
-  std::string drawn_;  ///< what the layers that are drawn depend on
+  std::string drawn_;  ///< key of the drawn layers
 };
 
 }  // namespace palpa::explorer

@@ -1,4 +1,4 @@
-// What is remembered of a user from one start to the next, and where the files go that are named by the time.
+// User settings kept between starts, and time-stamped names of new files.
 #pragma once
 
 #include <QSettings>
@@ -13,21 +13,19 @@ class Settings {
   /// \param file  empty: the user's
   explicit Settings(const std::string& file);
 
-  /// Files that were open or saved, the last one first.
+  /// Files opened or saved, most recent first.
   QStringList recent() const;
   void remember(const std::filesystem::path& file);
-  /// Where a file was opened last; `otherwise` before the first.
+  /// Folder of the last opened file; initially `otherwise`.
   QString folder(const QString& otherwise = {}) const;
   void set_folder(const QString& folder);
-  /// Whether the hand has once pressed on something.
+  /// True once the hand has pressed on a surface.
   bool hint_seen() const { return hint_seen_; }
   void set_hint_seen();
 
-  /// Folder of a new trace. \param name  that it begins with
+  /// Folder of a new trace. \param name  prefix
   std::filesystem::path new_trace(const QString& name) const;
-  /// File of a new picture.
   QString new_picture() const;
-  /// Folder of a new film.
   QString new_film() const;
 
  private:

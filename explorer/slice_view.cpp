@@ -13,10 +13,10 @@
 namespace palpa::explorer {
 namespace {
 
-constexpr int coarse_step_px = 3;     // between samples of a slice that moves
-constexpr int refine_after_ms = 120;  // the fine slice comes so long after the last motion
+constexpr int coarse_step_px = 3;     // between samples of a moving slice
+constexpr int refine_after_ms = 120;  // from the last motion to the fine slice
 
-/// Names the first field that a mode reads.
+/// Finds the name of the first field that a mode reads.
 class FirstField : public ParameterVisitor {
  public:
   std::string name;
@@ -41,13 +41,13 @@ double value_of(const Field& field, const Vec3& at_m, bool& inside) {
 SliceLook slice_look_of(const Scene& scene) {
   SliceLook look;
   look.map = scene.hand_to_world();
-  // What the scene shows in slices; else what is felt, scalars before vectors, which a slice shows by their length alone.
+  // Field of the scene's slices, else of its modes; scalars before vectors, which a slice shows by magnitude.
   std::string name, vectors;
   const auto take = [&](const std::string& candidate) {
     if (candidate.empty() || !name.empty()) return;
     try {
       (scene.field({candidate}).field->components() == 1 ? name : vectors) = candidate;
-    } catch (const LoadError&) {  // another one is there
+    } catch (const LoadError&) {  // try the next field
     }
   };
   for (const ViewLayer& layer : scene.layers)
@@ -75,7 +75,7 @@ SliceLook slice_look_of(const Scene& scene) {
     if (named.field->components() == 1) {
       look.least = look.low = value_ranges[0].min;
       look.most = look.high = value_ranges[0].max;
-      // Hounsfield units: the window in which soft tissue and bone are told apart.
+      // Hounsfield units: window that separates soft tissue and bone.
       if (named.unit == "HU" || (look.least < -500.0 && look.most > 1000.0)) look.low = -500.0, look.high = 1000.0;
     } else {
       double squared = 0.0;
@@ -116,7 +116,7 @@ void SliceView::start(const SliceLook& look, const Box& bounds_m) {
   look_ = look;
   const Similarity& map = look.map;
   const auto world = [&](double x, double y, double z) { return map.direction_to_hand({x, y, z}); };
-  // As radiologists hang pictures: the patient's right on the left, the front or the head above.
+  // Radiological convention: patient's right on the left, front or head above.
   if (axis_ == 2) {
     view_.right = world(1, 0, 0);
     view_.up = look.medical ? world(0, -1, 0) : world(0, 1, 0);

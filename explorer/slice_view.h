@@ -1,4 +1,4 @@
-// A slice through the data across one of the world's axes.
+// Slice through the data perpendicular to an axis of the world.
 #pragma once
 
 #include <QImage>
@@ -13,9 +13,9 @@
 
 namespace palpa::explorer {
 
-/// What all slices of a scene share: the field that is seen and how its values become colours.
+/// Display settings shared by all slices of a scene: field and colour mapping.
 struct SliceLook {
-  FieldPtr field;                  ///< scalar or vector (its length is seen), hand frame; null: nothing is seen
+  FieldPtr field;                  ///< scalar or vector (shown by magnitude), hand frame; null: empty slice
   std::string name, unit;          ///< of the field
   double low = 0.0;                ///< shown black, the field's own unit
   double high = 1.0;               ///< shown white
@@ -24,20 +24,20 @@ struct SliceLook {
   Similarity map;                                           ///< hand to world
   bool medical = false;
 };
-/// Of the field that a scene's slices show, or its first mode reads. Throws nothing: without such a field it is empty.
+/// For the field that the scene's slices show, or its first mode reads. Throws nothing: without such a field `field` is null.
 SliceLook slice_look_of(const Scene& scene);
 
-/// Left drag touches within the slice, right drag changes window (across) and level (up), the wheel goes through slices, the
-/// wheel with Ctrl zooms, the middle button moves the slice, a double click asks for the value there.
+/// Left drag: touch within the slice; right drag: window (across) and level (up); wheel: through slices; Ctrl and wheel: zoom;
+/// middle button: pan; double click: value at that position.
 class SliceView : public QWidget {
   Q_OBJECT
  public:
-  /// \param axis  of the world across which it lies: 0, 1, 2
+  /// \param axis  of the world, normal to the slice: 0, 1, 2
   explicit SliceView(int axis, QWidget* parent = nullptr);
 
   void start(const SliceLook& look, const Box& bounds_m);
   void set_look(const SliceLook& look);
-  /// The crosshair, hand frame: the slice goes through it.
+  /// Moves the crosshair, hand frame, and the slice through it.
   void set_cross(const Vec3& at_m);
   void show_touch(const Moment& moment, const std::vector<TrailPoint>& trail, double most_n);
   QSize sizeHint() const override { return {240, 220}; }

@@ -1,4 +1,4 @@
-// What is seen before anything is open: the scenes that come with Palpa, what was open lately, a place to drop files.
+// Page shown while no scene is open: installed scenes, recent files, drop area.
 #pragma once
 
 #include <QStringList>

@@ -9,7 +9,7 @@
 namespace palpa::explorer {
 namespace {
 
-/// The part of the line that is in the box, as ways [m] from its start; empty where `first` is beyond `last`.
+/// Ray interval inside a box, distances [m] from its start; empty if `first` is beyond `last`.
 struct Stretch {
   double first = 0.0, last = std::numeric_limits<double>::infinity();
 };
@@ -29,7 +29,7 @@ Stretch within(const Box& box, const Vec3& from_m, const Vec3& towards) {
   return stretch;
 }
 
-// [1] Looks along a line of sight. More: slower; fewer: thin parts are missed.
+// [1] Samples along a ray. More: slower; fewer: thin parts are missed.
 constexpr double most_looks = 1500.0;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Where a line of sight meets what is seen.
+// Ray casting onto the surfaces of a scene.
 #pragma once
 
 #include <optional>
@@ -9,18 +9,17 @@
 
 namespace palpa::explorer {
 
-/// Finds the place under the cursor on the surfaces that a scene shows, in the data themselves: as exact as what is felt.
+/// Intersects rays with the isosurfaces of the scene's fields, not with drawn triangles: as exact as contacts.
 class SurfaceFinder {
  public:
   SurfaceFinder() = default;
-  /// Allocates. Throws SceneError on layers whose field is not there.
+  /// Allocates. Throws SceneError on layers with a missing field.
   explicit SurfaceFinder(const Scene& scene);
 
-  /// The first place where a line meets a surface, hand frame; none: it meets none.
+  /// First intersection of a ray with a surface, hand frame; none: no intersection.
   /// \param from_m   hand frame
   /// \param towards  [1] unit vector away from the viewer
   std::optional<Vec3> first(const Vec3& from_m, const Vec3& towards) const;
-  /// Whether there is any surface to find.
   bool has_surfaces() const noexcept { return !surfaces_.empty(); }
 
  private:

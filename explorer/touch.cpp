@@ -8,9 +8,9 @@
 namespace palpa::explorer {
 namespace {
 
-// The mouse's hand goes no faster than this [m/s], well below the speed at which the guard lets go. Faster: pushes are blows.
+// Speed limit of the mouse's hand [m/s], well below that at which the guard releases. Faster: pushes are blows.
 constexpr double led_m_per_s = 0.5;
-// Ball in which the mouse's hand stays [m]: scenes are about 0.15 m large.
+// Radius [m] of the mouse's workspace: scenes are about 0.15 m large.
 constexpr double pointer_radius_m = 0.4;
 
 std::atomic<LiveRun*> felt_now{nullptr};
@@ -65,7 +65,7 @@ void Touch::begin(const LoadedScene& loaded, std::unique_ptr<Device> device, con
 std::string Touch::end() {
   if (!run_) return {};
   {
-    const std::lock_guard lock(mutex_);  // of the thread that makes scenes for it
+    const std::lock_guard lock(mutex_);  // protects `next_` from `make_scenes`
     next_.reset();
     felt_now = nullptr;
   }
@@ -102,7 +102,7 @@ void Touch::make_scenes() {
     }
     const Scene scene = *std::exchange(next_, std::nullopt);
     try {
-      run_->scene().set(scene);  // with the lock: `end` waits for it
+      run_->scene().set(scene);  // lock held: `end` waits for it
     } catch (const std::exception& error) {
       problem_ = error.what();
     }
@@ -137,7 +137,7 @@ void Touch::watch() {
     if (!run || last_beat_ns_ == 0 || frozen_) continue;
     if (static_cast<double>(now_ns() - last_beat_ns_) < 1e9 * frozen_after_s) continue;
     frozen_ = true;
-    run->loop().panic();  // with the lock: `end` waits for it
+    run->loop().panic();  // lock held: `end` waits for it
   }
 }
 
@@ -159,7 +159,7 @@ void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
   sample.count = std::min(modes.size(), most_shown_modes);
   std::copy_n(modes.begin(), sample.count, sample.modes.begin());
   samples_.give(sample);
-  // Screens show sixty pictures a second.
+  // Every 8th tick suffices for screens at 60 Hz.
   if (observed_++ % 8 != 0) return;
   Moment moment{.tick = frame.tick,
                 .t_s = frame.t_s,

@@ -1,4 +1,4 @@
-// What the window feels a scene with: the haptic loop on its own thread, the mouse or a device, the recording.
+// Haptic session of the window: loop on its own thread, mouse or device, recording.
 #pragma once
 
 #include <array>
@@ -21,57 +21,57 @@ namespace palpa::explorer {
 
 /// A scene that is being felt. All functions are for the window's thread.
 ///
-/// The window's silence is watched: if `beat` does not come for `frozen_after_s`, the loop lets no force out until it comes.
+/// Watchdog: `frozen_after_s` after the last `beat` the force is held at zero until the next.
 class Touch {
  public:
-  static constexpr double frozen_after_s = 1.0;  ///< Longer: a dead window feels alive; shorter: slow drawing takes the force
+  static constexpr double frozen_after_s = 1.0;  ///< Longer: force despite a dead window; shorter: slow drawing cuts the force
 
   Touch();
   ~Touch();
   Touch(const Touch&) = delete;
   Touch& operator=(const Touch&) = delete;
 
-  /// Begins to feel; what was felt before ends. Throws LoadError where the recording cannot be had: nothing is felt then.
-  /// \param device  the hand's; null: the mouse is the hand
-  /// \param out     folder of the trace; empty: nothing is recorded
+  /// Starts a session; ends the previous one. Throws LoadError if the recording cannot be created; no session runs then.
+  /// \param device  null: the mouse
+  /// \param out     folder of the trace; empty: no recording
   void begin(const LoadedScene& loaded, std::unique_ptr<Device> device, const std::filesystem::path& out = {});
-  /// Ends it. Returns why the recording is not complete; empty: it is, or there was none.
+  /// Ends the session. Returns why the recording is incomplete; empty: complete, or none.
   std::string end();
   bool is_felt() const noexcept { return run_ != nullptr; }
   bool has_ended() const noexcept { return run_ && run_->has_ended(); }
   bool is_recorded() const noexcept { return run_ && !out_.empty(); }
   const std::filesystem::path& trace() const noexcept { return out_; }
-  /// Whether the mouse is the hand.
+  /// True if the mouse is the hand.
   bool is_by_mouse() const noexcept { return pointer_ != nullptr; }
 
-  /// Has the loop go on with this scene, made on a thread of its own; of several the last.
+  /// Replaces the loop's scene, prepared on a background thread; of several pending scenes the last.
   void change(const Scene& scene);
-  /// What was wrong with the last scene that could not be felt; empty: nothing. Once.
+  /// Returns and clears the error of the last rejected scene; empty: none.
   std::string take_problem();
 
   // ---- the mouse's hand ----
 
-  /// Puts the hand somewhere, with nothing felt on the way. \param at_m  hand frame
+  /// Moves the hand without contacts on the way. \param at_m  hand frame
   void put_hand(const Vec3& at_m);
-  /// Where the hand is to go, not faster than a hand goes. \param to_m  hand frame
+  /// Sets the hand's target, approached at limited speed. \param to_m  hand frame
   void lead_hand(const Vec3& to_m) { wanted_m_ = to_m; }
-  /// Where it was told to go, hand frame [m].
+  /// Target of the hand, hand frame [m].
   const Vec3& led_to_m() const noexcept { return wanted_m_; }
-  /// Sets whether the window has the mouse (`MouseHand::have_mouse`): without it the mouse's hand feels nothing.
+  /// Sets whether the window has the mouse (`MouseHand::have_mouse`): without it the mouse's hand gets no force.
   void have_mouse(bool is_had);
-  /// Time has passed for the window: the hand goes on, the watch is told that the window lives. \param dt_s  [s]
+  /// Advances the hand and resets the watchdog. \param dt_s  [s]
   void beat(double dt_s);
 
-  // ---- what is felt ----
+  // ---- the session ----
 
   LiveLoop* loop() noexcept { return run_ ? &run_->loop() : nullptr; }
-  /// The latest tick with its primitives.
+  /// Latest tick with its primitives.
   const Moment& moment() noexcept { return moments_.take(); }
   SampleRing& samples() noexcept { return samples_; }
   void panic();
   void resume();
   bool is_held() const noexcept { return held_; }
-  /// What the system refused to the loop's thread, and what the device bears less than the scene wants.
+  /// Real-time privileges denied to the loop's thread, and scene settings above the device's limits.
   const std::vector<std::string>& notes() const noexcept { return prepared_.notes; }
 
  private:
@@ -82,7 +82,7 @@ class Touch {
   std::filesystem::path out_;
   RunOptions options_;
   PreparedRun prepared_;
-  MouseHand* pointer_ = nullptr;  ///< `device_`, where it is the mouse's
+  MouseHand* pointer_ = nullptr;  ///< `device_`, if it is the mouse
   std::unique_ptr<Device> device_;
   std::unique_ptr<LiveRun> run_;
   bool held_ = false;
@@ -94,7 +94,7 @@ class Touch {
   Latest<Moment> moments_;
   std::uint64_t observed_ = 0;
 
-  // Scenes to be felt next, made on a thread of their own; and the watch over the window.
+  // Pending scene, prepared by `maker_`; `watcher_` is the watchdog.
   std::mutex mutex_;
   std::condition_variable wake_;
   std::optional<Scene> next_;

@@ -19,17 +19,17 @@
 namespace palpa::explorer {
 namespace {
 
-constexpr double first_depth_m = 1e-3;     // of a press. Deeper: the first touch is a blow; less: it is not felt
-constexpr double deepest_m = 0.05;         // of a press
-constexpr int still_after_ms = 250;        // the fine picture comes so long after the last motion
-constexpr double degrees_per_px = 0.4;     // of a turn
-constexpr float coarse_image_step = 3.0F;  // [pixels] between rays of a cloud that moves
+constexpr double first_depth_m = 1e-3;     // initial, of a press. Deeper: the first touch is a blow; less: not felt
+constexpr double deepest_m = 0.05;         // largest, of a press
+constexpr int still_after_ms = 250;        // from the last motion to the fine picture
+constexpr double degrees_per_px = 0.4;     // of a rotation
+constexpr float coarse_image_step = 3.0F;  // [pixels] between rays of a moving cloud
 
 constexpr Vec3 from_front = {0.35, 0.25, 1.0};
 
 }  // namespace
 
-/// What is painted over VTK's picture.
+/// Overlay over VTK's picture.
 class View3D::Overlay : public QWidget {
  public:
   explicit Overlay(View3D* view) : QWidget(view), view_(*view) {
@@ -186,7 +186,6 @@ void View3D::show_all() {
   const auto extent = [&](const Vec3& axis) {
     return std::abs(axis.x) * size.x + std::abs(axis.y) * size.y + std::abs(axis.z) * size.z;
   };
-  // Beside the legend.
   const bool explained = marks_ && !(drawing_.signs.legend.empty() && drawing_.signs.bars.empty());
   const double legend_px = explained ? std::min(120.0, 0.25 * width()) : 0.0;
   const double aspect = std::max(1.0, width() - legend_px) / std::max(1, height());
@@ -204,7 +203,7 @@ void View3D::zoom(double factor) {
 
 void View3D::turn(double right_deg, double up_deg) {
   const double a = right_deg * M_PI / 180.0, b = up_deg * M_PI / 180.0;
-  // About the hand's own up, as a turntable, and about the picture's right: up stays up.
+  // Turntable: about the hand frame's y and the picture's right, so up stays up.
   const Vec3 y{0, 1, 0};
   const auto about = [](const Vec3& axis, double angle, const Vec3& v) {
     return std::cos(angle) * v + std::sin(angle) * cross(axis, v) + (1.0 - std::cos(angle)) * dot(axis, v) * axis;
@@ -244,7 +243,7 @@ Vec3 View3D::at_m(const QPointF& px) const {
 }
 
 std::optional<Vec3> View3D::surface_at(const QPointF& px) const {
-  // From in front of everything.
+  // From in front of all data.
   const double far_m = 2.0 * norm(drawing_.bounds_m.size_m()) + distance(view_.centre_m, drawing_.bounds_m.centre_m());
   return finder_.first(at_m(px) + far_m * view_.towards, -view_.towards);
 }
@@ -265,7 +264,7 @@ void View3D::mousePressEvent(QMouseEvent* event) {
     drag_ = Drag::move;
   } else if (event->button() == Qt::LeftButton && !(event->modifiers() & Qt::AltModifier)) {
     const auto surface = surface_at(last_px_);
-    // Where nothing is a surface, in a flow, the hand goes in a plane through what is looked at.
+    // Without any surface (a flow) the hand moves in a plane through the view's centre.
     if (surface || !finder_.has_surfaces()) {
       drag_ = Drag::touch;
       depth_m_ = surface ? first_depth_m : 0.0;
@@ -304,7 +303,7 @@ void View3D::mouseReleaseEvent(QMouseEvent*) {
 void View3D::wheelEvent(QWheelEvent* event) {
   const double notches = event->angleDelta().y() / 120.0;
   if (drag_ == Drag::touch) {
-    // Finer where the press is light.
+    // Finer steps for a light press.
     depth_m_ = std::clamp(depth_m_ + notches * (4e-4 + 0.15 * std::abs(depth_m_)), -deepest_m, deepest_m);
     lead(last_px_);
   } else {
@@ -321,7 +320,7 @@ void View3D::resizeEvent(QResizeEvent* event) {
 }
 
 bool View3D::event(QEvent* event) {
-  // VTK's own interactor gets none of our mouse events.
+  // Keep mouse events from VTK's own interactor.
   switch (event->type()) {
     case QEvent::MouseButtonPress:
     case QEvent::MouseButtonRelease:
@@ -386,7 +385,7 @@ void View3D::apply_camera() {
                          distance(view_.centre_m, drawing_.bounds_m.centre_m());
   vtkCamera& camera = *solid_->GetActiveCamera();
   const Vec3 eye = view_.centre_m + reach_m * view_.towards;
-  // Two eyes need a perspective.
+  // Stereo needs perspective.
   camera.SetParallelProjection(stereo_ == Stereo::off);
   if (stereo_ != Stereo::off) {
     const double away_m = view_.half_height_m / std::tan(15.0 * M_PI / 180.0);
@@ -407,7 +406,7 @@ void View3D::apply_camera() {
 
 void View3D::redraw() {
   apply_camera();
-  // What this widget shows is what VTK has rendered last.
+  // The widget shows VTK's last rendering.
   if (isVisible()) window_->Render();
   update();
   overlay_->update();

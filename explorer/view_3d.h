@@ -1,4 +1,4 @@
-// The scene in three dimensions: layers drawn by VTK, what is felt painted over them, the mouse as a hand.
+// 3-D view of the scene: layers drawn by VTK, hand and forces painted over them, mouse input.
 #pragma once
 
 #include <QVTKOpenGLNativeWidget.h>
@@ -19,30 +19,30 @@ class vtkRenderer;
 
 namespace palpa::explorer {
 
-/// Left drag on a surface touches it, elsewhere it turns the view, as the right button does anywhere; the middle button moves
-/// the view; the wheel presses while something is touched, else it zooms. All sizes are in the hand frame.
+/// Left drag on a surface touches it, elsewhere turns the view, like the right button anywhere; middle button: pan; wheel:
+/// presses during a touch, else zooms. All lengths are in the hand frame.
 class View3D : public QVTKOpenGLNativeWidget {
   Q_OBJECT
  public:
   explicit View3D(QWidget* parent = nullptr);
   ~View3D() override;
 
-  /// Forgets the layers of another scene, and looks at all of the data, from where the scene says.
+  /// Resets the layers for a new scene and shows all data from the scene's viewpoint.
   void start(const Scene& scene);
-  /// Shows these layers in place of those before.
+  /// Replaces the layers.
   void show_drawing(Drawing drawing, const Scene& scene);
   const Drawing& drawing() const { return drawing_; }
-  /// What is felt. \param trail  oldest first
+  /// Sets hand, forces and trail. \param trail  oldest first
   void show_touch(const Moment& moment, std::vector<TrailPoint> trail, double most_n);
-  /// The flow near the proxy, hand frame.
+  /// Flow near the proxy, hand frame.
   void show_streamlines(std::vector<detail::Streamline> lines);
-  /// Words over the picture, at its top (a fault) and its bottom (a hint); empty: none.
+  /// Text at the top (a fault) and at the bottom (a hint); empty: none.
   void show_words(const QString& top, const QString& bottom);
   void show_marks(bool shown);
   bool shows_marks() const { return marks_; }
 
   const detail::View& view() const { return view_; }
-  /// The data seen from a direction of the hand frame. \param from  [1]  \param up  [1]
+  /// Sets the viewing direction, hand frame. \param from  [1]  \param up  [1]
   void look_from(const Vec3& from, const Vec3& up);
   void show_all();
   void zoom(double factor);
@@ -52,15 +52,15 @@ class View3D : public QVTKOpenGLNativeWidget {
   void set_stereo(Stereo stereo);
   Stereo stereo() const { return stereo_; }
   void set_dark(bool dark);
-  /// [s] that the last picture took.
+  /// [s] duration of the last redraw.
   double frame_s() const { return frame_s_; }
-  /// The picture with all that is painted over it.
+  /// Picture including the overlay.
   QImage picture();
 
  Q_SIGNALS:
-  /// The mouse has taken hold of the surface here. \param at_m  hand frame  \param away  [1] into the screen
+  /// A touch began on the surface here. \param at_m  hand frame  \param away  [1] into the screen
   void hold_began(palpa::Vec3 at_m, palpa::Vec3 away);
-  /// It leads the hand to this place of the surface, pressed in by the depth [m].
+  /// The touch moved to this surface point, pressed in by the depth [m].
   void hold_moved(palpa::Vec3 at_m, palpa::Vec3 away, double depth_m);
   void hold_ended(palpa::Vec3 away);
   void turned();
@@ -82,7 +82,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   std::optional<Vec3> surface_at(const QPointF& px) const;
   void lead(const QPointF& px);
   void apply_camera();
-  /// Whether a processor draws, no graphics card: what moves is then drawn coarser.
+  /// True for software rendering: moving pictures are drawn coarser.
   bool is_slow();
   void move_begins();
   void move_ends();
@@ -100,7 +100,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   bool medical_ = false;
   double world_per_hand_ = 1.0;
   double depth_m_ = 0.0;
-  double plane_depth_m_ = 0.0;  // of the hand, where there is no surface, from the view's centre away
+  double plane_depth_m_ = 0.0;  // of the hand's plane behind the view's centre, without a surface
   Moment moment_;
   std::vector<TrailPoint> trail_;
   std::vector<detail::Streamline> streamlines_;

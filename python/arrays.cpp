@@ -14,7 +14,7 @@
 namespace palpa::python {
 namespace {
 
-/// The type of voxels that an array's are without a copy.
+/// Voxel type equal to an array's, without a copy.
 std::optional<VoxelType> voxel_type_of(const py::dtype& type) {
   if (!type.attr("isnative").cast<bool>()) return {};
   switch (type.kind()) {
@@ -34,7 +34,7 @@ std::optional<VoxelType> voxel_type_of(const py::dtype& type) {
   }
 }
 
-/// The smallest type of voxels that holds all values of a type of arrays; none where there is none.
+/// Smallest voxel type that holds all values of an array type; none if there is none.
 const char* type_that_holds(const py::dtype& type) {
   const auto bytes = type.itemsize();
   switch (type.kind()) {
@@ -48,13 +48,13 @@ const char* type_that_holds(const py::dtype& type) {
 
 std::string name_of(const py::dtype& type) { return type.attr("__str__")().cast<std::string>(); }
 
-/// How the axes x, y, z of an array lie in memory.
+/// Memory layout of the axes x, y, z of an array.
 struct Layout {
   std::array<int, 3> axis{};       ///< x, y or z of the grid's i, j, k
-  std::array<bool, 3> reversed{};  ///< of i, j, k: the array's index rises against memory
+  std::array<bool, 3> reversed{};  ///< of i, j, k: the array's index increases against memory
 };
 
-/// None where voxels are not close to one another.
+/// None if voxels are not contiguous.
 std::optional<Layout> layout_of(const py::array& array) {
   const bool is_vector = array.ndim() == 4;
   py::ssize_t next = array.itemsize();
@@ -80,7 +80,7 @@ std::optional<Layout> layout_of(const py::array& array) {
   return layout;
 }
 
-/// Nobody writes into it any more through this array or those that it is a view of: a grid reads its range but once.
+/// Makes this array and its bases read-only, because a grid reads its range only once.
 void make_read_only(py::object array) {
   while (py::isinstance<py::array>(array)) {
     array.attr("flags").attr("writeable") = false;
@@ -98,7 +98,7 @@ void check_shape(const py::array& array) {
   if (array.size() == 0) refuse("has no voxels; a volume has at least one along each axis");
 }
 
-/// The same values in a type of voxels, close to one another.
+/// Contiguous copy of the values in a voxel type.
 py::array copied(const py::array& array) {
   const char* const type = type_that_holds(array.dtype());
   if (!type) throw py::type_error("an array of " + name_of(array.dtype()) + " holds no voxels; use whole numbers or floats");
@@ -109,7 +109,7 @@ py::array copied(const py::array& array) {
   return copy;
 }
 
-/// The array itself, or a copy where that is allowed and needed.
+/// The array itself, or, if allowed and needed, a copy.
 py::array readable(const py::array& array, bool copy) {
   const auto type = voxel_type_of(array.dtype());
   if (type && layout_of(array)) return copy ? copied(array) : array;
@@ -132,7 +132,7 @@ GridGeometry geometry_of(const py::array& array, const Layout& layout, const Pla
     if (geometry.dims != dims) throw py::value_error("the planes of the array are not one for each of its voxels");
     return geometry;
   }
-  const Mat3 steps = transposed(placed.steps_m);  // a row for each axis of the array
+  const Mat3 steps = transposed(placed.steps_m);  // one row per axis of the array
   Vec3 first_m;
   if (placed.origin_m) {
     first_m = *placed.origin_m;
@@ -223,7 +223,7 @@ py::object affine_of(const Field& field) {
 
 namespace {
 
-/// Places in memory as doubles, and the shape without its last axis.
+/// Positions in memory as doubles, and the shape without its last axis.
 struct Places {
   Numbers points_m;
   std::vector<py::ssize_t> shape;
@@ -251,13 +251,13 @@ py::array_t<double> results(const Places& places, std::initializer_list<py::ssiz
   return py::array_t<double>(shape);
 }
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();  // where the field has no data
+constexpr double none = std::numeric_limits<double>::quiet_NaN();  // outside of the field's data
 
-/// Calls `act(first, last)` for parts of all places on all cores, without the interpreter's lock; looks for signals now and
-/// then.
+/// Calls `act(first, last)` for parts of all positions on all cores, without the interpreter's lock; checks signals regularly.
 template <class Act>
 void for_all(const Places& places, const Act& act) {
-  constexpr std::int64_t block = 1 << 20, least = 4096;  // [1] places. More: Ctrl-C is heard later; fewer: more threads begin
+  constexpr std::int64_t block = 1 << 20,
+                         least = 4096;  // [1] positions. More: Ctrl-C takes effect later; fewer: more threads are started
   const py::gil_scoped_release release;
   for (std::int64_t begin = 0; begin < places.count; begin += block) {
     detail::in_parts(std::min(block, places.count - begin), least,

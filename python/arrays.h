@@ -13,34 +13,34 @@
 
 namespace palpa::python {
 
-/// Writes the three components of a vector; returns where the next one goes.
+/// Returns the position after the vector.
 inline double* put(double* to, const Vec3& v) noexcept {
   to[0] = v.x, to[1] = v.y, to[2] = v.z;
   return to + 3;
 }
 
-/// An object of Python's, kept by a thread that need not have the interpreter's lock.
+/// Python object, kept by a thread that need not have the interpreter's lock.
 std::shared_ptr<const void> kept(pybind11::object object, const void* data);
 
-/// Where the voxels of an array lie.
+/// Position of an array's voxels.
 struct PlacedArray {
-  Mat3 steps_m = Mat3::identity();  ///< [m] column = from voxel to voxel along the array's x, y, z: its last axis first
-  std::optional<Vec3> origin_m{};   ///< [m] of the voxel [0, 0, 0]; none: the middle of the array lies in the world's origin
+  Mat3 steps_m = Mat3::identity();  ///< [m] columns: steps from voxel to voxel along the array's x, y, z (its last axis first)
+  std::optional<Vec3> origin_m{};   ///< [m] of the voxel [0, 0, 0]; none: the array is centred at the world's origin
   std::optional<std::array<std::vector<double>, 3>> planes_m{};  ///< [m] along x, y, z, in place of both: of a rectilinear grid
 };
 
-/// A volume of one field that reads the array where it is. Raises ValueError or TypeError, one line.
+/// Volume of one field that reads the array in place. Raises ValueError or TypeError, one line.
 /// \param array  indexed [z, y, x], or [z, y, x, component] for vectors
-/// \param copy   take a copy where the array cannot be read as it is
+/// \param copy   copy an array that cannot be read in place
 Volume array_volume(const pybind11::object& array, const PlacedArray& placed, const std::string& unit, bool copy);
 
-/// The voxels of a field on a grid, indexed [z, y, x] or [z, y, x, component], without a copy where they need no scale, not to
-/// be written; None of one without.
+/// Voxels of a field on a grid, indexed [z, y, x] or [z, y, x, component], read-only, without a copy unless scaled; None for
+/// other fields.
 pybind11::object voxels_of(const FieldPtr& field);
-/// From indices of those voxels (x, y, z) to places of the world, shape (4, 4); None where there is none.
+/// Matrix from indices of those voxels (x, y, z) to world positions, shape (4, 4); None if there is none.
 pybind11::object affine_of(const Field& field);
 
-/// Values and gradients at many places.
+/// Values and gradients at many positions.
 pybind11::tuple sample(const Field& field, const pybind11::object& points_m);
 
 }  // namespace palpa::python

@@ -11,23 +11,22 @@ namespace {
 
 using Call = PyObject* (*)(PyObject*, PyObject*, PyObject*);
 
-/// What is known of a function by the capsule that pybind11 hands it; for as long as the process lives. With the interpreter's
-/// lock.
+/// Description of a function, by its pybind11 capsule, for the process's lifetime. With the interpreter's lock.
 struct Known {
   std::string called;  ///< "Session.tick"
-  std::string doc;     ///< whose first line is the signature
+  std::string doc;     ///< its first line is the signature
   bool has_self = false;
 };
 struct Calls {
   std::unordered_map<PyObject*, Known> known;
-  Call dispatch = nullptr;  // of pybind11, of all functions
+  Call dispatch = nullptr;  // pybind11's, of all functions
 };
 Calls& calls() {
   static auto* const all = new Calls;
   return *all;
 }
 
-/// Calls the function; where its values fit no signature says so in a sentence.
+/// Calls the function; raises a one-sentence error if its values match no signature.
 PyObject* called(PyObject* self, PyObject* given, PyObject* named) {
   PyObject* const result = calls().dispatch(self, given, named);
   if (result || !PyErr_ExceptionMatches(PyExc_TypeError)) return result;

@@ -1,4 +1,4 @@
-// Long work that Python waits for: without the interpreter's lock, and ended by Ctrl-C.
+// Long work for Python: without the interpreter's lock, and ended by Ctrl-C.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -13,13 +13,13 @@
 
 namespace palpa::python {
 
-/// Runs `act(stop, token)` on a thread of its own without the interpreter's lock, while this one looks for signals. After an
-/// interrupt `stop` and `token` are set; KeyboardInterrupt is raised when `act` has returned. Throws what `act` throws, and
-/// what a mode of Python's raised in it.
+/// Runs `act(stop, token)` on a new thread without the interpreter's lock, while the calling thread checks signals. An
+/// interrupt sets `stop` and `token`; KeyboardInterrupt is raised when `act` has returned. Throws the exceptions of `act` and
+/// of Python modes in it.
 template <class Act>
 auto interruptible(const Act& act) {
   namespace py = pybind11;
-  constexpr auto interval = std::chrono::milliseconds(50);  // Longer: Ctrl-C is heard later; shorter: more work
+  constexpr auto interval = std::chrono::milliseconds(50);  // Longer: Ctrl-C takes effect later; shorter: more work
   std::atomic<bool> stop{false};
   std::stop_source source;
   std::optional<py::error_already_set> interrupt;

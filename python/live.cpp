@@ -1,4 +1,4 @@
-// Live scenes: felt in real time on a thread of their own, changed and watched from Python.
+// Live scenes: rendered in real time on a thread of their own, changed and observed from Python.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <unistd.h>
@@ -30,21 +30,21 @@ void check_for_real_time(const Scene& scene) {
   if (const std::string why = what_is_not_for_real_time(scene); !why.empty()) throw SceneError(why);
 }
 
-/// The primitives of a moment, for who draws them. Plain data, which the loop can copy.
+/// Primitives of a tick, for drawing. Plain data, which the loop can copy.
 struct Seen {
   static constexpr std::size_t most = 24;  // more: they hide each other
   std::array<PlacedPrimitive, most> primitives{};
   std::size_t count = 0;
 };
 
-/// A mouse as the hand of one run at a time.
+/// Mouse as the hand of one run at a time.
 struct OwnPointer {
   explicit OwnPointer(const MouseHand::Options& options) : hand(options) {}
   MouseHand hand;
   std::atomic<bool> is_held{false};
 };
 
-/// Holds one, from construction to `let_go`.
+/// Holds a mouse from construction to `let_go`.
 class PointerHold {
  public:
   explicit PointerHold(std::shared_ptr<OwnPointer> own) : pointer_(std::move(own)) {
@@ -57,9 +57,9 @@ class PointerHold {
   PointerHold(const PointerHold&) = delete;
   PointerHold& operator=(const PointerHold&) = delete;
 
-  /// The device; null where there is none.
+  /// The device; null if there is none.
   Device* device() const noexcept { return pointer_ ? &pointer_->hand : nullptr; }
-  /// It may be another run's hand, now that this one is over.
+  /// Frees the mouse for another run.
   void let_go() noexcept {
     if (std::exchange(holds_, false)) pointer_->is_held = false;
   }
@@ -69,10 +69,10 @@ class PointerHold {
   bool holds_ = false;
 };
 
-/// A live run with its hand or device.
+/// Live run with its hand or device.
 struct HeldRun {
-  /// \param mouse  the hand's device, if it is a pointer of the program's; stays with the run
-  /// \param made_in_python  the same, if it is a device in Python
+  /// \param mouse  device of the hand, if it is a mouse of the program; stays with the run
+  /// \param made_in_python  device of the hand, if it is written in Python
   HeldRun(PreparedRun made, const RunOptions& options, std::shared_ptr<OwnPointer> mouse,
           std::unique_ptr<OwnDevice> made_in_python)
       : prepared(std::move(made)), pointer(std::move(mouse)), own(std::move(made_in_python)) {
@@ -98,31 +98,31 @@ struct HeldRun {
   PointerHold pointer;
   std::unique_ptr<OwnDevice> own;
   std::optional<PacedHand> paced;
-  unsigned told = 0;  // [ticks] by the loop
+  unsigned told = 0;  // [ticks] counted by the loop
   Latest<Seen> seen;
-  std::mutex looking;  // of those who take what is seen: the loop never takes it
+  std::mutex looking;  // locked by readers of the latest primitives, never by the loop
   std::optional<LiveRun> run;
 };
 
-/// It for Python. A process that was forked has no thread of the loop: there it can be neither asked nor ended.
+/// Live run for Python. A forked process lacks the loop's thread: it can neither read nor end the run.
 class Live {
  public:
   explicit Live(std::unique_ptr<HeldRun> held) : held_(std::move(held)) {}
   ~Live() {
     const py::gil_scoped_release release;
-    if (is_forked()) static_cast<void>(held_.release());  // its thread could not be waited for
+    if (is_forked()) static_cast<void>(held_.release());  // its thread cannot be joined
     held_.reset();
   }
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
 
-  /// The latest tick, of any thread.
+  /// Latest tick, of any thread.
   LiveView latest() {
     LiveRun& live = run();
     const std::lock_guard lock(held_->looking);
     return live.loop().latest();
   }
-  /// What was placed last, of any thread.
+  /// Latest primitives, of any thread.
   Seen seen() {
     static_cast<void>(run());
     const std::lock_guard lock(held_->looking);
@@ -143,7 +143,7 @@ class Live {
     if (held_->own) held_->own->end();
     return lost;
   }
-  /// What is to be known of it, a sentence each.
+  /// Messages, a sentence each.
   std::vector<std::string> told() {
     LiveRun& felt = run();
     std::vector<std::string> all = held_->prepared.loaded.warnings;
@@ -262,7 +262,7 @@ void bind_mouse_hand(py::module_& module) {
 }  // namespace
 
 void bind_live(py::module_& module) {
-  // Whatever takes a lock or waits does so without the interpreter's lock: what is freed there asks for it.
+  // Code that locks or blocks runs without the interpreter's lock, because objects freed there need it.
   py::class_<Live>(module, "Live")
       .def("scene",
            [](Live& live) {
@@ -296,7 +296,7 @@ void bind_live(py::module_& module) {
       });
   module.def("live", &start);
   module.def("with_motors_at_rest", [](const py::function& act) {
-    const py::gil_scoped_release release;  // a device in Python needs the interpreter to let go
+    const py::gil_scoped_release release;  // a Python device needs the interpreter to release
     const MotorsAtRest rest;
     const py::gil_scoped_acquire acquire;
     act();

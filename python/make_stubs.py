@@ -1,4 +1,4 @@
-"""Writes palpa/__init__.pyi, the types of the package for checkers and editors, from the package itself.
+"""Writes palpa/__init__.pyi, the type stubs for checkers and editors, from the package itself.
 
     make_stubs.py OUT     with the package on PYTHONPATH
 """
@@ -25,12 +25,12 @@ __all__: list[str]
 
 
 def is_bound(thing):
-    """Of C++, with a signature in its docstring."""
+    """True for a C++ function, which has its signature in its docstring."""
     return "pybind11" in str(type(thing)) or "builtin" in str(type(thing)) or type(thing).__name__ == "instancemethod"
 
 
 def in_python(text):
-    """A signature of pybind11's in the words of Python."""
+    """Signature of pybind11 as Python annotations."""
     text = re.sub(r"palpa(\._palpa)?\.", "", text)
     text = re.sub(r"numpy\.ndarray(\[[^\]]*\])?", "ndarray", text)
     text = re.sub(r"\b(\w+): object = None", r"\1: ArrayLike | None = ...", text)
@@ -55,7 +55,7 @@ def function(name, thing, indent=""):
         return f"{indent}def {name}{signature_of(thing.__doc__, name)}: ..."
     signature = inspect.signature(thing)
     parameters = []
-    if name == "__init__" and thing is palpa.Scene.__init__:  # those of its coupling
+    if name == "__init__" and thing is palpa.Scene.__init__:  # parameters of its coupling
         signature = signature.replace(return_annotation=None, parameters=[
             p if p.name == "self" else p.replace(annotation=float) for p in signature.parameters.values()])
     for parameter in signature.parameters.values():
@@ -67,7 +67,7 @@ def function(name, thing, indent=""):
 
 
 def listed_class(cls, indent=""):
-    """A class that is made of a list of parameters."""
+    """Stub of a class with a list of parameters."""
     name = cls.__name__
     base = cls.__mro__[1].__name__
     lines = [f"{indent}@final", f"{indent}class {name}{'(Mode)' if base == '_ListedMode' else ''}:"]
@@ -90,7 +90,7 @@ def listed_class(cls, indent=""):
 
 
 def is_said(thing):
-    """A constructor of C++ that can be called."""
+    """True for a C++ constructor that can be called."""
     return (thing.__doc__ or "").startswith("__init__(self") and "Overloaded" not in thing.__doc__
 
 
@@ -126,7 +126,7 @@ def plain_class(cls):
     for each, kind in vars(cls).get("__annotations__", {}).items():
         lines.append(f"    {each}: {kind}".replace("numpy.", ""))
     for each, thing in members.items():
-        if each == "__getattr__" and cls is not palpa.Trace:  # it says what was meant; a checker does, too
+        if each == "__getattr__" and cls is not palpa.Trace:  # only for suggestions, which a checker has, too
             continue
         special = each in ("__init__", "__call__", "__eq__", "__enter__", "__exit__", "__getattr__", "__hash__")
         if each.startswith("_") and not special or thing is None or each == "__hash__" and thing is None:
@@ -142,7 +142,7 @@ def plain_class(cls):
             if each == "__init__" and (is_bound(thing) or "slot wrapper" in str(thing)) and not is_said(thing):
                 continue
             lines.append(function(each, thing, "    "))
-        elif type(thing).__name__ == name:  # a value of an enumeration
+        elif type(thing).__name__ == name:  # enumerator
             lines.append(f"    {each}: ClassVar[{name}]")
     if len(lines) == 1:
         lines.append("    ...")

@@ -20,7 +20,7 @@ namespace {
 
 thread_local ModeFailure* watched_failure = nullptr;
 
-/// Names of fields that a mode reads, under the names that its user has for them.
+/// Fields that a mode reads, by their names in the mode.
 struct ReadFields {
   std::vector<std::pair<std::string, FieldRef>> fields;
 
@@ -31,38 +31,38 @@ struct ReadFields {
   }
 };
 
-/// A mode whose `place` is a method of a Python object.
+/// Mode whose `place` is a method of a Python object.
 struct PythonMode {
   static constexpr auto type = "python";
   static constexpr auto summary = "A mode that is written in Python.";
 
   ReadFields read;
   std::shared_ptr<const void> object;  // of Python
-  bool strict = true;                  // a primitive that would be refused raises
+  bool strict = true;                  // raises on a primitive that would be refused
   std::string name = "python";         // in its scene
 
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 void visit_part(PythonMode& mode, ParameterVisitor& visitor) { mode.read.visit(ParameterKind::optional_field, visitor); }
 
-/// A mode whose `place` is a function of C.
+/// Mode whose `place` is a C function.
 struct CFunctionMode {
   static constexpr auto type = "c_function";
   static constexpr auto summary = "A mode that is a function of C.";
 
-  /// \param in   proxy, probe and place of the samples [m], 3 numbers each, time step [s], stiffness [N/m]; then of each scalar
+  /// \param in   proxy, probe and sample positions [m], 3 numbers each, time step [s], stiffness [N/m]; then of each scalar
   ///             field inside (1 or 0), value and gradient [unit/m]; of each vector field inside, 3 values and 9 of the
   ///             Jacobian
   /// \param out  rows of 9 for primitives: kind (0 point, 1 line, 2 plane, 3 directed force), position [m], direction [1],
   ///             strength [N], drag [N·s/m]; room for `most_primitives`
-  /// Returns how many rows it filled.
+  /// Returns the number of rows.
   using Function = int (*)(const double* in, double* out);
   static constexpr std::size_t most_primitives = 16, most_fields = 8, numbers_of_one = 9;
 
   ReadFields scalars, vectors;
   Function function = nullptr;
-  std::shared_ptr<const void> owner;  // what keeps the function there
-  /// The most rows that it returned of those that do not fit, until that is told; shared by all copies.
+  std::shared_ptr<const void> owner;  // keeps the function loaded
+  /// Largest returned number of rows beyond the room, until reported; shared by all copies.
   std::shared_ptr<std::atomic<int>> excess = std::make_shared<std::atomic<int>>(0);
 
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
@@ -72,7 +72,7 @@ void visit_part(CFunctionMode& mode, ParameterVisitor& visitor) {
   mode.vectors.visit(ParameterKind::vector_field, visitor);
 }
 
-/// What a Python mode sees, for as long as its `place` runs.
+/// Context of a Python mode, valid while its `place` runs.
 class Here {
  public:
   Here(const ModeContext& context, const ReadFields& read) : context_(&context), read_(&read) {}
@@ -100,7 +100,7 @@ class Out {
   Out(PrimitiveSink sink, const Vec3& start_m, const PythonMode& mode) : sink_(sink), mode_(&mode) { judge().clear(start_m); }
   void end() noexcept { mode_ = nullptr; }
 
-  /// Has `add` add one primitive; of a strict mode raises ValueError where the tick would refuse it.
+  /// Calls `add` for one primitive; for a strict mode raises ValueError if the tick would refuse it.
   template <class Add>
   void place(const Add& add) const {
     if (!mode_) throw std::runtime_error("'here' and 'out' can be used only while 'place' runs");
@@ -115,7 +115,7 @@ class Out {
   }
 
  private:
-  /// The primitives that the mode under way has placed, as the tick would take them.
+  /// Primitives that the running mode has placed, as the tick would take them.
   static PrimitiveSet& judge() {
     thread_local PrimitiveSet set;
     return set;
@@ -147,7 +147,7 @@ void PythonMode::place(const ModeContext& context, PrimitiveSink sink) const noe
     }
     here->end();
     out->end();
-  } catch (const std::exception& error) {  // of memory
+  } catch (const std::exception& error) {  // out of memory
     PyErr_SetString(PyExc_RuntimeError, error.what());
     tell(py::error_already_set());
   }
@@ -196,7 +196,7 @@ std::uint16_t slot_of(std::int64_t slot) {
   throw py::value_error("'slot' is " + std::to_string(slot) + "; it lies between 0 and 65535");
 }
 
-// A field of the other kind is outside everywhere: that is said rather than felt as no data.
+// A field of the other kind would be outside everywhere: an error instead of silence.
 ScalarSample scalar_of(const Here& here, const std::string& name) {
   const ModeContext& context = here.context();
   const FieldRef& field = here.field(name);

@@ -1,4 +1,4 @@
-// Modes that are written in Python, and modes that are functions of C.
+// Modes written in Python, and modes that are C functions.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -12,11 +12,11 @@
 
 namespace palpa::python {
 
-/// What a mode of Python's raised while this thread felt it. A tick cannot be left by an exception, so it is raised afterwards;
-/// until then such modes place nothing.
+/// Exception of a Python mode on this thread. It cannot leave a tick, so it is raised afterwards; until then these modes place
+/// nothing.
 class ModeFailure {
  public:
-  /// While it lives, modes that this thread feels tell this failure.
+  /// During its lifetime, modes on this thread store their exceptions in this failure.
   class Watch {
    public:
     /// \param stop  set with the first failure; or nullptr
@@ -28,7 +28,7 @@ class ModeFailure {
    private:
     ModeFailure* before_;
   };
-  /// That of this thread; nullptr where nobody watches.
+  /// Failure of this thread; nullptr without a Watch.
   static ModeFailure* watched() noexcept;
 
   ModeFailure() = default;
@@ -37,9 +37,9 @@ class ModeFailure {
   ModeFailure& operator=(const ModeFailure&) = delete;
 
   bool failed() const noexcept { return error_.has_value(); }
-  /// Takes the exception under way in a `catch`. With the interpreter's lock.
+  /// Stores the current exception of a `catch`. With the interpreter's lock.
   void keep(const pybind11::error_already_set& error) noexcept;
-  /// Raises what was kept. With the interpreter's lock.
+  /// Raises the stored exception. With the interpreter's lock.
   void raise();
 
  private:
@@ -47,16 +47,16 @@ class ModeFailure {
   std::atomic<bool>* stop_ = nullptr;
 };
 
-/// The mode under the name that its scene has for it: a mode in Python says it where it raises.
+/// Mode with its name in the scene: a Python mode needs it for its exceptions.
 Mode named(const Mode& mode, const std::string& name);
-/// What modes have to say of what they did since they were asked last, a sentence each.
+/// Messages of modes since the last call, a sentence each.
 std::vector<std::string> told_by_modes(const Scene& scene);
-/// The same as warnings of Python's (palpa.PalpaWarning), which may raise. With the interpreter's lock.
+/// Raises these messages as Python warnings (palpa.PalpaWarning), which may raise. With the interpreter's lock.
 void warn_of_modes(const Scene& scene);
-/// Whether a mode of the scene may ever have to.
+/// True if a mode of the scene may have messages.
 bool may_tell(const Scene& scene);
 
-/// Why a scene cannot be felt in real time; empty: it can.
+/// Reason why a scene cannot run in real time; empty: it can.
 std::string what_is_not_for_real_time(const Scene& scene);
 
 void bind_modes(pybind11::module_& module);

@@ -1,4 +1,4 @@
-// The module palpa._palpa: what the package palpa (python/palpa) is made of.
+// Module palpa._palpa, the base of the package palpa (python/palpa).
 #include <pybind11/pybind11.h>
 
 #include <string>
@@ -17,7 +17,7 @@
 
 namespace palpa::python {
 
-// Its name is that of the file. The order: what others are made of first.
+// The name equals the file's. Order: bases before their users.
 PYBIND11_MODULE(_palpa, module) {
   module.attr("version") = version;
   if (constexpr detail::PluginAbi own = detail::plugin_abi(); own != detail::library_abi()) {

@@ -25,25 +25,25 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Longer: a program that hangs pushes longer; shorter: a busy machine's pause drops the force.
+// Longer: a hanging program pushes longer; shorter: a busy machine's pause drops the force.
 constexpr std::chrono::milliseconds force_lifetime{20};
-// Longer: older places count; shorter: a busy interpreter's pause is a fault.
+// Longer: older positions count; shorter: a busy interpreter's pause is a fault.
 constexpr double state_lifetime_s = 0.05;
-// Between two exchanges. Shorter: more work; longer: forces come later.
+// Interval of exchanges. Shorter: more work; longer: forces come later.
 constexpr std::chrono::milliseconds shortest_interval{1};
-// Between two tries of code that raises. Longer: later back; shorter: more in vain.
+// Retry interval of code that raises. Longer: later recovery; shorter: more futile calls.
 constexpr std::chrono::milliseconds retry_interval{100};
-// Between two looks at whether the code returns. Longer: it is released later; shorter: more work.
+// Polling interval for hanging code. Longer: it is released later; shorter: more work.
 constexpr std::chrono::milliseconds look_interval{10};
-// For code that does not return, at the end. Longer: a program ends later; shorter: a slow device is not closed.
+// At the end, for code that does not return. Longer: a program ends later; shorter: a slow device is not closed.
 constexpr std::chrono::seconds longest_end{1};
-constexpr std::size_t most_told = 8;  // [1] sentences; more: the same again and again
+constexpr std::size_t most_told = 8;  // [1] sentences; more: repetitions
 
 double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
 
-/// The words of a fault as what a DeviceState holds: a literal, for ever.
+/// Words of a fault with static lifetime, for a DeviceState.
 const char* kept_words(const std::string& words) {
-  constexpr std::size_t most_words = 64;  // [1] that a process keeps; more: memory
+  constexpr std::size_t most_words = 64;  // [1] kept by the process; more: memory
   static std::mutex guards;
   static std::set<std::string>* const kept = new std::set<std::string>;
   const std::lock_guard lock(guards);
@@ -51,7 +51,7 @@ const char* kept_words(const std::string& words) {
   return kept->size() < most_words ? kept->insert(words).first->c_str() : "the device says that it has a fault";
 }
 
-/// Of what `read` returned: a DeviceState, three numbers, or None where the position is not known.
+/// State from the result of `read`: a DeviceState, three numbers, or None if the position is unknown.
 DeviceState state_of(const py::object& returned) {
   DeviceState state;
   if (returned.is_none()) return state;
@@ -62,7 +62,7 @@ DeviceState state_of(const py::object& returned) {
     state.valid = true;
   }
   state.valid = state.valid && is_finite(state.position_m);
-  if (!state.valid) state.buttons = 0;  // of a handle that is not there none is held
+  if (!state.valid) state.buttons = 0;  // an absent handle holds no buttons
   if (state.velocity_m_per_s && !is_finite(*state.velocity_m_per_s)) state.velocity_m_per_s.reset();
   return state;
 }
@@ -86,11 +86,11 @@ struct OwnDevice::Shared {
     Vec3 force_n;
     Clock::time_point time{};
   };
-  py::object device;  // by its thread alone, with the interpreter's lock
+  py::object device;  // for its thread alone, with the interpreter's lock
   Latest<Wish> wishes;
   Latest<DeviceState> states;
   std::atomic<bool> ends{false}, is_linked{true}, rests{false};
-  std::atomic<Clock::rep> since{0};  // when the exchange under way began; 0: there is none
+  std::atomic<Clock::rep> since{0};  // start of the current exchange; 0: none
   mutable std::mutex guards;
   std::condition_variable over;
   bool is_over = false;
@@ -100,7 +100,7 @@ struct OwnDevice::Shared {
     const std::lock_guard lock(guards);
     if (told.size() < most_told && std::ranges::find(told, sentence) == told.end()) told.push_back(std::move(sentence));
   }
-  /// Calls `write`. With the interpreter's lock; raises what it raises.
+  /// Calls `write`. With the interpreter's lock; raises its exceptions.
   void write(const Vec3& force_n) {
     rests = false;
     device.attr("write")(array_of(force_n));
@@ -113,7 +113,7 @@ struct OwnDevice::Shared {
     return is_over;
   }
 
-  /// An exchange with Python's code, as long as it lives.
+  /// Marks an exchange with Python code during its lifetime.
   struct Busy {
     explicit Busy(Shared& shared) : since(shared.since) { since = Clock::now().time_since_epoch().count(); }
     ~Busy() { since = 0; }
@@ -123,7 +123,7 @@ struct OwnDevice::Shared {
   };
 };
 
-// One exchange; false where Python's code raised.
+// One exchange; false if Python code raised.
 bool OwnDevice::Shared::exchange(const Wish& wish, bool may_push) {
   const Busy busy(*this);
   const py::gil_scoped_acquire acquire;
@@ -147,11 +147,11 @@ bool OwnDevice::Shared::exchange(const Wish& wish, bool may_push) {
   return false;
 }
 
-// Zero force, whatever is wrong. With the interpreter's lock.
+// Writes zero force regardless of errors. With the interpreter's lock.
 void OwnDevice::Shared::write_zero() noexcept {
   try {
     write({});
-  } catch (const std::exception&) {  // told of already, or the very reason why it is released
+  } catch (const std::exception&) {  // already reported, or the reason for the release
   }
 }
 
@@ -159,7 +159,7 @@ void OwnDevice::run(const std::shared_ptr<Shared>& shared) {
   bool is_well = true;
   while (!shared->ends) {
     const Clock::time_point begin = Clock::now();
-    // After a failure the first exchange sends nothing: the loop has to have seen the fault first.
+    // After a failure the first exchange sends nothing: the loop must read the fault first.
     const Shared::Wish wish = shared->wishes.take();
     if (norm(wish.force_n) > 0.0) shared->rests = false;
     const bool went_well = shared->exchange(wish, is_well);
@@ -185,7 +185,7 @@ void OwnDevice::run(const std::shared_ptr<Shared>& shared) {
   shared->over.notify_all();
 }
 
-// Calls `release` of a device whose code does not return, once for each time.
+// Calls `release` of a device whose code does not return, once per hanging call.
 void OwnDevice::watch(const std::shared_ptr<Shared>& shared) {
   constexpr auto longest = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(state_lifetime_s));
   for (Clock::rep released = 0; !shared->ended(); std::this_thread::sleep_for(look_interval)) {
@@ -253,7 +253,6 @@ double in_range(double value, const char* name, bool may_be_zero) {
                         (may_be_zero ? "of at least 0" : "above 0"));
 }
 
-/// A session behind the guard of a device.
 class Guarded {
  public:
   Guarded(const Scene& scene, const DeviceLimits& limits, std::uint32_t dead_man_buttons)

@@ -1,4 +1,4 @@
-// A device of one's own in Python, behind the guard: the live loop never calls Python.
+// Device written in Python, behind the guard: the live loop never calls Python.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -11,15 +11,14 @@
 
 namespace palpa::python {
 
-/// An object of Python's with `limits`, `read()` and `write(force_n)` (palpa.Device) as a device. A thread of its own calls the
-/// two, one exchange after the other, a thousand times a second at most; the loop only gives and takes a value, so that it
-/// never waits for the interpreter. Where Python's code raises, or does not return for 50 ms, the device has a fault: the guard
-/// then takes the force away, and nothing but zero is written until a whole exchange has gone well. Where it does not return
-/// another thread calls `release()`, by which the device may let go without that code. A force that the loop did
-/// not write anew for 20 ms is not written any more either.
+/// Device from a Python object with `limits`, `read()` and `write(force_n)` (palpa.Device). A thread of its own alternates both
+/// calls, at most a thousand times a second; the loop only exchanges a value, so the interpreter never blocks it. If Python
+/// code raises, or does not return for 50 ms, the device has a fault: the guard removes the force, and only zero is written
+/// until a whole exchange has succeeded. While a call hangs, another thread calls `release()`, by which the device may remove
+/// the force without that code. A force is not written later than 20 ms after the loop set it.
 class OwnDevice final : public Device {
  public:
-  /// With the interpreter's lock. Raises TypeError where the object is no device.
+  /// With the interpreter's lock. Raises TypeError if the object is no device.
   explicit OwnDevice(pybind11::object device);
   /// Ends it. Without the interpreter's lock.
   ~OwnDevice() override;
@@ -30,10 +29,10 @@ class OwnDevice final : public Device {
   bool write(const Vec3& force_n) noexcept override;
   bool rests() const noexcept override;
 
-  /// Has zero written and the device closed by its thread, and waits for that at most a second: code that does not return
-  /// keeps its thread. Without the interpreter's lock; of later calls none does anything.
+  /// Writes zero and closes the device on its thread; blocks for at most a second: code that does not return keeps its thread.
+  /// Without the interpreter's lock; further calls do nothing.
   void end();
-  /// What went wrong, a sentence each; any thread.
+  /// Errors, a sentence each; any thread.
   std::vector<std::string> told() const;
 
  private:

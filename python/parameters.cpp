@@ -26,7 +26,7 @@ detail::Keys keys_of(const Visit& visit) {
   return keys;
 }
 
-/// How the type of a value is written in Python.
+/// Python annotation of a value's type.
 std::string annotation_of(const detail::Key& key, ParameterKind kind) {
   std::string type;
   switch (kind) {
@@ -101,7 +101,6 @@ std::optional<std::vector<double>> maybe_numbers(py::handle value) {
   return numbers;
 }
 
-/// One item of a list of a part.
 class ItemPart final : public Part {
  public:
   ItemPart(PartPtr of, std::string list, std::size_t i) : of_(std::move(of)), list_(std::move(list)), i_(i) {}
@@ -114,7 +113,7 @@ class ItemPart final : public Part {
   std::size_t i_;
 };
 
-/// Lets every parameter pass but one list, whose items it shows another visitor.
+/// Skips every parameter except one list, and passes its items to another visitor.
 class ListFinder final : public ParameterVisitor {
  public:
   ListFinder(std::string_view name, std::function<void(ParameterList&)> found) : name_(name), found_(std::move(found)) {}
@@ -175,7 +174,7 @@ class Getter final : public ParameterVisitor {
   bool found = false;
 
  private:
-  /// Of two parameters of one name the one that says something.
+  /// On duplicate names, takes the parameter with a value.
   void take(const ParameterInfo& info, py::object taken) {
     if (info.name != name_) return;
     const bool says_nothing = taken.is_none() || (py::isinstance<py::str>(taken) && py::len(taken) == 0);
@@ -188,7 +187,7 @@ class Getter final : public ParameterVisitor {
 
 void assign(const Visit& visit, std::string_view name, py::handle value);
 
-/// Gives a parameter a value; None only to a number that may be left out. Of two parameters of one name that which can have it.
+/// Sets a parameter; None only for an optional number. On duplicate names, sets the one whose type fits.
 class Setter final : public ParameterVisitor {
  public:
   Setter(std::string_view name, py::handle value) : name_(name), value_(value) {}
@@ -259,7 +258,7 @@ class Setter final : public ParameterVisitor {
     if (info.name != name_ || py::isinstance<py::str>(value_) || !PySequence_Check(value_.ptr())) return;
     try {
       set(value, value_.cast<std::vector<std::string>>());
-    } catch (const py::cast_error&) {  // told as a wrong type
+    } catch (const py::cast_error&) {  // reported as a wrong type
     }
   }
 
@@ -274,7 +273,7 @@ class Setter final : public ParameterVisitor {
   std::optional<double> number_for(const ParameterInfo& info) const {
     return info.name == name_ ? maybe_number(value_) : std::nullopt;
   }
-  /// The number, if the parameter can have it; else raises SceneError, a ValueError, as loading a scene file would.
+  /// The number, if valid; else raises SceneError, a ValueError, as loading a scene file would.
   double within(const ParameterInfo& info, double number) const {
     if (std::isfinite(number) && info.range.contains(number)) return number;
     const std::string range = detail::sentence_of(info.range);
@@ -293,7 +292,7 @@ class Setter final : public ParameterVisitor {
     throw py::value_error("no " + detail::in_quotes(name_) + " " + detail::in_quotes(text) + "; " +
                           detail::suggestion(text, words));
   }
-  /// An item that is said as a dict of its parameters, or is a part already.
+  /// Appends an item from a dict of its parameters, or a part.
   void append(ParameterList& items, py::handle item) {
     const std::size_t i = items.size();
     items.append();
@@ -372,7 +371,7 @@ void set_value(Part& part, std::string_view name, py::handle value) {
   const bool empties = value.is_none() && key->kind != ParameterKind::optional_number;
   const bool refills = empties || key->or_kind || key->kind == ParameterKind::list || key->kind == ParameterKind::named_tables;
   if (!refills) return assign(visit, name, value);
-  // Emptied first, which only a fresh part is: the others keep their values, lists as parts of the old one.
+  // A list is emptied by renewing the part; all other values are copied, lists as parts of the old one.
   const PartPtr borrowed(&part, [](Part*) {});
   std::vector<std::pair<std::string, py::object>> others;
   for (const detail::Key& other : keys) {
@@ -421,7 +420,7 @@ double number_of(py::handle value, std::string_view name) {
 }
 
 std::optional<Numbers> numbers_of(py::handle given) {
-  constexpr std::string_view numeric = "buifO";  // kinds of types of numpy
+  constexpr std::string_view numeric = "buifO";  // kinds of numpy types
   try {
     py::object array = py::reinterpret_borrow<py::object>(given);
     const bool is_plain = reinterpret_cast<PyObject*>(Py_TYPE(array.ptr())) ==
@@ -515,7 +514,7 @@ py::tuple points_of(const TransferFunction& curve) {
   return py::tuple(points);
 }
 
-void check_range(const Strength&) {}  // a mode's parameter says it
+void check_range(const Strength&) {}  // checked by the mode's parameter
 void check_range(const Mask& mask) {
   const auto check = [](double factor) {
     if (factor < 0.0 || factor > 1.0)
@@ -525,7 +524,7 @@ void check_range(const Mask& mask) {
   check(mask.curve.outside());
 }
 
-/// A class of functions of a field: of, points, outside.
+/// Class of functions of a field: of, points, outside.
 template <class T>
 void bind_function(py::module_& module, const char* name, const char* doc) {
   py::class_<T>(module, name, doc)

@@ -1,4 +1,4 @@
-// What Python sees of the parts of a scene that have lists of parameters: values by name, and what the lists say of them.
+// Parameter lists of a scene's parts for Python: values by name, and their descriptions.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -17,17 +17,17 @@ namespace palpa::python {
 
 namespace py = pybind11;
 
-/// Something that has a list of parameters, and outlives the Python object that looks at it. With the interpreter's lock.
+/// Object with a list of parameters, which outlives its Python object. With the interpreter's lock.
 class Part {
  public:
   virtual ~Part() = default;
   virtual void visit(ParameterVisitor& visitor) = 0;
-  /// Back to its defaults. Lists and what may be left out can only be filled, not emptied, by a visitor.
+  /// Resets to defaults. A visitor can only fill lists and optional values, not clear them.
   virtual void renew() = 0;
 };
 using PartPtr = std::shared_ptr<Part>;
 
-/// A struct of a scene with a list: its coupling, workspace, …
+/// Struct of a scene with a list: its coupling, workspace, …
 template <class T>
 class MemberPart final : public Part {
  public:
@@ -40,7 +40,7 @@ class MemberPart final : public Part {
   std::shared_ptr<T> member_;
 };
 
-/// A mode that is nobody's yet.
+/// Mode outside of a scene.
 class ModePart final : public Part {
  public:
   explicit ModePart(Mode mode) : mode_(std::move(mode)) {}
@@ -52,7 +52,7 @@ class ModePart final : public Part {
   Mode mode_;
 };
 
-/// A mode of a scene, by its name; raises KeyError once it is taken away.
+/// Mode of a scene, by its name; raises KeyError once removed.
 class SceneModePart final : public Part {
  public:
   SceneModePart(std::shared_ptr<Scene> scene, std::string name) : scene_(std::move(scene)), name_(std::move(name)) {}
@@ -65,31 +65,29 @@ class SceneModePart final : public Part {
   std::string name_;
 };
 
-/// The types of modes that Python knows: those that Palpa brings, and those of plug-ins.
+/// Types of modes for Python: built-in and of plug-ins.
 ModeCatalog& known_modes();
 
-/// The value of a parameter: float, int, bool, str, tuple, Strength, None, or a list of parts. Raises AttributeError.
+/// Value of a parameter: float, int, bool, str, tuple, Strength, None, or a list of parts. Raises AttributeError.
 py::object value_of(const PartPtr& part, std::string_view name);
-/// Sets it; None leaves it out, or at its default. Raises AttributeError on an unknown name, TypeError and ValueError on what
-/// it cannot be.
+/// Sets a parameter; None removes or resets it. Raises AttributeError on an unknown name, TypeError and ValueError on a wrong
+/// value.
 void set_value(Part& part, std::string_view name, py::handle value);
 
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-/// An array of numbers as floats, in C's order, or one made of a list; NaN where it is masked. None where it holds no numbers.
+/// Array of numbers, or a list, as floats in C's order; NaN if masked. None if it holds no numbers.
 std::optional<Numbers> numbers_of(py::handle given);
 /// Numbers of shape (n, 3), or (n,) for `columns` = 1; TypeError that names `name` for other shapes.
 Numbers rows_of(py::handle given, std::string_view name, py::ssize_t columns);
-/// A time step [s], above 0 and at most 1; ValueError or TypeError with its name in it on anything else.
+/// Time step [s], above 0 and at most 1; ValueError or TypeError with its name on anything else.
 double time_step_of(py::handle given);
 
-/// A number of Python's; TypeError with `name` in it on anything else.
+/// Python number; TypeError with `name` on anything else.
 double number_of(py::handle value, std::string_view name);
-/// Three of them.
 Vec3 vector_of(py::handle value, std::string_view name);
-/// A vector as an array of Python's.
 py::array_t<double> array_of(const Vec3& v);
 
-/// What Python knows of each key: (name, annotation, form, fallback, sentence, keys of its items or None).
+/// Descriptions of the keys: (name, annotation, form, fallback, sentence, keys of its items or None).
 py::list described(const detail::Keys& keys);
 
 void bind_parameters(py::module_& module);

@@ -1,4 +1,4 @@
-// What a run or a live scene is asked for.
+// Options of a run or a live scene.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -7,9 +7,9 @@
 
 namespace palpa::python {
 
-/// From keywords; those that are None are left as they are by default. Raises TypeError and ValueError.
+/// Options from keywords; None keeps the default. Raises TypeError and ValueError.
 RunOptions run_options(const pybind11::dict& given);
-/// A scene as if it were loaded from what it is in TOML.
+/// Scene as if loaded from its TOML.
 LoadedScene loaded_of(const Scene& scene);
 
 }  // namespace palpa::python

@@ -26,13 +26,13 @@ namespace fs = std::filesystem;
 
 py::tuple box_of(const Box& box) { return py::make_tuple(array_of(box.low_m), array_of(box.high_m)); }
 
-/// The filter through which a field's voxels are felt; None of a field without a grid of its own.
+/// Interpolation filter of a field's voxels; None for a field without its own grid.
 py::object filter_of(const VolumeField& field) {
   const GridView* const grid = grid_below(*field.field);
   return grid ? py::object(py::str(name_of(grid->filter))) : py::object(py::none());
 }
 
-/// Of a grid its voxels and filter, of a formula that it is one.
+/// Kind of a field, and the voxels and filter of a grid.
 std::string words_of(const VolumeField& field) {
   const std::string kind = field.field->components() == 3 ? "vectors" : "scalars";
   const GridView* const grid = grid_below(*field.field);
@@ -213,7 +213,7 @@ std::vector<Mask> masks_of(const py::iterable& masks) {
 
 void bind_scene(py::module_& module) {
   bind_volumes(module);
-  // Python's own class `Scene` is made of this one.
+  // Base of the Python class `Scene`.
   py::class_<Scene, std::shared_ptr<Scene>>(module, "Scene")
       .def(py::init<>())
       .def(py::init<const Scene&>())

@@ -19,7 +19,7 @@
 namespace palpa::python {
 namespace {
 
-/// One row of what `Session.ticks` returns: a Tick in numbers.
+/// Row of `Session.ticks`: a Tick in numbers.
 struct TickRow {
   double t_s;
   double probe_m[3];
@@ -58,17 +58,17 @@ TickRow row_of(const Tick& tick, double t_s) {
   return row;
 }
 
-/// A session that one thread feels at a time.
+/// Session for one thread at a time.
 class FeltSession {
  public:
   FeltSession(const Scene& scene, double encoder_step_m)
       : session_(scene, encoder_step_m), may_tell_(python::may_tell(scene)) {}
-  /// Raises as warnings what its modes have to say.
+  /// Raises the messages of its modes as warnings.
   void tell() {
     if (may_tell_) warn_of_modes(session_.scene());
   }
 
-  /// The session, for as long as it lives; RuntimeError where another thread has it.
+  /// Exclusive use of the session during its lifetime; RuntimeError if another thread uses it.
   class Use {
    public:
     explicit Use(FeltSession& felt) : felt_(felt) {
@@ -103,7 +103,7 @@ Tick tick(FeltSession& felt, const py::object& position_m, double dt_s, const py
   return made;
 }
 
-/// Time steps for so many ticks: one number for all, or a number for each.
+/// Time steps of this many ticks: one number for all, or a number for each.
 Numbers steps_of(const py::object& dt_s, py::ssize_t count) {
   const bool is_one = PyNumber_Check(dt_s.ptr()) && (!py::isinstance<py::array>(dt_s) || dt_s.cast<py::array>().ndim() == 0);
   if (is_one) {
@@ -121,7 +121,6 @@ Numbers steps_of(const py::object& dt_s, py::ssize_t count) {
   return steps;
 }
 
-/// An event of one of many ticks.
 struct ToldEvent {
   py::ssize_t tick;
   SessionEvent event;
@@ -137,8 +136,8 @@ py::object value_of(const SessionEvent& event) {
 
 /// (rows, forces of the modes (n, modes, 3), names of the modes, events (tick, kind, subject, value) each).
 py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::object& dt_s) {
-  constexpr auto interval = std::chrono::milliseconds(50);  // Longer: Ctrl-C is heard later; shorter: more work
-  constexpr py::ssize_t at_least = 64;                      // [1] ticks between two looks at the clock
+  constexpr auto interval = std::chrono::milliseconds(50);  // Longer: Ctrl-C takes effect later; shorter: more work
+  constexpr py::ssize_t at_least = 64;                      // [1] ticks between checks of the clock
   FeltSession::Use use(felt);
   const Numbers positions = rows_of(positions_m, "positions_m", 3);
   const py::ssize_t count = positions.shape(0);

@@ -35,7 +35,6 @@ Place place_of(const std::string& word) {
   throw py::value_error("no place " + detail::in_quotes(word) + "; " + detail::suggestion(word, words));
 }
 
-/// A hand at given positions.
 std::shared_ptr<const Target> positions_of(py::handle given, const py::object& dt_s) {
   const Numbers rows = rows_of(given, "positions_m", 3);
   std::vector<Vec3> positions_m;
@@ -120,7 +119,7 @@ void bind_study(py::module_& module) {
       if (!is_loaded) return run(options, &stop);
       return run(prepare(loaded_of(loaded.scene), options), options, &stop);
     });
-    // Notes are what was done that was not asked for, and what was not felt: who runs it has to see them.
+    // Notes report unrequested changes and omitted parts: the caller has to read them.
     std::vector<std::string> told = result.warnings;
     told.insert(told.end(), result.summary.notes.begin(), result.summary.notes.end());
     for (std::string& sentence : told_by_modes(loaded.scene)) told.push_back(std::move(sentence));

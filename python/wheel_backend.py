@@ -1,7 +1,7 @@
-"""Builds the wheel: what pip calls (PEP 517). Needs what the library needs, pybind11-dev and CMake, and no network.
+"""Builds the wheel for pip (PEP 517). Needs the library's dependencies, pybind11-dev and CMake, and no network.
 
-The wheel holds the package, the library and nothing else: files other than bare numbers are opened by palpa-read, of the
-package palpa, or where $PALPA_READER says.
+The wheel holds only the package and the library: files other than raw numbers are opened by palpa-read, of the package palpa
+or at $PALPA_READER.
 """
 
 import base64
@@ -24,19 +24,19 @@ def _version():
 
 
 def _numpy():
-    """Which numpy the module can be loaded beside: pybind11 knows numpy 2 from its version 2.12 on."""
+    """Required numpy versions: pybind11 supports numpy 2 from its version 2.12 on."""
     version = re.search(r'pybind11 = "(\d+)\.(\d+)', (source / "build/wheel/python/palpa/_version.py").read_text())
     return "numpy>=1.24" if tuple(map(int, version.groups())) >= (2, 12) else "numpy>=1.24,<2"
 
 
 def _installed(tree):
-    """The package with its library, built and installed into a folder."""
+    """Builds the package with its library and installs it into a folder."""
     build = source / "build/wheel"
     settings = dict(CMAKE_BUILD_TYPE="Release", CMAKE_INSTALL_PREFIX="/wheel", CMAKE_INSTALL_LIBDIR="palpa/lib",
                     PALPA_PYTHON_FOLDER=".", PALPA_PYTHON="ON", PALPA_INSTALL="ON",
                     PALPA_READER="OFF", PALPA_APP="OFF", PALPA_VIEW="OFF", PALPA_DEVICES="OFF", PALPA_EXAMPLES="OFF",
                     PALPA_TESTS="OFF")
-    # Built by Debian's Python, which has numpy, also where pip runs in an environment that has not.
+    # Built by Debian's Python, which has numpy, even if pip's environment has not.
     subprocess.run(["cmake", "-G", "Ninja", "-S", source, "-B", build, *[f"-D{key}={value}" for key, value in settings.items()]],
                    check=True)
     subprocess.run(["cmake", "--build", build, "--target", "palpa_python_types", "palpa_core"], check=True)
@@ -44,7 +44,7 @@ def _installed(tree):
         subprocess.run(["cmake", "--install", build, "--prefix", tree, "--component", component, "--strip"], check=True)
     if not (tree / "palpa" / f"_palpa{sysconfig.get_config_var('EXT_SUFFIX')}").exists():
         raise RuntimeError(f"palpa: the module is made for Debian's Python, and pip runs in {sys.version.split()[0]}; use that one's")
-    for link in [path for path in tree.rglob("*") if path.is_symlink()]:  # a wheel has none: one file by the name that is asked for
+    for link in [path for path in tree.rglob("*") if path.is_symlink()]:  # wheels have no links: keep one file, by its requested name
         target = link.resolve()
         link.unlink()
         if not target.is_symlink() and target.exists():

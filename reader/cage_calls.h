@@ -1,5 +1,4 @@
-// Which calls of the system the cage allows: read by cage_filters.cpp when Palpa is built. What stands in no table does not
-// exist (ENOSYS): libraries do without it.
+// System calls of the sandbox, compiled into filters at build time. Calls in no table fail with ENOSYS: libraries do without.
 #pragma once
 
 #include <fcntl.h>
@@ -16,14 +15,14 @@ namespace palpa::reader {
 
 enum class Answer : std::uint8_t {
   allowed,
-  refused,  ///< EACCES, which libraries tell as they tell a file without permission
-  ended,    ///< no honest reader does it: the process is killed
+  refused,  ///< EACCES, which libraries report like a missing permission
+  ended,    ///< kills the process: no undamaged reader makes this call
 };
 using enum Answer;
 
 struct Calls {
   Answer answer;
-  const char* names;  ///< with blanks between them; those that this machine does not have are passed over
+  const char* names;  ///< separated by blanks; calls missing on this machine are skipped
 };
 
 inline constexpr Calls calls[] = {
@@ -32,16 +31,16 @@ inline constexpr Calls calls[] = {
     {allowed, "clock_getres clock_gettime clock_nanosleep gettimeofday nanosleep restart_syscall time times"},
     {allowed, "arch_prctl exit exit_group futex get_robust_list getcpu rseq sched_getaffinity sched_getparam"},
     {allowed, "sched_getscheduler sched_yield set_robust_list set_thread_area set_tid_address"},
-    // its own signals, who it is and where
+    // own signals and identity
     {allowed, "rt_sigaction rt_sigpending rt_sigprocmask rt_sigreturn sigaltstack"},
     {allowed, "getcwd getegid geteuid getgid getpgid getpgrp getpid getppid getrandom getresgid getresuid getrlimit"},
     {allowed, "getrusage gettid getuid sysinfo ugetrlimit uname"},
-    // files and folders: to look at, and those that are open, with the memory for voxels and the caller's socket among them
+    // reading of files and folders; use of open files, including voxel memory and the caller's socket
     {allowed, "access faccessat faccessat2 fstat fstatfs getdents getdents64 lstat newfstatat readlink readlinkat stat"},
     {allowed, "statfs statx"},
     {allowed, "close close_range dup dup2 dup3 fadvise64 flock ftruncate lseek poll ppoll pread64 preadv pselect6 pwrite64"},
     {allowed, "pwritev read readahead readv recvfrom recvmsg select sendmsg write writev"},
-    // to change files; sockets, which libraries may ask for, as for users' names; terminals
+    // changes to files; sockets, which libraries may request, as for users' names; terminals
     {refused, "chmod chown creat fchmod fchmodat fchown fchownat fremovexattr fsetxattr futimesat lchown link linkat"},
     {refused, "lremovexattr lsetxattr mkdir mkdirat mknod mknodat removexattr rename renameat renameat2 rmdir setxattr"},
     {refused, "symlink symlinkat truncate unlink unlinkat utime utimensat utimes"},
@@ -50,7 +49,7 @@ inline constexpr Calls calls[] = {
     {ended, "execveat fork vfork"},
     {ended, "kcmp kill pidfd_getfd pidfd_open pidfd_send_signal process_vm_readv process_vm_writev ptrace"},
     {ended, "rt_sigqueueinfo rt_tgsigqueueinfo setpgid setsid tkill"},
-    // the network, the kernel, other rights
+    // network, kernel, further rights
     {ended, "accept accept4 bind connect listen"},
     {ended, "add_key bpf finit_module init_module io_uring_setup kexec_load keyctl perf_event_open reboot request_key"},
     {ended, "swapon userfaultfd"},
@@ -58,7 +57,7 @@ inline constexpr Calls calls[] = {
     {ended, "setreuid setuid umount2 unshare"},
 };
 
-/// palpa-read becomes one of the programs beside it, which then closes the way behind it.
+/// Calls by which palpa-read becomes one of its programs, which then disables them.
 inline constexpr const char* calls_to_become = "execve seccomp";
 
 /// `argument & mask == value`.
@@ -70,32 +69,32 @@ struct Condition {
 struct Rule {
   Answer answer;
   std::string call;
-  std::vector<Condition> when{};  ///< all of these
+  std::vector<Condition> when{};  ///< all must hold
 };
 
-/// Stands for the number of the process, which is known when the filter is loaded; none has a number as large as this.
+/// Placeholder of the process id, known when the filter is loaded; larger than any process id.
 inline constexpr std::uint32_t own_process = 0x7fffff0f;
 
-/// Calls that depend on their arguments.
+/// Rules for calls that depend on their arguments.
 inline std::vector<Rule> rules_of_arguments() {
-  constexpr std::uint64_t all = UINT64_MAX, low = UINT32_MAX;  // of a 64-bit argument; of an int, whose upper half is anything
+  constexpr std::uint64_t all = UINT64_MAX, low = UINT32_MAX;  // 64-bit argument; int argument, whose upper half is undefined
   constexpr std::uint64_t namespaces =
       CLONE_NEWNS | CLONE_NEWCGROUP | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWUSER | CLONE_NEWPID | CLONE_NEWNET;
   std::vector<Rule> rules{
-      // opened to read, and in no other way
+      // opened for reading only
       {allowed, "open", {{1, O_ACCMODE | O_CREAT | O_TRUNC, O_RDONLY}}},
       {allowed, "openat", {{2, O_ACCMODE | O_CREAT | O_TRUNC, O_RDONLY}}},
       // threads, no processes
       {allowed, "clone", {{0, CLONE_THREAD | namespaces, CLONE_THREAD}}},
       {ended, "clone", {{0, CLONE_THREAD, 0}}},
-      // signals to itself, as abort sends one
+      // signals to itself, as from abort
       {allowed, "tgkill", {{0, low, own_process}}},
-      // its own limits, to look at, and that of memory, which serve sets
+      // own limits: read all, set memory (serve.cpp)
       {allowed, "prlimit64", {{0, low, 0}, {2, all, 0}}},
       {allowed, "prlimit64", {{0, low, 0}, {1, low, RLIMIT_AS}}},
-      // to the other end of the socket, to no address
+      // to the socket's other end, to no address
       {allowed, "sendto", {{4, all, 0}}},
-      // it ends with its caller
+      // end with the caller
       {allowed, "prctl", {{0, low, PR_SET_PDEATHSIG}, {1, all, SIGKILL}}},
   };
   for (const std::uint64_t bit : {O_WRONLY, O_RDWR, O_CREAT, O_TRUNC}) {
@@ -104,7 +103,7 @@ inline std::vector<Rule> rules_of_arguments() {
   }
   for (const std::uint64_t what : {PR_SET_NO_NEW_PRIVS, PR_GET_NO_NEW_PRIVS, PR_SET_NAME, PR_GET_NAME, PR_GET_DUMPABLE})
     rules.push_back({allowed, "prctl", {{0, low, what}}});
-  // of descriptors, not who is told of what happens to them
+  // descriptors, not the receiver of their signals
   for (const std::uint64_t what :
        {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD, F_GETFL, F_GETLK, F_SETLK, F_OFD_GETLK, F_OFD_SETLK})
     rules.push_back({allowed, "fcntl", {{1, low, what}}});

@@ -1,5 +1,4 @@
-// Makes the filters of the cage when Palpa is built, so that a reader, which starts for every file, only loads them: to make
-// them takes longer than all else of the cage. Writes cage_filters.inc to its output.
+// Build step: compiles the sandbox's filters into cage_filters.inc, which would take too long at each reader's start.
 #include <linux/filter.h>
 #include <seccomp.h>
 #include <unistd.h>
@@ -18,11 +17,10 @@
 namespace palpa::reader {
 namespace {
 
-/// A filter of calls.
 class Filter {
  public:
   explicit Filter(std::uint32_t otherwise) : filter_(::seccomp_init(otherwise)) {
-    // Calls of another machine, such as int 0x80.
+    // Calls of another architecture, such as int 0x80.
     ::seccomp_attr_set(filter_, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
     ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_OPTIMIZE, 2);  // a tree, not a list
   }
@@ -32,7 +30,7 @@ class Filter {
 
   void add(const Rule& rule) {
     const int number = ::seccomp_syscall_resolve_name(rule.call.c_str());
-    if (number < 0) return;  // this machine has none of that name
+    if (number < 0) return;  // no such call on this machine
     const std::uint32_t action = rule.answer == allowed   ? SCMP_ACT_ALLOW
                                  : rule.answer == refused ? SCMP_ACT_ERRNO(EACCES)
                                                           : SCMP_ACT_KILL_PROCESS;
@@ -46,7 +44,7 @@ class Filter {
     for (std::string call; names >> call;) add(Rule{group.answer, call});
   }
 
-  /// As the kernel takes it.
+  /// In the kernel's format.
   std::vector<sock_filter> program() const {
     int ends[2];  // holds 64 KiB, far more than any filter
     if (::pipe(ends) != 0 || ::seccomp_export_bpf(filter_, ends[1]) != 0) throw std::runtime_error("no filter can be made");
@@ -68,7 +66,7 @@ void print(const char* name, const std::vector<sock_filter>& program) {
 }
 
 void print_filters() {
-  ::seccomp_api_set(4);  // of the kernels that it is for, whatever this one lacks
+  ::seccomp_api_set(4);  // of the target kernels, whatever this kernel lacks
   Filter allows(SCMP_ACT_ERRNO(ENOSYS));
   for (const Calls& group : calls) allows.add(group);
   allows.add(Calls{allowed, calls_to_become});
@@ -77,7 +75,7 @@ void print_filters() {
   if (std::ranges::count(allowing, own_process, &sock_filter::k) != 1)
     throw std::runtime_error("the place of the process's own number is not found");
   print("allowed_calls", allowing);
-  Filter closes(SCMP_ACT_ALLOW);  // what the first allows
+  Filter closes(SCMP_ACT_ALLOW);  // calls of the first filter
   closes.add(Calls{ended, calls_to_become});
   print("no_more_programs", closes.program());
 }

@@ -35,7 +35,7 @@ void check_cells(vtkDataSet& block) {
   const vtkUnsignedCharArray* types = mesh->GetCellTypesArray();
   if (types == nullptr || types->GetNumberOfValues() != mesh->GetCells()->GetNumberOfCells() || !mesh->GetCells()->IsValid())
     throw LoadError("has cells that do not fit together; export it again");
-  std::array<int, VTK_NUMBER_OF_CELL_TYPES> corners{};  // least number by shape, 0: any number; -1: not asked yet
+  std::array<int, VTK_NUMBER_OF_CELL_TYPES> corners{};  // least number by shape, 0: any number; -1: not yet known
   corners.fill(-1);
   vtkNew<vtkIdList> ids;
   for (vtkIdType cell = 0; cell < mesh->GetNumberOfCells(); ++cell) {
@@ -74,7 +74,7 @@ bool is_visible(vtkPointSet& block, vtkIdType cell) {
 }
 
 bool CellAt::narrow(double low_z, double high_z, double (&low)[2], double (&high)[2]) const {
-  constexpr vtkIdType most_points = 16;  // more: more ways between them than the search for each voxel would take
+  constexpr vtkIdType most_points = 16;  // more: checking all pairs costs more than the search in each voxel
   const vtkIdType count = cell->GetNumberOfPoints();
   if (count > most_points || cell->IsLinear() == 0) return true;
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -125,7 +125,7 @@ PointValues::PointValues(vtkPointSet& block, const std::vector<ArrayName>& array
   }
 }
 
-/// The mean of the cells around each point.
+/// Mean of the cells around each point.
 void PointValues::average(vtkPointSet& block, vtkDataArray& from, int at) {
   std::vector<float> weights(static_cast<std::size_t>(block.GetNumberOfPoints()));
   const int count = from.GetNumberOfComponents();

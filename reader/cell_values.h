@@ -1,4 +1,4 @@
-// The cells of data sets of VTK, and the values at any place in them, by the cells' own shape functions.
+// Cells of VTK data sets, and values inside them by the cells' shape functions.
 #pragma once
 
 #include <vtkGenericCell.h>
@@ -11,26 +11,25 @@
 
 namespace palpa::reader {
 
-/// An array of a data set, of its points or of its cells.
 struct ArrayName {
   std::string name;
   bool of_cells = false;
   int components = 1;
 };
 
-/// Throws LoadError where points of cells are missing, or too few for a cell's shape: VTK reads them without any check.
+/// Throws LoadError if a cell refers to missing points or has too few for its shape: VTK reads them unchecked.
 void check_cells(vtkDataSet& block);
 
-/// Whether a cell is data, not hidden.
+/// True if a cell is data, not hidden.
 bool is_visible(vtkPointSet& block, vtkIdType cell);
 
-/// The numbers of the wanted arrays at the points of one block, all of a point together.
+/// Values of the wanted arrays at the points of one block, grouped by point.
 struct PointValues {
   int per_point = 0;
   std::vector<int> components;
   std::vector<float> numbers;
 
-  /// Values of cells are averaged to the points. Throws LoadError where an array is not whole.
+  /// Averages cell values to the points. Throws LoadError if an array is incomplete.
   PointValues(vtkPointSet& block, const std::vector<ArrayName>& arrays);
 
   float& number(vtkIdType point, int at) { return numbers[static_cast<std::size_t>(point * per_point + at)]; }
@@ -40,7 +39,7 @@ struct PointValues {
   void average(vtkPointSet& block, vtkDataArray& from, int at);
 };
 
-/// Whether a place lies in a cell, and the values there; each thread has its own.
+/// Test of a position against a cell, and the values there. One object per thread.
 struct CellAt {
   vtkNew<vtkGenericCell> cell;
   std::vector<double> weights;
@@ -56,10 +55,9 @@ struct CellAt {
     int sub = 0;
     return cell->EvaluatePosition(at, closest, sub, parametric, distance2, weights.data()) == 1;
   }
-  /// Narrows a box, in x and y, to where the cell can be between two heights: damaged cells are long and thin, and fill little
-  /// of the layers that they reach through. A cell of straight edges lies within the convex hull of its points, and that
-  /// between the heights within the bounds of all ways from point to point; others are left as they are. False: it is not
-  /// there.
+  /// Narrows a box in x and y to the cell's part between two heights: damaged cells are long and thin, and fill little of their
+  /// layers. A cell with straight edges is within the convex hull of its points, and its part between the heights within the
+  /// bounds of all segments between points; for other cells the box stays. False: no part of the cell.
   bool narrow(double low_z, double high_z, double (&low)[2], double (&high)[2]) const;
   const float* values(const PointValues& of) {
     found.assign(static_cast<std::size_t>(of.per_point), 0.0F);

@@ -14,10 +14,10 @@ namespace palpa::reader {
 namespace {
 
 constexpr std::int64_t most_planes =
-    1'000'000;                                // along an axis. More: memory for damaged files; fewer: long axes have no places
+    1'000'000;  // along an axis. More: memory for damaged files; fewer: long axes have no coordinates
 constexpr double earth_radius_m = 6'371'000;  // mean
 
-/// [m] of a unit of length; 0 for a text that names none.
+/// [m] per unit of length; 0 if unknown.
 double metres_per(const std::string& unit) {
   const auto known = palpa::detail::length_unit(unit);
   return known ? known->metres : 0.0;
@@ -34,7 +34,7 @@ bool is_one_of(const std::string& word, std::initializer_list<std::string_view> 
 
 bool is_whole(RawType type) { return type != RawType::float32 && type != RawType::float64; }
 
-/// The one number of an attribute, `without` it. Throws LoadError where it is no finite number.
+/// Single number of an attribute, `without` it. Throws LoadError if it is no finite number.
 double one_number(hid_t dataset, const char* name, double without) {
   const auto numbers = numbers_attribute(dataset, name);
   if (!numbers) return without;
@@ -43,7 +43,7 @@ double one_number(hid_t dataset, const char* name, double without) {
   return numbers->front();
 }
 
-/// What netCDF writes where nothing was written, by the type; none for bytes.
+/// netCDF's default fill value by type; none for bytes.
 std::vector<double> netcdf_fill(RawType type) {
   switch (type) {
     case RawType::int16: return {-32767};
@@ -58,7 +58,7 @@ std::vector<double> netcdf_fill(RawType type) {
   }
 }
 
-/// Whether voxels that were never written have a value that somebody chose: netCDF does.
+/// True if voxels that were never written have a defined fill value, as netCDF's have.
 bool has_fill_value(hid_t dataset) {
   const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
   H5D_fill_value_t chosen = H5D_FILL_VALUE_UNDEFINED;
@@ -85,8 +85,7 @@ void find_missing(hid_t dataset, RawType type, bool netcdf, Packing& packing, st
   if (!any && netcdf && has_fill_value(dataset)) packing.missing = netcdf_fill(type);
 }
 
-/// The range of what is data. netCDF's own rule: where whole numbers have a range of the type of the unpacked values, it is in
-/// the unit of these.
+/// Range of data. By netCDF's rule, whole numbers with a range of the unpacked values' type have it in the unpacked unit.
 void find_range(hid_t dataset, RawType type, Packing& packing, std::vector<std::string>& warnings) {
   double least = packing.least, most = packing.most;
   bool is_unpacked = false, any = false;
@@ -122,9 +121,9 @@ void find_range(hid_t dataset, RawType type, Packing& packing, std::vector<std::
   packing.least = least, packing.most = most;
 }
 
-/// The names of attributes that may say how values are stored or where they lie, but by no convention that is read.
+/// Names of unread attributes that may describe storage or positions.
 std::string unread_attributes(hid_t dataset) {
-  constexpr int most = 200;  // attributes that are looked at
+  constexpr int most = 200;  // attributes searched
   std::string names;
   for (int n = 0; n < std::min(most, H5Aget_num_attrs(dataset)); ++n) {
     const Handle attribute(
@@ -151,7 +150,7 @@ bool Packing::marks_any() const noexcept {
 
 template <class T>
 void Packing::mark(T* numbers, std::size_t count) const {
-  std::vector<T> none;  // as the numbers were rounded
+  std::vector<T> none;  // rounded like the numbers
   for (const double number : missing) none.push_back(static_cast<T>(number));
   const T low = static_cast<T>(least), high = static_cast<T>(most);
   for (T *number = numbers, *const end = numbers + count; number != end; ++number) {
@@ -192,7 +191,7 @@ namespace {
 
 enum class Angle : std::uint8_t { none, east, north, any };
 
-/// Degrees, of which CF knows six spellings for each direction.
+/// Direction of an angle in degrees, for which CF has six spellings each.
 Angle angle_of(const std::string& unit) {
   const std::string word = lower(unit);
   if (is_one_of(word, {"degrees_east", "degree_east", "degree_e", "degrees_e", "degreee", "degreese"})) return Angle::east;
@@ -200,7 +199,7 @@ Angle angle_of(const std::string& unit) {
   return is_one_of(word, {"degrees", "degree", "deg", "°"}) ? Angle::any : Angle::none;
 }
 
-/// What a scale says that its index is along, in the order in which CF believes it.
+/// Axis of a scale's index, by CF's order of precedence.
 char along_of(hid_t scale, const std::string& unit) {
   const std::string axis = lower(text_attribute(scale, "axis"));
   if (is_one_of(axis, {"x", "y", "z", "t"})) return axis[0];
@@ -218,7 +217,7 @@ char along_of(hid_t scale, const std::string& unit) {
   return ' ';
 }
 
-/// The same by the name of a scale or label alone.
+/// Axis by the name of a scale or label alone.
 char along_by_name(const std::string& name) {
   const std::string word = lower(name);
   if (is_one_of(word, {"x", "lon", "long", "longitude", "rlon", "west_east", "easting", "xc"})) return 'x';
@@ -228,7 +227,7 @@ char along_by_name(const std::string& name) {
   return is_one_of(word, {"c", "component", "components", "vector"}) ? 'c' : ' ';
 }
 
-/// The coordinates that a scale holds; none, and a warning, where they cannot be taken.
+/// Coordinates of a scale; none, and a warning, if unusable.
 std::vector<double> coordinates_in(hid_t scale, const Dimension& of, std::vector<std::string>& warnings) {
   const auto leave = [&](const std::string& why) {
     warnings.push_back("its coordinates '" + of.name + "' are not taken: " + why);
@@ -255,7 +254,7 @@ std::string name_of(hid_t scale) {
   return path.substr(path.rfind('/') + 1);
 }
 
-/// Whether a scale is only the length of an index.
+/// True if a scale only has the length of an index.
 bool is_bare(hid_t scale) { return text_attribute(scale, "NAME").starts_with("This is a netCDF dimension but not"); }
 
 }  // namespace
@@ -288,7 +287,7 @@ std::vector<Dimension> dimensions_of(hid_t dataset, const Shape& shape, std::vec
   if (!text_attribute(dataset, "coordinates").empty() &&
       std::ranges::all_of(dimensions, [](const Dimension& d) { return d.coordinates.empty(); }))
     warnings.emplace_back("names coordinates of several indices (its attribute 'coordinates'), which are not read");
-  // Where two indices claim to be along one axis, none is believed.
+  // If two indices claim one axis, both claims are dropped.
   for (const char along : {'x', 'y', 'z', 't', 'c'}) {
     const auto claims = [&](const Dimension& d) { return d.along == along; };
     if (std::ranges::count_if(dimensions, claims) < 2) continue;
@@ -315,8 +314,7 @@ std::array<double, 2> metres_per_degree(const Dimension& y) {
   return {per_degree * std::max(0.01, std::cos(middle * std::numbers::pi / 180.0)), per_degree};
 }
 
-/// The unit of x or y where no axis has one that is known; empty: one has, or none has any. Throws LoadError where only one of
-/// x and y has.
+/// Unit of x or y if neither has a known unit; empty otherwise, or if both have none. Throws LoadError if only one has a unit.
 std::string unknown_unit(const std::array<Dimension, 3>& of) {
   std::string unknown;
   bool any_known = false;
@@ -342,7 +340,7 @@ bool has_places(const std::array<Dimension, 3>& of) {
 
 Coordinates in_one_unit(const std::array<Dimension, 3>& of, std::vector<std::string>& warnings) {
   Coordinates made;
-  std::array<double, 3> metres{};  // per unit of the file; 0: none is said; below: it is no length
+  std::array<double, 3> metres{};  // per unit of the file; 0: none given; below: not a length
   bool mixed = false, angles = false;
   const auto per_degree = metres_per_degree(of[1]);
   const std::string unknown = unknown_unit(of);

@@ -1,5 +1,4 @@
-// What attributes say of the arrays of HDF5 and netCDF-4 files, by the CF conventions and those of netCDF before them: which
-// numbers stand for values, and where the voxels lie.
+// Packing and axes of HDF5 and netCDF-4 arrays, from their attributes by the CF conventions and older netCDF ones.
 #pragma once
 
 #include <array>
@@ -11,17 +10,17 @@
 
 namespace palpa::reader {
 
-/// How the values of an array are stored: value = stored · scale + offset, and which stored numbers are no data.
+/// Storage of an array's values: value = stored · scale + offset; some stored numbers are no data.
 struct Packing {
   double scale = 1.0;                                       ///< [unit of the values per stored step]
   double offset = 0.0;                                      ///< [unit of the values]
-  std::vector<double> missing;                              ///< stored numbers that stand for none
+  std::vector<double> missing;                              ///< stored numbers without a value
   double least = -std::numeric_limits<double>::infinity();  ///< stored numbers below are no data
   double most = std::numeric_limits<double>::infinity();    ///< stored numbers above are no data
-  double unsigned_by = 0.0;  ///< is added to negative stored numbers, which stand for positive ones; 0: they stay
-  double signed_by = 0.0;  ///< is taken from stored numbers of half of it and more, which stand for negative ones; 0: they stay
+  double unsigned_by = 0.0;  ///< added to negative stored numbers, which represent positive ones; 0: none
+  double signed_by = 0.0;    ///< subtracted from stored numbers of at least half of it, which represent negative ones; 0: none
 
-  /// Whether some stored numbers do not stand for themselves, so that they are kept as floating point.
+  /// True if some stored numbers are no data, so that values are kept as floating point.
   bool marks_any() const noexcept;
   /// Value of a stored number after the correction of its sign.
   template <class T>
@@ -29,41 +28,41 @@ struct Packing {
     if (number < T{0}) return number + static_cast<T>(unsigned_by);
     return signed_by != 0.0 && number >= static_cast<T>(0.5 * signed_by) ? number - static_cast<T>(signed_by) : number;
   }
-  /// Makes what is no data not finite. T: float or double, which holds the stored numbers.
+  /// Replaces numbers that are no data by NaN. T: float or double.
   template <class T>
   void mark(T* numbers, std::size_t count) const;
 };
 
-/// The packing of an array by its attributes scale_factor, add_offset, _FillValue, missing_value, valid_min, valid_max,
-/// valid_range and _Unsigned; in a netCDF file also by the fill value that netCDF writes by itself. Adds to `warnings` what of
-/// these is not applied. Throws LoadError where the values cannot be known.
+/// Packing of an array, from its attributes scale_factor, add_offset, _FillValue, missing_value, valid_min, valid_max,
+/// valid_range and _Unsigned; in a netCDF file also from netCDF's default fill value. Adds attributes that are not applied to
+/// `warnings`. Throws LoadError if the values are ambiguous.
 Packing packing_of(hid_t dataset, RawType type, bool is_netcdf, std::vector<std::string>& warnings);
 
-/// Whether the netCDF library wrote the file or the array.
+/// True if the netCDF library wrote the file or the array.
 bool is_netcdf(hid_t file, hid_t dataset);
 
 /// One index of an array.
 struct Dimension {
   std::int64_t length = 1;
-  char along = ' ';                 ///< x, y, z, t (time), c (vector components); blank: nothing says it
-  std::string name;                 ///< of its scale or label; empty: it has none
-  std::string unit;                 ///< of its coordinates, as the file says it
-  std::vector<double> coordinates;  ///< as many as its length, finite; none: the file has none
+  char along = ' ';                 ///< x, y, z, t (time), c (vector components); blank: unknown
+  std::string name;                 ///< of its scale or label; empty: none
+  std::string unit;                 ///< of its coordinates, as in the file
+  std::vector<double> coordinates;  ///< as many as its length, finite; empty: none in the file
 };
 
-/// The indices of an array, slowest first, by its dimension scales (`axis`, `standard_name`, `units`, `positive`, their names)
-/// and labels. Adds to `warnings` what of these is not taken.
+/// Indices of an array, slowest first, from its dimension scales (`axis`, `standard_name`, `units`, `positive`, names) and
+/// labels. Adds unused attributes to `warnings`.
 std::vector<Dimension> dimensions_of(hid_t dataset, const Shape& shape, std::vector<std::string>& warnings);
 
-/// Whether the file says where voxels lie along one of these axes at least.
+/// True if the file has coordinates of at least one of these axes.
 bool has_places(const std::array<Dimension, 3>& of);
 
-/// The coordinates of x, y and z in one unit of length, whatever units they have in the file.
+/// Coordinates of x, y and z, converted to one unit of length.
 struct Coordinates {
   std::array<std::vector<double>, 3> of;
-  std::string unit;  ///< of length; empty: the file says none
+  std::string unit;  ///< of length; empty: none in the file
 };
-/// \param of  those of x, y and z; those without coordinates get even steps, which a warning says
+/// \param of  x, y and z; axes without coordinates get even steps, and a warning
 Coordinates in_one_unit(const std::array<Dimension, 3>& of, std::vector<std::string>& warnings);
 
 }  // namespace palpa::reader

@@ -18,29 +18,29 @@ namespace palpa::reader {
 
 namespace {
 
-/// Ratio of voxels to compressed bytes up to which a claim is believed. More: wrong sizes are found late; less: more files are
-/// unpacked only to count their bytes, as masks are.
+/// Compression ratio up to which a claimed size is not checked. More: wrong sizes are found late; less: more files, such as
+/// masks, are decompressed only for counting.
 constexpr std::uint64_t usual_ratio = 16;
-constexpr std::uint64_t most_ratio = 1032;  ///< the most that deflate can reach: beyond, a claim is refused at once
+constexpr std::uint64_t most_ratio = 1032;  ///< deflate's highest ratio: larger claims are refused at once
 
 struct Unpacked {
   std::uint64_t bytes = 0;
-  bool whole = false;  ///< unpacked to the end of a stream, where its checksum lies
+  bool whole = false;  ///< decompressed to the end of a stream, where its checksum is
 };
 
-/// Unpacks the streams of a file, one after the other, until there are `enough` bytes, and hands on each part.
+/// Decompresses the streams of a file in sequence up to `enough` bytes, and passes each part on.
 Unpacked unpack_parts(const std::string& path, std::uint64_t offset, std::uint64_t enough,
                       const std::function<void(const char* part, std::size_t bytes)>& use = {}, int window_bits = 15 + 32) {
   detail::InputStream file(path);
   file.seekg(static_cast<std::streamoff>(offset));
   z_stream stream{};
-  // +32: zlib or gzip, told by the header; negative: neither, deflate alone.
+  // +32: zlib or gzip, by the header; negative: raw deflate.
   if (inflateInit2(&stream, window_bits) != Z_OK) throw std::bad_alloc();
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
 
   std::vector<char> packed(1 << 16), unpacked(1 << 18);
   Unpacked got;
-  bool is_new = true;  // nothing has come of this stream
+  bool is_new = true;  // this stream has no output yet
   for (int result = Z_OK; got.bytes < enough && (result == Z_OK || result == Z_STREAM_END);) {
     if (stream.avail_in == 0) {
       file.read(packed.data(), static_cast<std::streamsize>(packed.size()));
@@ -56,7 +56,7 @@ Unpacked unpack_parts(const std::string& path, std::uint64_t offset, std::uint64
     if (use && part > 0) use(unpacked.data(), part);
     got.bytes += part;
     is_new = is_new && part == 0;
-    // What is no stream behind a whole one, as zeros that fill a block, belongs to none.
+    // Bytes behind a complete stream that are no stream, such as zero padding, are ignored.
     const bool is_no_stream = is_new && (result < 0 || stream.total_in < 2);
     got.whole = result == Z_STREAM_END || (got.whole && is_no_stream);
   }
@@ -90,7 +90,7 @@ void unpack(const std::string& path, std::uint64_t offset, std::byte* to, std::u
 
 namespace {
 
-/// Writes parts to a file of memory. \param by  unpacks such a file
+/// Writes parts to a memory file. \param by  program that decompresses the file, for errors
 class MemoryWriter {
  public:
   MemoryWriter(int to, std::uint64_t most, std::string by) : to_(to), most_(most), by_(std::move(by)) {}
@@ -135,7 +135,7 @@ void read_unpacked(const std::string& path, std::uint64_t offset, std::byte* to,
   const detail::InputFile opened(path);
   const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(::gzdopen(::dup(opened.descriptor()), "rb"), ::gzclose);
   bool read = file && ::gzseek(file.get(), static_cast<z_off_t>(offset), SEEK_SET) == static_cast<z_off_t>(offset);
-  constexpr std::uint64_t most_at_once = 1 << 30;  // a number of zlib's has 32 bits
+  constexpr std::uint64_t most_at_once = 1 << 30;  // zlib's counts have 32 bits
   for (std::uint64_t done = 0; read && done < bytes;) {
     const int got = ::gzread(file.get(), to + done, static_cast<unsigned>(std::min(bytes - done, most_at_once)));
     read = got > 0;

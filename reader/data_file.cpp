@@ -14,14 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Links are followed on both sides: what counts is where the bytes lie.
+/// Resolves links on both sides: the location of the bytes counts.
 bool lies_below(const fs::path& place, const fs::path& folder) {
   std::error_code is_gone;
   const fs::path real = fs::canonical(folder, is_gone);
   return !is_gone && std::mismatch(real.begin(), real.end(), place.begin(), place.end()).first == real.end();
 }
 
-/// The user's own word, for files that others name far away.
+/// Folders permitted by the user, for files far from their header.
 bool lies_below_named_folder(const fs::path& place) {
   const char* folders = std::getenv("PALPA_READER_FOLDERS");
   std::istringstream list(folders != nullptr ? folders : "");

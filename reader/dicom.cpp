@@ -1,6 +1,4 @@
-// DICOM: a series of images becomes a volume. vtk-dicom only reads the headers; geometry, order and numbers are found by
-// dicom_slices.h, because vtk-dicom averages spacings, takes the spacing of rows for that of columns, and does not notice
-// missing slices.
+// DICOM series as volumes. From vtk-dicom only headers: it averages spacings, swaps those of rows and columns, ignores gaps.
 #include <algorithm>
 #include <filesystem>
 #include <future>
@@ -40,7 +38,7 @@ class DicomSource : public Source {
     header.modality = images_.modality(stack.front());
     header.frame_of_reference = stack.front().space;
     if (stack.front().spaced) header.length_unit = "mm";
-    // Bits beyond those of the numbers are cleared, unless the padding's number needs them.
+    // Clears bits outside of the stored ones, unless the padding value needs them.
     masked_ = std::ranges::all_of(stack, [](const Slice& s) {
       return !s.padding || (s.padding->front() >= s.least() && s.padding->back() <= s.greatest());
     });
@@ -49,7 +47,7 @@ class DicomSource : public Source {
     if (request.frame < 0 && request.frame != VolumeRequest::all_frames && !volume_.differ.empty()) {
       header.warnings.push_back("has frames that differ in " + volume_.differ);
     }
-    // The middle one, unless it was put in.
+    // Middle slice, unless it was inserted.
     const Slice& middle = slices()[slices().size() / 2];
     const Slice& shown = middle.blank ? *std::ranges::find(slices(), false, &Slice::blank) : middle;
     header.scan = images_.scan(shown);
@@ -85,19 +83,19 @@ class DicomSource : public Source {
   const std::vector<Slice>& slices() const { return volume_.frames[frame_]; }
   std::uint64_t kept_bytes() const { return slices().front().pixels() * palpa::size_of(numbers_.type); }
 
-  /// Whether two threads read, each a half of the slices: writing to shared memory takes longer than reading most slices, and
-  /// its halves can be written at once. A file of several slices is loaded once, by one thread.
+  /// True if two threads each read half of the slices: writing to shared memory takes longer than reading most slices. A file
+  /// of several slices is loaded once, by one thread.
   bool in_two_threads() const {
     return !volume_.resampled && files.size() == static_cast<std::size_t>(frames_read) * slices().size() && slices().size() > 1;
   }
 
-  /// The file that was read last, if its numbers have to be converted.
+  /// Last file read, if its numbers are converted.
   struct Loaded {
     int file = -1;
     std::unique_ptr<std::byte[]> frames;  ///< takes no memory until the library has checked the file's length and writes
   };
 
-  /// Reads a slice in the numbers that are kept. One thread at a time, because the libraries are not thread-safe.
+  /// Reads a slice in the kept number type. One thread at a time, because the libraries are not thread-safe.
   void read_slice(const Slice& slice, Loaded& loaded, std::byte* kept) {
     const std::scoped_lock alone(libraries_);
     if (slice.blank) {
@@ -113,7 +111,6 @@ class DicomSource : public Source {
     convert(loaded.frames.get() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
   }
 
-  /// Reads the present frame.
   void read_frame(Loaded& file, std::byte* to) {
     if (volume_.resampled) {
       const auto own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());
@@ -130,7 +127,7 @@ class DicomSource : public Source {
     other.get();
   }
 
-  /// Reads slices from `first` on, before `last`, to the memory that begins at `to`.
+  /// Reads the slices [first, last) to `to`.
   void copy(std::size_t first, std::size_t last, Loaded& file, std::byte* to) {
     const auto kept = std::make_unique_for_overwrite<std::byte[]>(kept_bytes());
     for (std::size_t n = first; n < last; ++n) {
@@ -148,7 +145,7 @@ class DicomSource : public Source {
     }
   }
 
-  /// The stack with most voxels, of the series asked for or of all; a warning names what is left out.
+  /// Stack with the most voxels, of the requested series or of all; warns of omitted stacks.
   std::vector<Slice> chosen(std::vector<std::vector<Slice>> stacks, const std::string& series) {
     struct Series {
       std::string uid, words;
@@ -233,7 +230,7 @@ class DicomSource : public Source {
         const Kept* a = reinterpret_cast<const Kept*>(slices_kept) + below * count;
         const Kept* b = a + count;
         for (std::uint64_t i = 0; i < count; ++i) {
-          // A layer on a slice takes its numbers alone: NaN (padding) of the other slice must not come in, not even times 0.
+          // On a slice only its own numbers count: NaN (padding) of the other slice would spread even with weight 0.
           const auto blend = share == 0   ? static_cast<double>(a[i])
                              : share == 1 ? static_cast<double>(b[i])
                                           : (1 - share) * static_cast<double>(a[i]) + share * static_cast<double>(b[i]);
@@ -245,10 +242,10 @@ class DicomSource : public Source {
 
   DicomFiles images_;
   Arranged volume_;
-  std::size_t frame_ = 0;  ///< that is read next
+  std::size_t frame_ = 0;  ///< read next
   Numbers numbers_;
   std::mutex libraries_;
-  bool masked_ = true;  ///< bits beyond those of the numbers are cleared
+  bool masked_ = true;  ///< clears bits outside of the stored ones
 };
 
 }  // namespace

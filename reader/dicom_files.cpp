@@ -1,5 +1,4 @@
-// DICOM files by vtk-dicom. Compressed images are decoded by GDCM directly: vtk-dicom would call it as well, but does not check
-// that the decoded image fits into its memory.
+// DICOM files by vtk-dicom. GDCM is called directly for compressed images: vtk-dicom does not check their decoded size.
 #include "dicom_files.h"
 
 #include <gdcmImageReader.h>
@@ -33,10 +32,10 @@
 namespace palpa::reader {
 namespace {
 
-// Files of a folder. More: a wrong folder, such as a whole archive, is read for long; fewer: large series are refused.
+// Files of a folder. More: reading a wrong folder, such as a whole archive, takes long; fewer: large series are refused.
 constexpr std::size_t most_files = 100'000;
 
-/// The elements of a header that are read; all others are skipped.
+/// Elements to read from a header; all others are skipped.
 vtkDICOMItem query() {
   static const std::pair<DC::EnumType, vtkDICOMVR> wanted[] = {
       {DC::ImageType, vtkDICOMVR::CS},
@@ -124,11 +123,11 @@ int vtk_type(RawType type) {
   }
 }
 
-/// Whether the elements of a file's meta header (group 2, always little endian with types) follow one another without damage:
-/// vtk-dicom and GDCM crash on some damaged ones. True for a file without one.
-/// \param end  [bytes] where it ends, if it is whole; 0 for a file without one
+/// True if the elements of the meta header (group 2, always little endian with types) are undamaged, or the file has none:
+/// vtk-dicom and GDCM crash on some damage.
+/// \param end  [bytes] its end if undamaged; 0 if absent
 bool has_whole_meta_header(const std::string& name, std::size_t& end) {
-  // A longer meta header, or element of it, is damaged: real ones have some hundred bytes. More: nonsense is read for longer.
+  // A longer meta header, or element of it, is damaged: real headers have some hundred bytes. More: damage is read for longer.
   constexpr std::size_t most_bytes = 65536, start = 132;
   detail::InputStream file(name);
   char bytes[start] = {};
@@ -143,7 +142,7 @@ bool has_whole_meta_header(const std::string& name, std::size_t& end) {
   std::uint32_t before = 0;
   for (std::size_t at = start; at < most_bytes && file.read(bytes, 8); ++before) {
     end = at;
-    if (number(0, 2) != 2) return before > 0 || number(0, 2) == 8;  // some programs leave it out behind the mark
+    if (number(0, 2) != 2) return before > 0 || number(0, 2) == 8;  // some programs omit it after the mark
     const std::uint32_t element = number(2, 2);
     const std::string_view type(bytes + 4, 2);
     const bool letters = std::ranges::all_of(type, [](char c) { return c >= 'A' && c <= 'Z'; });
@@ -158,9 +157,9 @@ bool has_whole_meta_header(const std::string& name, std::size_t& end) {
   return false;
 }
 
-/// Whether JPEG 2000 images have the size of a slice: GDCM allocates whatever size they claim.
-/// \param stored  items of a compressed image; the marks of JPEG 2000 are looked for at the start of each item, because within
-/// an item the same bytes may occur by chance
+/// True if JPEG 2000 images have the size of a slice: GDCM allocates any size that they claim.
+/// \param stored  items of a compressed image, searched for JPEG 2000 marks only at their start: later these bytes may be
+/// chance
 bool has_size_of(const Slice& slice, std::string_view stored) {
   constexpr std::string_view item("\xfe\xff\x00\xe0", 4), image("\xff\x4f\xff\x51", 4);
   const auto byte = [&](std::size_t at) { return std::int64_t{static_cast<unsigned char>(stored[at])}; };
@@ -182,8 +181,7 @@ bool is_marked(const std::string& name) {
   return file.read(bytes, sizeof bytes) && std::string_view(bytes + 128, 4) == "DICM";
 }
 
-/// Whether a file is DICOM: by its mark, or, without the preamble that holds it, by a first element of group 2 or 8, with its
-/// type or without.
+/// True for a DICOM file: by its mark or, without the preamble, by a first element of group 2 or 8, with or without its type.
 bool is_dicom(const std::string& name) {
   if (vtkDICOMUtilities::IsDICOMFile(name.c_str()) || is_marked(name)) return true;
   static const std::set<std::string_view> types{"AE", "AS", "AT", "CS", "DA", "DS", "DT", "IS", "LO",
@@ -196,7 +194,7 @@ bool is_dicom(const std::string& name) {
   return (little || big) && types.count(std::string_view(bytes + 4, 2)) > 0;
 }
 
-/// The DICOM files of a folder and its subfolders, by name; or one file.
+/// DICOM files of a folder and its subfolders, by name; or one file.
 std::vector<std::string> files_in(const std::string& path) {
   if (!std::filesystem::is_directory(path)) {
     if (is_dicom(path)) return {path};
@@ -226,14 +224,14 @@ bool all_numbers(const vtkDICOMValue& value, std::size_t count, double* to) {
 
 }  // namespace
 
-/// vtkDICOMReader, but each file is scanned on its own: the original gives up all files where one is damaged.
+/// vtkDICOMReader that scans each file separately: the original gives up all files if one is damaged.
 class DicomFiles::Reader : public vtkDICOMReader {
  public:
   static Reader* New();
   vtkTypeMacro(Reader, vtkDICOMReader);
 
-  /// Reads the headers of files, some of which may be no images. Returns for each whether it holds an image.
-  /// \param unpacked  where what is to be read of a file lies
+  /// Reads the headers of files. Returns for each file whether it holds an image.
+  /// \param unpacked  path of a file's decompressed content
   std::vector<bool> scan(const std::vector<std::string>& names,
                          const std::function<std::string(const std::string&)>& unpacked) {
     MetaData->Initialize();
@@ -244,7 +242,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
     const vtkDICOMItem wanted = query();
     std::vector<bool> is_image;
     for (std::size_t file = 0; file < names.size(); ++file) {
-      vtkNew<vtkDICOMParser> parser;  // a new one for each file, because a parser keeps its first error
+      vtkNew<vtkDICOMParser> parser;  // one per file, because a parser keeps its first error
       parser->SetMetaData(MetaData);
       parser->SetQueryItem(wanted);
       parser->SetIndex(static_cast<int>(file));
@@ -264,10 +262,10 @@ class DicomFiles::Reader : public vtkDICOMReader {
     return is_image;
   }
 
-  std::map<int, std::string> problems;  ///< of files that cannot be unpacked
+  std::map<int, std::string> problems;  ///< of files that cannot be decompressed
 
   const vtkDICOMValue& get(int file, int frame, DC::EnumType tag) { return MetaData->Get(file, frame, tag); }
-  /// Images of nuclear medicine store the place of their first frame with their detector.
+  /// Element of an image; nuclear medicine stores the position of the first frame with its detector.
   const vtkDICOMValue& get_of_detector(int file, int frame, DC::EnumType tag) {
     const vtkDICOMValue& of_frames = MetaData->Get(file, DC::DetectorVector);
     const auto n = static_cast<std::size_t>(frame);
@@ -275,7 +273,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
     return MetaData->Get(file, vtkDICOMTagPath(DC::DetectorInformationSequence, static_cast<unsigned>(detector - 1), tag));
   }
   std::string text(int file, DC::EnumType tag) { return MetaData->Get(file, tag).AsString(); }
-  /// The number; `missing` where the element is missing or is no finite number.
+  /// Number of an element; `missing` if it is absent or not finite.
   double number(int file, int frame, DC::EnumType tag, double missing) {
     const vtkDICOMValue& value = get(file, frame, tag);
     const double number = value.GetNumberOfValues() > 0 ? value.GetDouble(0) : missing;
@@ -303,7 +301,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
     }
   }
 
-  /// How the numbers of an image become values, and which of them are padding.
+  /// Reads the value scale and the padding of an image.
   void find_values(Slice& slice, int allocated) {
     const int file = slice.file, frame = slice.frame;
     slice.slope = number(file, frame, DC::RescaleSlope, number(file, frame, DC::DoseGridScaling, 1));
@@ -311,7 +309,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
     if (slice.slope == 0) slice.slope = 1;
     slice.padding.reset();
     if (!get(file, frame, DC::PixelPaddingValue).IsValid()) return;
-    // The padding's type is often not that of the pixels, but signed for unsigned or the reverse: its bits count.
+    // The padding's type is often not the pixels' type but of other signedness: its bits count.
     const auto as_pixel = [&](double value) {
       const double turn = std::ldexp(1.0, allocated);
       if (slice.negative() && value >= turn / 2) return value - turn;
@@ -324,14 +322,14 @@ class DicomFiles::Reader : public vtkDICOMReader {
     slice.padding = {std::min(value, limit), std::max(value, limit)};
   }
 
-  /// By what an image is told apart from others at its place.
+  /// Reads the attributes that distinguish an image from others at its position.
   void find_traits(Slice& slice, int frames) {
     slice.number = number(slice.file, slice.frame, DC::InstanceNumber, 0);
     slice.traits = traits_of(*MetaData, slice.file, slice.frame, frames);
     slice.rest = frames > 1 ? rest_of(*MetaData, slice.file, slice.frame) : std::vector<std::string>();
   }
 
-  /// How far an image lies along its normal from the first of its file: [mm] of frames that have no places of their own.
+  /// Distance along the normal from the file's first image [mm], for frames without their own positions.
   double offset_mm(const Slice& slice, int frames) {
     const auto n = static_cast<std::size_t>(slice.frame);
     const auto said = [&](DC::EnumType tag) -> const vtkDICOMValue& { return MetaData->Get(slice.file, tag); };
@@ -340,13 +338,13 @@ class DicomFiles::Reader : public vtkDICOMReader {
       return said(DC::GridFrameOffsetVector).GetDouble(n) - said(DC::GridFrameOffsetVector).GetDouble(0);
     }
     const double between_mm = number(slice.file, 0, DC::SpacingBetweenSlices, 0);
-    // Nuclear medicine counts slices beside energies, times and views; frames that are counted, but not as slices, are none.
+    // Nuclear medicine counts slices beside energies, times and views; frames with other counters only are no slices.
     if (of_each(DC::SliceVector)) return between_mm * (said(DC::SliceVector).GetDouble(n) - said(DC::SliceVector).GetDouble(0));
     const bool others = std::ranges::any_of(slice.traits, [](const Trait& t) { return counts_frames(t.attribute); });
     return others ? 0.0 : between_mm * static_cast<double>(n);
   }
 
-  /// Where an image lies. A frame without a place of its own has the place of its file.
+  /// Reads the position of an image. A frame without its own position has that of its file.
   void find_place(Slice& slice) {
     const int file = slice.file, frame = slice.frame;
     double rows_columns_mm[2], position[3], directions[6];
@@ -395,8 +393,8 @@ DicomFiles::DicomFiles(const std::string& path, int memory, std::uint64_t most_b
   }
 }
 
-/// The file itself; of one whose elements are deflated as a whole, a file of memory with them as they are, until the next is
-/// unpacked. Throws LoadError.
+/// Path of the file or, if its elements are deflated, of a memory file with them decompressed, valid until the next call.
+/// Throws LoadError.
 std::string DicomFiles::unpacked(const std::string& name) const {
   constexpr std::string_view deflated = "1.2.840.10008.1.2.1.99", plain = "1.2.840.10008.1.2.1";
   std::size_t end = 0;
@@ -412,7 +410,7 @@ std::string DicomFiles::unpacked(const std::string& name) const {
   return unpacked_folder + std::to_string(memory_);
 }
 
-/// The images of a file. Throws LoadError where they cannot be felt.
+/// Adds the images of a file. Throws LoadError if they are unusable.
 void DicomFiles::add_slices(int file) {
   Reader& r = *reader_;
   if (r.number(file, 0, DC::SamplesPerPixel, 1) != 1 || r.text(file, DC::PhotometricInterpretation) == "PALETTE COLOR") {
@@ -475,7 +473,7 @@ std::string DicomFiles::unit(const Slice& slice) const {
   return !said && modality(slice) == "CT" ? "HU" : "";
 }
 
-/// How the scan was made, by the header of one slice. Where a stack varies a quantity on purpose, other slices differ.
+/// Acquisition, from the header of one slice. Stacks that vary a quantity on purpose have other values in other slices.
 std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {
   Reader& r = *reader_;
   std::vector<ScanFact> facts;

@@ -1,4 +1,4 @@
-// Files of DICOM images: their headers as slices, their voxels.
+// Files of DICOM images: headers as slices, voxels.
 #pragma once
 
 #include <cstddef>
@@ -13,32 +13,31 @@ namespace palpa::reader {
 
 class DicomFiles {
  public:
-  /// The DICOM files of a folder and its subfolders, by name; or one file. Reads from their headers only what geometry, order
-  /// and values need, and how the images were made. Elements about a patient are never read, and of elements that hold free
-  /// text only known words are handed on (dicom_words.h). Throws LoadError.
-  /// \param memory  a file of memory for one that has to be unpacked, into at most `most_bytes`; -1: none
+  /// Opens the DICOM files of a folder and its subfolders, by name; or one file. Reads only geometry, order, value scales and
+  /// acquisition, never elements about a patient, and of free text only known words (dicom_words.h). Throws LoadError.
+  /// \param memory  memory file for a compressed file, of at most `most_bytes` decompressed; -1: none
   DicomFiles(const std::string& path, int memory, std::uint64_t most_bytes);
 
-  /// All images that can be felt, file after file.
+  /// All usable images, file after file.
   const std::vector<Slice>& slices() const noexcept { return slices_; }
-  /// Reasons why images cannot be felt, as half sentences, each with the number of files that it applies to.
+  /// Reasons against images, as half sentences, each with its number of files.
   const std::map<std::string, int>& refused() const noexcept { return refused_; }
-  /// Files that hold no image, or are damaged.
+  /// Number of files without an image, or damaged.
   int damaged() const noexcept { return damaged_; }
 
   const std::string& name(const Slice& slice) const { return names_[static_cast<std::size_t>(slice.file)]; }
   std::string modality(const Slice& slice) const;
-  /// The unit of the values, as the file says it by a code of the standard; of a CT that says none: "HU". Empty: none.
+  /// Unit of the values, from the file's standard code; for a CT without a code "HU". Empty: none.
   std::string unit(const Slice& slice) const;
   std::vector<ScanFact> scan(const Slice& slice) const;
-  /// "CT, 201": modality and number of its series.
+  /// Modality and number of the series: "CT, 201".
   std::string series_words(const Slice& slice) const;
   /// Bytes of all frames of the slice's file, in memory and in the file.
   std::uint64_t voxel_bytes(const Slice& slice) const;
   std::uint64_t stored_bytes(const Slice& slice) const;
 
-  /// Reads all frames of the slice's file to `to`, which holds `voxel_bytes`. `masked`: bits beyond those of the numbers are
-  /// cleared. Throws LoadError with a half sentence.
+  /// Reads all frames of the slice's file to `to`, of `voxel_bytes`. `masked`: clears bits outside of the stored ones. Throws
+  /// LoadError with a half sentence.
   void load(const Slice& slice, bool masked, std::byte* to);
 
  private:

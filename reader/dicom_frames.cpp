@@ -12,16 +12,15 @@
 namespace palpa::reader {
 namespace {
 
-/// [pixels] Positions no further apart are one. Less: rounded positions of frames count as slices; more: thin slices merge.
+/// [pixels] Tolerance of equal positions. Less: rounded positions of frames count as slices; more: thin slices merge.
 constexpr double same_place = 0.01;
 
-/// Empty images between two others, at most. More: a wrong position takes memory; less: far parts of a segment are
-/// interpolated.
+/// Most consecutive empty images. More: a wrong position takes memory; less: distant parts of a segment are interpolated.
 constexpr int most_blanks = 1000;
 
 using Members = std::vector<std::size_t>;  ///< slices of a stack, by index
 
-/// The values of every attribute in a stack, numbered in rising order.
+/// Values of every attribute in a stack, numbered in rising order.
 class Values {
  public:
   explicit Values(const std::vector<Slice>& stack)
@@ -35,11 +34,11 @@ class Values {
     for (std::size_t a = 0; a < said.size(); ++a) number(said[a], a, stack.size());
   }
 
-  /// -1: the slice does not say it.
+  /// -1: missing in the slice.
   int of(std::size_t slice, int attribute) const { return of_[slice][static_cast<std::size_t>(attribute)]; }
-  /// How many values there are, of which "not said" is one.
+  /// Number of values, counting "missing" as a value.
   int count(int attribute) const { return counts_[static_cast<std::size_t>(attribute)]; }
-  /// "4.6, 9.2 ms"; empty where there are many, or words, which are free text and may be anybody's.
+  /// "4.6, 9.2 ms"; empty for many values, or words, which are free text and may identify a patient.
   std::string words(int number) const {
     const auto& values = said_[static_cast<std::size_t>(number)];
     constexpr std::size_t most = 8;
@@ -71,7 +70,7 @@ class Values {
     });
     std::vector<const Trait*>& values = said_[a];
     for (const auto& [trait, slice] : said) {
-      // Numbers are sorted, so one that is near is the last; directions may be near to any.
+      // Numbers are sorted, so only the last can be near; directions may be near to any.
       std::size_t known = values.size();
       for (std::size_t back = values.size(); back > 0 && known == values.size(); --back) {
         if (is_one(*values[back - 1], *trait, tolerance)) known = back - 1;
@@ -132,7 +131,7 @@ class Sorter {
     }
   }
 
-  /// Images without positions lie one behind the other, those of each kind by themselves, in the order of their numbers.
+  /// Places images without positions in a row, separately for each kind, in the order of their numbers.
   void place_in_line() {
     const Slice& first = stack_.front();
     const double step_mm = first.thickness_mm > 0 ? first.thickness_mm : first.spacing_mm[0];
@@ -147,7 +146,7 @@ class Sorter {
     warnings_.push_back("says no positions of its slices: in the order of their numbers, " + text_of(step_mm) + " mm apart");
   }
 
-  /// Whether an attribute has a value for each image, or for each place, as a counter has.
+  /// True if an attribute has a value per image or per position, as a counter has.
   bool counts_images(int a) const {
     if (!attribute(a).may_count) return false;
     if (values_.count(a) == static_cast<int>(stack_.size())) return true;
@@ -185,7 +184,7 @@ class Sorter {
     return false;
   }
 
-  /// The frames of a group whose images differ in no kind.
+  /// Frames of a group whose images differ in no kind.
   std::vector<Members> in_order(const Members& group) {
     std::vector<Members> places = at_places(group);
     std::size_t least = places.front().size(), most = least;
@@ -230,7 +229,7 @@ class Sorter {
       std::ranges::stable_sort(place, {}, [&](std::size_t n) { return std::pair(key(n, by), stack_[n].frame); });
     }
   }
-  /// Orders the images at each place by attributes; false if two of them have the same values.
+  /// Orders the images at each position by attributes; false if two have equal values.
   bool ordered(std::vector<Members>& places, const std::vector<int>& by) const {
     order(places, by);
     return std::ranges::all_of(places, [&](const Members& place) {
@@ -248,7 +247,7 @@ class Sorter {
     return true;
   }
 
-  /// By an element that is not among the attributes, where it has the same values at each place.
+  /// Orders by an element outside of the attributes that has equal values at all positions.
   bool by_rest(std::vector<Members>& places) {
     if (stack_[places.front().front()].rest.empty()) return false;
     for (std::size_t e = 0; e < stack_[places.front().front()].rest.size(); ++e) {
@@ -269,8 +268,8 @@ class Sorter {
     return false;
   }
 
-  /// Groups by a clock or a counter that increases frame after frame, and within each frame in one order of places. A counter
-  /// that increases place after place is rejected: it may count images of several kinds, in an order that changes.
+  /// Groups by a clock or counter that increases frame after frame, with equal order of positions in each. A counter that
+  /// increases position after position is rejected: it may count images of several kinds, in a varying order.
   bool by_numbers(std::vector<Members>& places) {
     for (int a = 0; a < attributes(); ++a) {
       if (attribute(a).apart != Apart::number || values_.count(a) < 2 || !ordered(places, {a})) continue;
@@ -298,7 +297,7 @@ class Sorter {
     return true;
   }
 
-  /// A segmentation leaves out images that are empty: they are put in, at each place of another segment and in the gaps.
+  /// Inserts the empty images that a segmentation omits, at each position of another segment and in the gaps.
   void fill_blanks(std::vector<Members>& frames) {
     if (!stack_.front().sparse || !stack_.front().placed) return;
     std::map<int, Vec3> position_mm;
@@ -317,7 +316,7 @@ class Sorter {
     }
   }
 
-  /// Adds the places of images that no segment has, where each gap is a whole number of distances between slices.
+  /// Adds the positions of images that no segment has, if each gap is a whole number of slice distances.
   void fill_gaps(std::map<int, Vec3>& position_mm) const {
     const double step_mm = stack_.front().thickness_mm;
     std::map<int, Vec3> added;
@@ -331,7 +330,7 @@ class Sorter {
     position_mm.merge(added);
   }
 
-  /// Keeps the frames that are at the same places as the largest.
+  /// Keeps the frames at the positions of the largest frame.
   void keep_whole(std::vector<Members>& frames) {
     const auto places = [&](const Members& frame) {
       std::set<int> all;
@@ -394,10 +393,10 @@ class Sorter {
   int places_ = 0;
   std::vector<double> along_mm_;
   std::vector<Members> groups_;
-  std::vector<int> used_;      ///< attributes that tell the groups apart
-  std::set<int> used_too_;     ///< moments and numbers that tell frames of a group apart
+  std::vector<int> used_;      ///< attributes that distinguish the groups
+  std::set<int> used_too_;     ///< moments and numbers that distinguish frames of a group
   std::vector<int> counters_;  ///< kinds in which a program has counted the images
-  std::string element_;        ///< another element that does
+  std::string element_;        ///< another element that distinguishes frames
   std::set<int> named_;
 };
 

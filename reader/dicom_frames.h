@@ -1,4 +1,4 @@
-// Which images of a stack make one volume: frames, each of one image from every place, all of one kind.
+// Grouping of a stack's images into frames of one volume: one image per position, all of one kind.
 #pragma once
 
 #include <string>
@@ -9,14 +9,13 @@
 namespace palpa::reader {
 
 struct Frames {
-  std::vector<std::vector<Slice>> frames;  ///< of equally many slices, which rise along their normal
-  std::string differ;  ///< what the frames differ in: "echo time (4.6, 9.2 ms) and complex component"; empty: in nothing
+  std::vector<std::vector<Slice>> frames;  ///< with equal numbers of slices, in order along their normal
+  std::string differ;  ///< difference between the frames: "echo time (4.6, 9.2 ms) and complex component"; empty: none
 };
 
-/// Sorts a stack into frames: by each attribute that tells images apart (dicom_traits.h), and images that only times or
-/// counters tell apart by their order. Places images that say no position one behind the other. Frames that are not at all
-/// places, and slices of one frame that differ in how they were made, are named in warnings. Throws LoadError where images at
-/// one place are not to be told apart.
+/// Sorts a stack into frames: by each attribute that distinguishes images (dicom_traits.h); images that differ only in times or
+/// counters by their order. Images without a position are stacked in sequence. Warns of frames that lack positions, and of
+/// slices of one frame with different acquisition. Throws LoadError if images at one position are indistinguishable.
 Frames frames_of(std::vector<Slice> stack, std::vector<std::string>& warnings);
 
 }  // namespace palpa::reader

@@ -13,17 +13,15 @@
 namespace palpa::reader {
 namespace {
 
-/// [pixels] Slices may lie this far beside their common line. Less: sound stacks are refused; more: bent stacks are read
+/// [pixels] Largest distance of slices from their common line. Less: sound stacks are refused; more: bent stacks are read
 /// straight.
 constexpr double straight = 0.1;
-/// [slices] Slices may lie this far off even distances. Less: rounded positions are resampled; more: uneven ones are read as
-/// even.
+/// [slices] Largest deviation from even distances. Less: rounded positions are resampled; more: uneven ones are read as even.
 constexpr double even = 0.02;
-/// [1] Layers that resampling makes per slice, at most. More: memory; less: closely spaced slices lose detail.
+/// [1] Most resampled layers per slice. More: memory; less: closely spaced slices lose detail.
 constexpr double finest = 4.0;
 constexpr double farthest_mm = 1e12;  ///< from the origin; a position beyond is damaged
-/// [1] Difference of unit directions up to which slices are parallel. Less: rounded headers split a series; more: tilts are
-/// lost.
+/// [1] Largest difference of unit directions of parallel slices. Less: rounded headers split a series; more: tilts are lost.
 constexpr double parallel = 1e-3;
 
 Vec3 normal_of(const Slice& slice) { return normalized(cross(slice.right, slice.down)); }
@@ -35,7 +33,6 @@ bool belong_together(const Slice& a, const Slice& b) {
          norm(a.right - b.right) < parallel && norm(a.down - b.down) < parallel;
 }
 
-/// Keeps one of images that are there twice.
 void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
   const auto key = [](const Slice& s) { return std::tuple(s.instance, s.frame); };
   std::ranges::stable_sort(stack, {}, key);
@@ -48,7 +45,7 @@ void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) 
   }
 }
 
-/// Chooses evenly spaced layers for slices that are not. \param at_mm  [mm] positions of the slices along their normal
+/// Chooses evenly spaced layers for uneven slices. \param at_mm  [mm] positions of the slices along their normal
 void resample(const std::vector<double>& at_mm, Arranged& volume, std::vector<std::string>& warnings) {
   std::vector<double> gaps_mm;
   for (std::size_t i = 1; i < at_mm.size(); ++i) gaps_mm.push_back(at_mm[i] - at_mm[i - 1]);
@@ -56,7 +53,7 @@ void resample(const std::vector<double>& at_mm, Arranged& volume, std::vector<st
   std::ranges::sort(sorted_mm);
   const double length_mm = at_mm.back() - at_mm.front(), usual_mm = sorted_mm[sorted_mm.size() / 2];
 
-  // If all gaps are multiples of the usual one, the slices in the larger gaps are missing.
+  // If all gaps are multiples of the usual gap, slices are missing in the larger ones.
   const bool lacking = std::ranges::all_of(gaps_mm, [&](double gap_mm) {
     const double slices = gap_mm / usual_mm;
     return slices > 0.5 && std::abs(slices - std::round(slices)) < 0.1;
@@ -152,7 +149,7 @@ Numbers common_numbers(const std::vector<Slice>& stack) {
       std::ranges::all_of(stack, [&](const Slice& s) { return s.slope == first.slope && s.intercept == first.intercept; });
   if (one_scale) return {padded ? floating : exact, first.slope, first.intercept};
 
-  // The greatest common divisor of all slopes and differences of intercepts. There is one, as they are decimal numbers.
+  // Greatest common divisor of all slopes and differences of intercepts; it exists, as they are decimal numbers.
   double step = 0.0;
   for (const Slice& slice : stack) {
     for (double rest : {std::abs(slice.slope), std::abs(slice.intercept - first.intercept)}) {

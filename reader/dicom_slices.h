@@ -1,5 +1,4 @@
-// How the images of a DICOM series become a volume: which images belong together, in which order, where they lie, and in which
-// numbers they are kept.
+// Volume from the images of a DICOM series: grouping, order, positions and number type.
 #pragma once
 
 #include <array>
@@ -15,23 +14,22 @@
 
 namespace palpa::reader {
 
-/// A number as messages have it.
 inline std::string text_of(double number) { return detail::text("%.6g", number); }
 
-/// What the header says of an image: a file's only one, or one of its frames.
+/// Header of an image: a file's only image, or one of its frames.
 struct Slice {
-  int file = 0;   ///< its number among the files
-  int frame = 0;  ///< in its file
+  int file = 0;   ///< index of the file
+  int frame = 0;  ///< index within the file
   std::string series;
   std::string instance;                    ///< UID of the file's image
-  std::string space;                       ///< UID of the frame of reference; empty: none is said
+  std::string space;                       ///< UID of the frame of reference; empty: none
   std::array<std::int64_t, 2> size{1, 1};  ///< columns, rows
   RawType type = RawType::uint16;
-  int bits = 16;                                 ///< [bits] that a number can fill
-  int first_bit = 0;                             ///< of a number in its place; those below are not its own
+  int bits = 16;                                 ///< [bits] stored
+  int first_bit = 0;                             ///< lowest stored bit; lower bits do not belong to the number
   std::array<double, 2> spacing_mm{1, 1};        ///< from column to column, from row to row
-  double thickness_mm = 0.0;                     ///< distance to the next slice if nothing else says it; 0: unknown
-  bool spaced = false;                           ///< `spacing_mm` is said
+  double thickness_mm = 0.0;                     ///< distance to the next slice if the file has no other; 0: unknown
+  bool spaced = false;                           ///< `spacing_mm` is in the file
   bool placed = false;                           ///< position and directions are the patient's (LPS)
   Vec3 position_mm;                              ///< centre of the first pixel
   Vec3 right{1, 0, 0}, down{0, 1, 0};            ///< [1] directions of rows and columns
@@ -39,37 +37,36 @@ struct Slice {
   double intercept = 0.0;                        ///< the value's own unit
   std::optional<std::array<double, 2>> padding;  ///< raw values from the first to the second are no measurement
   double number = 0.0;                           ///< of the file's image in its series
-  std::vector<Trait> traits{};                   ///< by which it is told apart from others at its place
-  std::vector<std::string> rest{};               ///< what else its functional groups say
-  bool sparse = false;                           ///< images that are empty are left out of its file
-  bool blank = false;                            ///< such an image, put in: all its raw numbers are 0
+  std::vector<Trait> traits{};                   ///< differences from other images at its position
+  std::vector<std::string> rest{};               ///< other elements of its functional groups
+  bool sparse = false;                           ///< the file omits empty images
+  bool blank = false;                            ///< inserted for an omitted image: all raw numbers are 0
 
   bool negative() const noexcept { return type == RawType::int8 || type == RawType::int16 || type == RawType::int32; }
   std::uint64_t pixels() const noexcept { return static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]); }
-  /// The range of raw numbers that its bits can represent.
+  /// Range of raw numbers in its bits.
   double least() const noexcept { return negative() ? -std::ldexp(1.0, bits - 1) : 0.0; }
   double greatest() const noexcept { return std::ldexp(1.0, negative() ? bits - 1 : bits) - 1; }
 };
 
-/// Groups of slices that can be one volume: of one series, size, type, spacing and orientation, in the order of the first slice
-/// of each.
+/// Groups of slices that can form one volume: of one series, size, type, spacing and orientation, ordered by their first
+/// slices.
 std::vector<std::vector<Slice>> stacks_of(std::vector<Slice> slices);
 
-/// A volume from slices of one stack.
+/// Volume from slices of one stack.
 struct Arranged {
-  std::vector<std::vector<Slice>> frames;  ///< frames of equally many slices, which rise along their normal
-  std::string differ;                      ///< what the frames differ in; empty: there is one
-  GridGeometry grid;                       ///< [mm] of the volume that is handed over
-  bool resampled = false;                  ///< its layers are not the slices but are interpolated between them
-  std::vector<double> layer_at;            ///< [slices] place of each layer, if resampled
+  std::vector<std::vector<Slice>> frames;  ///< with equal numbers of slices, in order along their normal
+  std::string differ;                      ///< difference between the frames; empty: one frame
+  GridGeometry grid;                       ///< [mm] of the resulting volume
+  bool resampled = false;                  ///< layers are interpolated between slices
+  std::vector<double> layer_at;            ///< [slices] position of each layer, if resampled
 };
 
-/// Sorts a stack into a volume. Slices need not be at right angles to the line along which they lie: a gantry tilt shears the
-/// grid. Images at one place become frames (dicom_frames.h); unevenly spaced slices have to be resampled. Throws LoadError
-/// where slices make no volume.
+/// Sorts a stack into a volume. The line of positions may be oblique to the slices: a gantry tilt shears the grid. Images at
+/// one position become frames (dicom_frames.h); unevenly spaced slices are resampled. Throws LoadError if they form no volume.
 Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings);
 
-/// The numbers in which slices are kept: kept = raw · factor + shift, value = kept · scale + offset.
+/// Number type of the stored slices: kept = raw · factor + shift, value = kept · scale + offset.
 struct Numbers {
   VoxelType type = VoxelType::int16;
   double scale = 1.0;   ///< the value's own unit, per kept step
@@ -80,8 +77,8 @@ struct ToKept {
   double shift = 0.0;
 };
 
-/// Raw numbers where all slices have one slope and intercept; else whole steps of a common slope, if they are exact; else
-/// floating point. Also floating point where slices have padding, which is kept as NaN.
+/// Raw numbers for slices of one slope and intercept; else whole steps of a common slope, if exact; else, and for padding
+/// (NaN), floating point.
 Numbers common_numbers(const std::vector<Slice>& stack);
 ToKept to_kept(const Slice& slice, const Numbers& numbers) noexcept;
 

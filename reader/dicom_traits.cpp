@@ -26,26 +26,26 @@ enum class Form : std::uint8_t {
   words_from_third,  ///< "M\\FFE" of "ORIGINAL\\PRIMARY\\M\\FFE"
   third_word,
   first_two_words,
-  of_frame,   ///< one number for each frame of the file
-  direction,  ///< of a diffusion gradient, which lies one sequence deeper than all others
-  b_value,    ///< the first number; one maker adds 10⁹ to it
-  component,  ///< a word of the standard, its first letter, or its number
-  time_step   ///< the frame's number, where the file counts its frames in time
+  of_frame,   ///< one number per frame of the file
+  direction,  ///< of a diffusion gradient, one sequence deeper than all others
+  b_value,    ///< first number; GE adds 10⁹ to it
+  component,  ///< word of the standard, its first letter, or its number
+  time_step   ///< frame number, if the file counts its frames in time
 };
 
-/// Where a maker writes it in elements of its own, as before the standard had one.
+/// Private elements of a maker, from before the standard had an element.
 struct OfMaker {
   const char* creator;                   ///< of the block of private elements
   std::uint16_t group = 0, element = 0;  ///< of the block
-  VR type;                               ///< also where the file says none
-  int count = 1;                         ///< of elements, one after the other, which hold a number each
+  VR type;                               ///< also for elements without a type
+  int count = 1;                         ///< of consecutive elements with a number each
 };
 
 struct Row {
   Attribute attribute;
   Form form;
-  std::vector<std::pair<DC::EnumType, VR>> elements{};  ///< the first that is there is taken
-  std::vector<OfMaker> of_makers{};                     ///< the same, where none of these is there
+  std::vector<std::pair<DC::EnumType, VR>> elements{};  ///< the first present element is read
+  std::vector<OfMaker> of_makers{};                     ///< read if all of these are absent
 };
 
 constexpr double measured = 5e-3;  ///< [1] of nominal values that scanners round in several ways
@@ -137,7 +137,7 @@ std::vector<Row> settings() {
       {{"transmit coil", "", setting}, words, {{DC::TransmitCoilName, VR::SH}}},
       {{"cardiac cycle", "", setting}, words, {{DC::CardiacCyclePosition, VR::CS}}},
       {{"respiratory cycle", "", setting}, words, {{DC::RespiratoryCyclePosition, VR::CS}}},
-      // Makers write all sorts of notes here, which may differ from slice to slice.
+      // Makers write varied notes here, which may differ from slice to slice.
       {{"notes of the image type", "", setting}, words_from_third, {{DC::ImageType, VR::CS}}},
       {{"original or derived", "", setting}, first_two_words, {{DC::FrameType, VR::CS}, {DC::ImageType, VR::CS}}},
   };
@@ -166,7 +166,7 @@ std::vector<Row> moments() {
   };
 }
 
-/// Frames are numbered in this order, so echoes come before moments.
+/// Order in which frames are numbered: echoes before moments.
 const std::vector<Row>& rows() {
   static const std::vector<Row> all = [] {
     std::vector<Row> in_order = kinds();
@@ -176,7 +176,7 @@ const std::vector<Row>& rows() {
   return all;
 }
 
-/// What a file's own dimensions say beyond the attributes above.
+/// Dimensions of a file beyond the attributes above.
 constexpr int most_dimensions = 8;
 constexpr std::array<Attribute, most_dimensions> dimensions{{{"dimension 1", "", Apart::kind, 0, true},
                                                              {"dimension 2", "", Apart::kind, 0, true},
@@ -187,7 +187,7 @@ constexpr std::array<Attribute, most_dimensions> dimensions{{{"dimension 1", "",
                                                              {"dimension 7", "", Apart::kind, 0, true},
                                                              {"dimension 8", "", Apart::kind, 0, true}}};
 
-/// Elements that say where or when an image is, how its numbers are scaled or shown, or what it is called.
+/// Elements for position, time, scale and display of numbers, or names.
 bool is_no_kind(unsigned tag) {
   static const std::set<unsigned> tags{
       0x00080022, 0x00080023, 0x0008002a, 0x00080032, 0x00080033, 0x00181060, 0x00189073, 0x00189074, 0x00189151, 0x00189220,
@@ -197,7 +197,7 @@ bool is_no_kind(unsigned tag) {
   return tags.count(tag) > 0;
 }
 
-/// Whether a dimension that points to an element counts places.
+/// True if a dimension that points to an element counts positions.
 bool is_place(unsigned tag) {
   static const std::set<unsigned> tags{0x00200032, 0x00200037, 0x00201041, 0x00209057, 0x00209301, 0x0040072a,
                                        0x0040073a, 0x0040074a, 0x0048021e, 0x0048021f, 0x00200013, 0x00209156};
@@ -213,7 +213,7 @@ std::vector<double> numbers_in(const vtkDICOMValue& value) {
   return numbers;
 }
 
-/// The words of a value from `first` on, before `last`.
+/// Words [first, last) of a value.
 std::string words_in(const vtkDICOMValue& value, std::size_t first, std::size_t last) {
   std::string words;
   for (std::size_t n = first; n < std::min(last, value.GetNumberOfValues()); ++n) {
@@ -222,7 +222,7 @@ std::string words_in(const vtkDICOMValue& value, std::size_t first, std::size_t 
   return words;
 }
 
-/// Whether the frames of a file without functional groups follow one another in time.
+/// True if the frames of a file without functional groups are a sequence in time.
 bool counts_time(const vtkDICOMValue& pointer) {
   for (std::size_t n = 0; n < pointer.GetNumberOfValues(); ++n) {
     const unsigned tag = number_of(pointer.GetTag(n));
@@ -231,7 +231,7 @@ bool counts_time(const vtkDICOMValue& pointer) {
   return false;
 }
 
-/// As the standard calls a complex component that a maker gives by a number or a letter.
+/// Standard name of a complex component that a maker stores as a number or a letter.
 std::string component_of(const vtkDICOMValue& value) {
   static const std::array<std::string, 4> names{"MAGNITUDE", "PHASE", "REAL", "IMAGINARY"};
   const std::string word = words_in(value, 0, 1);
@@ -243,7 +243,7 @@ std::string component_of(const vtkDICOMValue& value) {
   return name != names.end() ? *name : word;
 }
 
-/// The first of b-values, of which GE marks some by 10⁹.
+/// First b-value, to which GE may add 10⁹.
 std::vector<double> b_value_in(const vtkDICOMValue& value) {
   constexpr double marked = 1e6, mark = 1e5;
   std::vector<double> numbers = numbers_in(value);
@@ -252,7 +252,7 @@ std::vector<double> b_value_in(const vtkDICOMValue& value) {
   return numbers;
 }
 
-/// A value whose file does not say its type, which is another's: numbers by their bytes, all else by its text.
+/// Value with `type`, for a file without types: numbers from their bytes, all else from its text.
 vtkDICOMValue typed(const vtkDICOMValue& value, VR type) {
   if (value.GetVR() != VR::UN) return value;
   const auto* const bytes = reinterpret_cast<const char*>(value.GetUnsignedCharData());
@@ -270,7 +270,7 @@ vtkDICOMValue typed(const vtkDICOMValue& value, VR type) {
   return {type, text};
 }
 
-/// What a row says of a frame by one element; without numbers and words: nothing.
+/// Trait of a frame from one element; without numbers and words: none.
 Trait trait_of(const Row& row, const vtkDICOMValue& value, int frame, int frames) {
   constexpr std::size_t all = 1'000'000;
   Trait trait;
@@ -294,7 +294,7 @@ Trait trait_of(const Row& row, const vtkDICOMValue& value, int frame, int frames
   return trait;
 }
 
-/// What a row says of an image by elements of its maker.
+/// Trait of an image from private elements.
 Trait trait_of_maker(const Row& row, vtkDICOMMetaData& headers, int file) {
   for (const OfMaker& of : row.of_makers) {
     Trait trait;
@@ -312,7 +312,7 @@ Trait trait_of_maker(const Row& row, vtkDICOMMetaData& headers, int file) {
   return {};
 }
 
-/// What the dimensions of a file say that none of `known` elements does.
+/// Adds traits from the file's dimensions that none of the `known` elements covers.
 void add_dimensions(vtkDICOMMetaData& headers, int file, int frame, const std::set<unsigned>& known, std::vector<Trait>& to) {
   const vtkDICOMValue& sequence = headers.Get(file, DC::DimensionIndexSequence);
   const std::vector<double> indices = numbers_in(headers.Get(file, frame, DC::DimensionIndexValues));
@@ -326,7 +326,7 @@ void add_dimensions(vtkDICOMMetaData& headers, int file, int frame, const std::s
 }
 
 void add_rest(const vtkDICOMItem& item, std::vector<std::string>& to) {
-  constexpr std::size_t most = 200;  // of a frame; a header that does not end is cut there
+  constexpr std::size_t most = 200;  // per frame; cuts endless headers
   for (vtkDICOMDataElementIterator e = item.Begin(); e != item.End() && to.size() < most; ++e) {
     const vtkDICOMValue& value = e->GetValue();
     const unsigned tag = number_of(e->GetTag());

@@ -19,7 +19,7 @@ std::string lower(std::string_view text) {
   return small;
 }
 
-/// The words of a text: runs of letters and digits.
+/// Runs of letters and digits.
 std::vector<std::string> words_in(std::string_view text) {
   std::vector<std::string> words(1);
   for (const char c : text) {
@@ -43,8 +43,7 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
   return all;
 }
 
-/// Words that name a part of the body or a technique, in the languages in which protocols are named. Each has a space before
-/// and behind it.
+/// Words of body parts and techniques, in the languages of protocol names, each between spaces.
 constexpr std::string_view words_of_radiology =
     " abdomen abdominal ankle aorta aortic arm arteries bladder body bone bones bowel brain breast brustkorb calf"
     " cardiac carotid carotis cerebral cerebrum cervical chest clavicle colon coronary cranium cspine elbow extremity"
@@ -62,7 +61,7 @@ constexpr std::string_view words_of_radiology =
     " tra transversal trauma trufi tse turbo unenhanced venc velocity venous vessel vibe volume weighted with without"
     " 2d 3d 4d headneck neckchest chestabdomen abdomenpelvis chestabdpelvis 4dflow ax ";
 
-/// Words of models of scanners, in the same form.
+/// Words of scanner models, in the format above.
 constexpr std::string_view words_of_models =
     " achieva aera aquilion artis ascend as avanto biograph brightspeed brilliance ct ct750 definition discovery drive"
     " edge elition emotion espree excite explorer force gemini genesis hd750 icct ict ingenia ingenuity intera iqon"
@@ -70,13 +69,13 @@ constexpr std::string_view words_of_models =
     " prismafit pro revolution scope sensation signa skyra sola somatom spectral spirit symphony terra titan trio"
     " triotim ultra verio vct vision volumezoom premier prodigy cardiac 15t 3t 7t 16 64 128 256 hd hdx hdxt plus x ";
 
-/// Whether a word, of letters and digits alone, is one of such a list.
+/// \param word  letters and digits only
 bool is_listed(const std::string& word, std::string_view list) { return list.find(" " + word + " ") != std::string_view::npos; }
 
 }  // namespace
 
 std::string words_of_protocol(std::string_view text) {
-  constexpr std::size_t most_words = 10;  // [1] More: long lines; fewer: telling words are lost
+  constexpr std::size_t most_words = 10;  // [1] More: long lines; fewer: informative words are lost
   std::vector<std::string> known;
   for (const std::string& word : words_in(text)) {
     const std::string small = lower(word);

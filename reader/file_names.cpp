@@ -14,7 +14,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// The path with the last `from` in its file name replaced by `to`, in the same letter case; empty if the name has none.
+/// Path with the last `from` in its file name replaced by `to`, in equal letter case; empty if the name has none.
 fs::path renamed(const fs::path& path, const std::string& from, const std::string& to) {
   const std::string name = path.filename().string();
   const std::size_t at = lower(name).rfind(from);

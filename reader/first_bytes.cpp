@@ -17,8 +17,8 @@ namespace palpa::reader {
 std::string first_bytes(const std::string& path, std::size_t most) {
   const detail::InputFile opened(path);
   if (!opened.is_open()) throw LoadError(opened.problem() + "; give a file that can be read");
-  const int descriptor = ::fcntl(opened.descriptor(), F_DUPFD_CLOEXEC, 0);  // gzclose closes the one that it is given
-  const gzFile file = gzdopen(descriptor, "rb");                            // reads files that are not compressed as they are
+  const int descriptor = ::fcntl(opened.descriptor(), F_DUPFD_CLOEXEC, 0);  // gzclose closes its descriptor
+  const gzFile file = gzdopen(descriptor, "rb");                            // also reads uncompressed files
   if (file == nullptr) throw std::bad_alloc();
   std::string bytes(most, '\0');
   const int got = gzread(file, bytes.data(), static_cast<unsigned>(most));
@@ -30,10 +30,10 @@ std::string first_bytes(const std::string& path, std::size_t most) {
 
 namespace {
 
-/// Up to where XML must have begun. More: memory for files that only begin like it; less: long comments are not got past.
+/// Latest start of the XML. More: memory for files that only begin like it; less: files with long comments are refused.
 constexpr std::size_t most_prolog_bytes = std::size_t{1} << 26;
 
-/// The tag of the first element in the text, as far as that goes; nullopt where the text may end before it.
+/// Tag of the first element in the text, as far as present; nullopt if the text may end before it.
 std::optional<std::string> root_in(std::string_view text) {
   constexpr std::string_view blanks = " \t\r\n", byte_order_mark = "\xef\xbb\xbf";
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());

@@ -1,4 +1,4 @@
-// The first bytes of a file, by which formats are told apart.
+// First bytes of a file, which identify its format.
 #pragma once
 
 #include <initializer_list>
@@ -8,41 +8,36 @@
 
 namespace palpa::reader {
 
-/// Up to `most` bytes, unpacked where the file is compressed. Throws LoadError.
+/// Up to `most` bytes, decompressed if the file is compressed. Throws LoadError.
 std::string first_bytes(const std::string& path, std::size_t most = 1024);
 
-/// The tag of the first element of an XML file, without its "<": after the declaration, comments and the like, which may take
-/// 64 MiB. Empty if the file is none. Throws LoadError.
+/// Tag of an XML file's first element, without "<", after the declaration and comments, of up to 64 MiB. Empty if the file is
+/// no XML. Throws LoadError.
 std::string xml_root(const std::string& path);
-/// The value of an attribute in a tag; empty if it has none of that name.
+/// Value of an attribute in a tag; empty if absent.
 std::string attribute_in(std::string_view tag, std::string_view name);
 
-/// The letters, digits and underscores at the start of a text, after blanks and quotes.
+/// Letters, digits and underscores at the start of a text, after blanks and quotes.
 std::string first_word(std::string_view text);
-/// The word that follows `key` at its first place in a text; empty if it is not there.
+/// Word that follows the first `key` in a text; empty if absent.
 std::string word_after(std::string_view text, std::string_view key);
 
-/// Questions about a file or folder that tell its format. The file is read when its bytes are first needed; functions that need
-/// them throw LoadError.
+/// Tests of a file or folder that identify its format. The first test of its bytes reads the file and may throw LoadError.
 class Beginning {
  public:
   explicit Beginning(std::string path) : path_(std::move(path)) {}
 
   const std::string& path() const noexcept { return path_; }
   bool is_folder() const;
-  /// Whether its name ends with one of these.
   bool is_named(std::initializer_list<std::string_view> ends) const noexcept;
-  /// Whether these bytes stand at a place.
   bool has(std::size_t at, std::string_view bytes) const;
-  /// Whether these bytes stand behind a block of 512, 1024, 2048 … bytes that belongs to somebody else.
+  /// These bytes follow a user block of 512, 1024, 2048 … bytes.
   bool has_behind_block(std::string_view bytes) const;
-  /// Whether it is XML whose first element has this name; any name if that is empty.
+  /// XML with this first element; with any if empty.
   bool has_xml_root(std::string_view name) const;
-  /// Whether it is packed by gzip as a whole.
+  /// Compressed by gzip as a whole.
   bool is_packed() const;
-  /// Whether these bytes are among its first.
   bool contains(std::string_view bytes) const;
-  /// Whether its first word is one of these.
   bool begins_with_word(std::initializer_list<std::string_view> words) const;
 
  private:

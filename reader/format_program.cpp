@@ -1,4 +1,4 @@
-// palpa-read-PROGRAM: one program for the formats whose libraries belong together. The build says which those are.
+// palpa-read-PROGRAM: one program for formats with common libraries, grouped by the build.
 #include "serve.h"
 
 namespace palpa::reader {

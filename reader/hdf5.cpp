@@ -1,5 +1,4 @@
-// HDF5 and netCDF-4: arrays by their paths, and images in the form of VTKHDF. The library must not follow links to other files
-// or load filters from plug-ins.
+// HDF5 and netCDF-4 arrays, and VTKHDF images. The library must not follow links to other files or load plug-in filters.
 #include <hdf5.h>
 
 #include <algorithm>
@@ -23,15 +22,15 @@ std::string joined(const std::vector<FoundArray>& arrays) {
   return arrays.size() > 10 ? text + " and " + std::to_string(arrays.size() - 10) + " more" : text;
 }
 
-/// The indices of an array in their places.
+/// Indices of an array, assigned to axes.
 struct Arranged {
-  std::vector<std::int64_t> lengths;  ///< of the indices that are kept, slowest first
-  ArrayLayout layout;                 ///< as `protocol::arranged` takes them
-  std::array<Dimension, 3> space;     ///< those along x, y and z
-  std::size_t time = SIZE_MAX;        ///< which index counts frames; SIZE_MAX: none
+  std::vector<std::int64_t> lengths;  ///< of the kept indices, slowest first
+  ArrayLayout layout;                 ///< as `protocol::arranged` expects them
+  std::array<Dimension, 3> space;     ///< dimensions along x, y and z
+  std::size_t time = SIZE_MAX;        ///< index that counts frames; SIZE_MAX: none
 };
 
-/// Takes the axes that the request says for those of the indices, where time is among them.
+/// Applies the requested axes to the indices, if time is among them.
 void take_axes(const std::string& axes, std::vector<Dimension>& dimensions) {
   if (axes.find('t') == std::string::npos) return;
   if (axes.size() + 1 < dimensions.size() || axes.size() > dimensions.size())
@@ -43,7 +42,7 @@ void take_axes(const std::string& axes, std::vector<Dimension>& dimensions) {
   for (std::size_t n = 0; n < axes.size(); ++n) dimensions[n + (components_first ? 1 : 0)].along = axes[n];
 }
 
-/// The axes of space that the request says, without time; empty: none. Throws LoadError.
+/// Requested spatial axes, without time; empty: none. Throws LoadError.
 std::string axes_of_space(const ArrayLayout& layout) {
   ArrayLayout space;
   space.axes = layout.axes;
@@ -51,9 +50,9 @@ std::string axes_of_space(const ArrayLayout& layout) {
   return layout.axes.empty() ? std::string() : protocol::axes_of(space);
 }
 
-/// Which index is that of vector components: by what the file or the request says, or the only one of length 3 at an end;
-/// SIZE_MAX: none. \param kept  the indices that are not time  \param is_component  the array is one of three that make a
-/// vector
+/// Index of the vector components: by the file or the request, or the only index of length 3 at either end; SIZE_MAX: none.
+/// \param kept  indices other than time
+/// \param is_component  the array is one of three that form a vector
 std::size_t components_among(const std::vector<Dimension>& kept, const ArrayLayout& layout, bool is_component) {
   for (std::size_t n = 0; n < kept.size(); ++n) {
     if (kept[n].along == 'c' && kept[n].length == 3) return n;
@@ -66,7 +65,7 @@ std::size_t components_among(const std::vector<Dimension>& kept, const ArrayLayo
   return first == last ? SIZE_MAX : first ? 0 : kept.size() - 1;
 }
 
-/// Gives x, y and z to the indices of space: what is said, and the order z, y, x to the others.
+/// Assigns x, y and z to the spatial indices: as in `said`, then z, y, x in order to the others.
 void name_axes(std::vector<Dimension>& space, const std::string& said) {
   std::string left = "zyx";
   if (said.size() == space.size()) {
@@ -79,8 +78,7 @@ void name_axes(std::vector<Dimension>& space, const std::string& said) {
   }
 }
 
-/// Leaves out indices of length 1 that nothing says to be one of space, until no more than `most` are left. Returns where the
-/// components are then.
+/// Removes indices of length 1 without a spatial axis, until at most `most` are left. Returns the new index of the components.
 std::size_t leave_out_single(std::vector<Dimension>& kept, std::size_t most, std::size_t components) {
   for (std::size_t n = 0; n < kept.size() && kept.size() > most;) {
     if (n == components || kept[n].length != 1 || kept[n].along != ' ') {
@@ -93,7 +91,7 @@ std::size_t leave_out_single(std::vector<Dimension>& kept, std::size_t most, std
   return components;
 }
 
-/// Puts the indices of an array into their places. Throws LoadError where they are no volume.
+/// Assigns an array's indices to axes. Throws LoadError if they form no volume.
 Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& layout, bool is_component) {
   const std::string said = axes_of_space(layout);
   take_axes(layout.axes, dimensions);
@@ -144,7 +142,7 @@ Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& la
   return made;
 }
 
-/// Whether an array is named as a component of a vector: u, Vy, velocity_z.
+/// True if an array has the name of a vector component: u, Vy, velocity_z.
 bool is_named_as_component(const std::string& path) {
   std::string name = path.substr(path.rfind('/') + 1);
   for (char& c : name) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -152,7 +150,7 @@ bool is_named_as_component(const std::string& path) {
   return ends && (name.size() == 1 || name.size() == 2 || name[name.size() - 2] == '_');
 }
 
-/// Refuses arrays of programs that write beside them how large voxels are and what their numbers stand for. Throws LoadError.
+/// Refuses arrays of programs that store voxel sizes and value scales elsewhere in the file. Throws LoadError.
 void check_program(const std::string& path, const ArrayLayout& layout) {
   if (path.starts_with("/minc-2.0/"))
     throw LoadError("is MINC, whose numbers are scaled slice by slice, which is not read; convert it (mnc2nii IN.mnc OUT.nii)");
@@ -163,8 +161,7 @@ void check_program(const std::string& path, const ArrayLayout& layout) {
                     " not read; save it as NRRD, or give spacing_m = [x, y, z] in metres");
 }
 
-/// Opens a file, or what was unpacked of one: the library follows the names of files in memory to where nothing is, so it gets
-/// a copy of that.
+/// Opens a file, or a copy of its decompressed content: the library resolves the names of memory files to nonexistent paths.
 hid_t opened(const protocol::Request& request) {
   if (request.packed.empty()) return H5Fopen(request.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   const detail::InputFile file(request.path);
@@ -214,7 +211,7 @@ class Hdf5Source final : public Source {
     RawVoxels raw;
     Turn turn;
     Packing packing;
-    std::size_t time = SIZE_MAX;  ///< the index that counts frames
+    std::size_t time = SIZE_MAX;  ///< index that counts frames
   };
 
   void read_frame(const Array& array, const protocol::FieldHeader& field, std::int64_t frame, std::byte* to) const {
@@ -239,14 +236,14 @@ class Hdf5Source final : public Source {
     if (!direct) copy_voxels(room.data(), array.raw, array.turn, field, to);
   }
 
-  /// Notes what is known of all arrays once.
+  /// Adds warnings that hold for all arrays once.
   void warn(const std::vector<std::string>& words) {
     for (const std::string& word : words) {
       if (std::ranges::find(header.warnings, word) == header.warnings.end()) header.warnings.push_back(word);
     }
   }
 
-  /// Adds a field for an array. Numbers of which some stand for none are read as floating point.
+  /// Adds a field for an array. If some numbers are no data, it is read as floating point.
   void add(const std::string& path, const std::string& name, const Shape& shape, const Arranged& arranged,
            const GridGeometry& grid) {
     Array array{.path = path, .shape = shape, .raw = {}, .turn = {}, .packing = {}, .time = arranged.time};
@@ -273,7 +270,7 @@ class Hdf5Source final : public Source {
     arrays_.push_back(std::move(array));
   }
 
-  /// The arrays that a request without a path means: the largest, if all of that size have one shape, but for indices of 1.
+  /// Arrays of a request without a path: the largest, if all of that size have one shape up to indices of length 1.
   std::vector<FoundArray> chosen_arrays(const protocol::Request& request) {
     const std::vector<FoundArray> found = arrays_in(file_);
     if (found.empty()) throw LoadError("has no array of three or more indices; give a file with a volume");
@@ -341,8 +338,7 @@ class Hdf5Source final : public Source {
     }
   }
 
-  /// Where an array lies: by the request, else by its coordinates, else by its steps, as Fiji and ilastik write them, else by
-  /// its indices.
+  /// Grid of an array: by the request, else its coordinates, else its steps as from Fiji and ilastik, else its indices.
   GridGeometry placed(hid_t dataset, const Arranged& arranged, ArrayLayout layout, std::vector<std::string>& notes) {
     const auto steps_um = numbers_attribute(dataset, "element_size_um");
     if (layout.spacing_m == Vec3{} && !has_places(arranged.space) && steps_um && steps_um->size() == 3) {
@@ -396,7 +392,6 @@ class Hdf5Source final : public Source {
     add_image(grids_of(extent, origin, spacing, direction));
   }
 
-  /// The arrays of an image, of its points and of its cells.
   void add_image(const PointsAndCells& grids) {
     std::set<std::string> names;
     for (const bool of_cells : {false, true}) {
@@ -425,9 +420,9 @@ class Hdf5Source final : public Source {
   }
 
   hid_t file_ = H5I_INVALID_HID;
-  std::int64_t first_ = 0;     ///< frame that is read
-  bool along_index_ = false;   ///< vectors are along the axes of the grid
-  std::vector<Array> arrays_;  ///< one for each field
+  std::int64_t first_ = 0;     ///< frame to read
+  bool along_index_ = false;   ///< vectors are along the grid's axes
+  std::vector<Array> arrays_;  ///< one per field
 };
 
 }  // namespace

@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::size_t max_listed = 200;           // arrays of a file. More: long lines; fewer: the wanted one may be missing
 constexpr std::size_t max_text_bytes = 1000;      // of an attribute. More: memory for damaged ones; fewer: words are cut
-constexpr hssize_t max_attribute_numbers = 1000;  // the same
+constexpr hssize_t max_attribute_numbers = 1000;  // of an attribute, likewise
 
-/// The type of numbers in memory for an HDF5 type; false where it cannot be read.
+/// Memory type of an HDF5 number type; false if it cannot be read.
 bool find_raw_type(hid_t type, RawType& raw) {
   const std::size_t bytes = H5Tget_size(type);
   if (H5Tget_class(type) == H5T_FLOAT) {
@@ -29,7 +29,7 @@ bool find_raw_type(hid_t type, RawType& raw) {
   }
 }
 
-/// Memory of the library's own, given back with its owner: what attributes of variable length are read into.
+/// Library memory for attributes of variable length, freed with its owner.
 template <class T>
 class Lent {
  public:
@@ -47,7 +47,7 @@ std::string text_in(const char* text) {
   return text == nullptr ? std::string() : std::string(text, strnlen(text, max_text_bytes));
 }
 
-/// The texts of a string attribute, which holds `count` of them; none otherwise.
+/// Texts of a string attribute with `count` of them; else none.
 std::vector<std::string> texts_of(hid_t attribute, std::size_t count) {
   const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   if (!type.is_open() || !space.is_open() || H5Tget_class(type) != H5T_STRING ||
@@ -57,7 +57,7 @@ std::vector<std::string> texts_of(hid_t attribute, std::size_t count) {
   if (H5Tis_variable_str(type) > 0) {
     const Handle memory(H5Tcopy(H5T_C_S1), H5Tclose);
     H5Tset_size(memory, H5T_VARIABLE);
-    H5Tset_cset(memory, H5Tget_cset(type));  // the library does not turn one into another
+    H5Tset_cset(memory, H5Tget_cset(type));  // the library does not convert character sets
     Lent<char*> lent(memory, space, count);
     if (H5Aread(attribute, memory, lent.values.data()) < 0) return {};
     for (const char* text : lent.values) texts.push_back(text_in(text));
@@ -132,7 +132,7 @@ bool is_stored_short(hid_t dataset) {
   }
   const int filters = H5Pget_nfilters(creation);
   if (filters <= 0) return false;
-  unsigned int packing = 0;  // a bit for each filter that may make a chunk smaller; a chunk has one set where it is left out
+  unsigned int packing = 0;  // a bit per filter that may shrink a chunk; set in a chunk's mask if omitted
   for (int f = 0; f < filters; ++f) {
     unsigned int flags = 0, settings = 0;
     std::size_t values = 0;

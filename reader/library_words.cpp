@@ -8,7 +8,7 @@
 namespace palpa::reader {
 namespace {
 
-/// Lower case. A word more: it is told from then on, in whatever file it stands; one less: sentences are harder to understand.
+/// Lower case. Adding a word: it is passed on from any file; removing one: sentences are harder to understand.
 const std::set<std::string_view>& words() {
   static const std::set<std::string_view> all{
       // Sentences.
@@ -25,7 +25,7 @@ const std::set<std::string_view>& words() {
       "to", "token", "too", "trouble", "trying", "two", "unable", "unclosed", "unexpected", "unknown", "unrecognized",
       "unsupported", "until", "use", "using", "valid", "value", "values", "version", "was", "well", "well-formed", "were",
       "when", "which", "while", "with", "within", "without", "wrong", "zero",
-      // Files, and what they are made of.
+      // Files and their parts.
       "appended", "array", "arrays", "ascii", "attribute", "attributes", "axes", "axis", "base64", "big", "binary", "block",
       "blocks", "bounds", "box", "buffer", "byte", "bytes", "bz2", "case", "cell", "cells", "character", "characters", "char",
       "column", "component", "components", "compressed", "compression", "connectivity", "contents", "coordinates", "count",
@@ -39,12 +39,12 @@ const std::set<std::string_view>& words() {
       "spacing", "spacings", "start", "string", "structured", "system", "table", "tag", "tensor", "tensors", "text", "time",
       "type", "types", "uniform", "units", "unsigned", "unstructured", "vector", "vectors", "vertex", "volume", "whole", "word",
       "xml", "zlib",
-      // Types that VTK has, and Palpa does not read.
+      // VTK types that Palpa does not read.
       "collection", "graph", "hypertreegrid", "hierarchicalboxdataset", "molecule", "overlappingamr", "partitioneddataset",
       "partitioneddatasetcollection", "phypertreegrid", "polydata", "ppolydata", "ptable", "tree", "vtkhierarchicalboxdataset",
       "vtkmultiblockdataset", "vtknonoverlappingamr", "vtkoverlappingamr", "vtkpartitioneddataset",
       "vtkpartitioneddatasetcollection",
-      // The lines of headers.
+      // Header keys.
       "centerings", "centers", "compresseddata", "dimsize", "directions", "elementdatafile", "elementspacing", "elementtype",
       "frame", "frames", "labels", "maxs", "measurement", "mins", "ndims", "nrrd", "nrrds", "objecttype", "sample", "skip",
       "thicknesses", "transformmatrix", "vtk", "dicom", "nifti", "metaimage", "gdcm", "hdf5", "openfoam", "plot3d"};
@@ -54,7 +54,7 @@ const std::set<std::string_view>& words() {
 bool is_known(std::string_view word) {
   while (!word.empty() && std::ispunct(static_cast<unsigned char>(word.front())) != 0) word.remove_prefix(1);
   while (!word.empty() && std::ispunct(static_cast<unsigned char>(word.back())) != 0) word.remove_suffix(1);
-  // A short whole number is a place in the file or a count.
+  // A short whole number is an offset or a count.
   const auto digit = [](char c) { return c >= '0' && c <= '9'; };
   if (!word.empty() && word.size() <= 4 && std::ranges::all_of(word, digit)) return true;
   std::string lower(word);

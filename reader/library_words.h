@@ -1,4 +1,4 @@
-// What libraries say of a file quotes it, and what it says may be a patient's name.
+// Filter of library messages, which quote files and so may contain a patient's name.
 #pragma once
 
 #include <string>
@@ -6,8 +6,7 @@
 
 namespace palpa::reader {
 
-/// The sentence with only such words as are on a list of ours, of what libraries say of files; others, and what stands between
-/// quotes, become "…". Allocates.
+/// Sentence with only the known words of library messages; other words, and text in quotes, become "…". Allocates.
 std::string known_words(std::string_view sentence);
 
 }  // namespace palpa::reader

@@ -1,7 +1,5 @@
-// palpa-read: opens one volume file for the program that started it (palpa/file/read_volume.cpp). A damaged or hostile file can
-// crash only this process, which its caller reports in one line. palpa-read tells the format by the first bytes of the file and
-// replaces itself (exec) by the program that has the library for it: starting with all libraries takes longer than reading most
-// files.
+// palpa-read: opens one volume file for its caller (palpa/file/read_volume.cpp), which reports crashes in one line.
+// Detects the format by the first bytes and executes its library's program: loading all libraries takes longer than most files.
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,7 +20,7 @@ namespace {
 
 struct Reader {
   const char* program;
-  const char* format;  ///< which of that program's formats
+  const char* format;  ///< format within that program
 };
 
 Reader reader_of(const Beginning& file) {
@@ -45,7 +43,7 @@ void become_reader(int socket) {
                   std::strerror(errno) + "); build or install both anew");
 }
 
-/// Prints which parts of the cage this kernel lacks, which is known only within it; nothing where it has all.
+/// Prints the parts of the sandbox that this kernel lacks, detected inside it; nothing if it lacks none.
 int print_cage() {
   const int output = ::dup(STDOUT_FILENO);
   const std::string lacking = enter_cage({});

@@ -21,7 +21,7 @@ std::vector<std::string> errors;
 std::vector<std::string> warnings;
 std::ostringstream streams;  // MetaIO prints its errors to std::cerr, some to std::cout
 
-/// The sentence in `ERROR: In file.cxx, line 12\nvtkClass (0x55…): the sentence\n`, on one line.
+/// Sentence of `ERROR: In file.cxx, line 12\nvtkClass (0x55…): the sentence\n`, on one line.
 std::string sentence_in(std::string text) {
   for (const char* start : {"ERROR: In ", "Warning: In ", "Generic Warning: In "}) {
     if (text.rfind(start, 0) == 0 && text.find('\n') != std::string::npos) text.erase(0, text.find('\n') + 1);
@@ -67,7 +67,7 @@ std::string take_library_error() {
   std::string first = errors.empty() ? sentence_in(streams.str()) : errors.front();
   errors.clear();
   streams.str({});
-  // This error of VTK's pipeline says nothing about the file.
+  // Error of VTK's pipeline without information on the file.
   if (first.find("returned failure for request") != std::string::npos) first = "its library says no more";
   return shortened(known_words(first), 300);
 }

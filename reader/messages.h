@@ -1,4 +1,4 @@
-// Catches what the libraries print: their errors become LoadErrors, their warnings become warnings of the volume.
+// Capture of library output: errors become LoadErrors, warnings become warnings of the volume.
 #pragma once
 
 #include <string>
@@ -6,14 +6,14 @@
 
 namespace palpa::reader {
 
-/// From here on nothing that VTK, MetaIO or GDCM print reaches the terminal. Call once, first.
+/// Captures all output of VTK, MetaIO and GDCM. Call once, first.
 void catch_library_messages();
 
-/// True when VTK has reported an error since the last `take_library_error`: what it has read must not be used.
+/// True if VTK has reported an error since the last `take_library_error`: its data must not be used.
 bool library_complained() noexcept;
-/// The first error of a library since the last call, as half a sentence; empty if there was none.
+/// First library error since the last call, as half a sentence; empty if none.
 std::string take_library_error();
-/// The warnings since the last call.
+/// Warnings since the last call.
 std::vector<std::string> take_library_warnings();
 
 }  // namespace palpa::reader

@@ -1,5 +1,5 @@
-// MetaImage by ITK's MetaIO, without itk::MetaImageIO, which does not hand on the orientation's name, the unit and the rescale
-// of the values.
+// MetaImage by ITK's MetaIO, without itk::MetaImageIO, which drops the orientation's name, the unit and the rescaling of the
+// values.
 #include <metaImage.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ RawType raw_type(MET_ValueEnumType type) {
   }
 }
 
-/// The letter of the side that an axis comes from, as MetaIO writes it: +x of LPS comes from the right, 'R'.
+/// Letter of the side from which an axis points, in MetaIO's form: +x of LPS points from the right, 'R'.
 char letter_of(const Vec3& axis) {
   const double x = std::abs(axis.x), y = std::abs(axis.y), z = std::abs(axis.z);
   if (x >= y && x >= z) return axis.x > 0 ? 'R' : 'L';
@@ -65,7 +65,7 @@ char letter_of(const Vec3& axis) {
   return axis.z > 0 ? 'I' : 'S';
 }
 
-/// The word that a text repeats for each axis, "mm" of "mm mm mm"; else the text, without the blanks around it.
+/// Word that a text repeats for each axis, "mm" of "mm mm mm"; else the text, trimmed.
 std::string one_of_alike(std::string_view text) {
   std::istringstream words{std::string(text)};
   std::string first, word;
@@ -77,15 +77,15 @@ std::string one_of_alike(std::string_view text) {
   return std::string(text.substr(begin, end + 1 - begin));
 }
 
-/// What MetaIO does not hand on of a header.
+/// Parts of a header that MetaIO drops.
 struct HeaderText {
-  double compressed_bytes = 0;  ///< CompressedDataSize; 0 if it is not given
-  std::string distance_units;   ///< as it is written: MetaIO knows um, mm and cm, and drops any other unit
-  std::string modality;         ///< "CT" of MET_MOD_CT; empty where it is none of DICOM's
+  double compressed_bytes = 0;  ///< CompressedDataSize; 0 if absent
+  std::string distance_units;   ///< as written: MetaIO keeps only um, mm and cm
+  std::string modality;         ///< "CT" of MET_MOD_CT; empty if not DICOM's
 };
 
-/// Reads a header's text, and refuses headers that crash MetaIO: it reads as many numbers as NDims says, even beyond its
-/// arrays, and reads on from a line without '=' into the voxels.
+/// Reads a header's text, and refuses headers that crash MetaIO: it reads NDims numbers, even beyond its arrays, and reads on
+/// from a line without '=' into the voxels.
 HeaderText read_header(const std::string& path) {
   detail::InputStream file(path);
   std::array<char, 4096> line{};
@@ -97,9 +97,9 @@ HeaderText read_header(const std::string& path) {
     if (sign == std::string_view::npos) throw LoadError("has a line without '=' in its header; get the whole file");
     const std::size_t begin = std::min(text.find_first_not_of(" \t"), sign);
     const std::string_view key = text.substr(begin, sign == begin ? 0 : text.find_last_not_of(" \t", sign - 1) + 1 - begin);
-    if (key == "ElementDataFile") return header;  // what only ends so is no end of the header for MetaIO
+    if (key == "ElementDataFile") return header;  // for MetaIO, a longer key with this ending does not end the header
     const double value = std::strtod(line.data() + sign + 1,
-                                     nullptr);  // read as MetaIO reads it, which takes "1e308" for a number of dimensions
+                                     nullptr);  // parsed as in MetaIO, which accepts "1e308" as a number of dimensions
     if (key.find("NDims") != std::string_view::npos && !(value >= 1 && value < 5))
       throw LoadError("has no number of dimensions; give NDims, one to four");
     if (key.find("CompressedDataSize") != std::string_view::npos) header.compressed_bytes = value;
@@ -197,7 +197,7 @@ class MetaImageSource : public Source {
     }
   }
 
-  /// Checks compressed data by their checksum, which MetaIO ignores.
+  /// Checks the checksum of compressed data, which MetaIO ignores.
   void check_files() const override {
     if (!compressed_) return;
     if (files.size() > 1) {
@@ -208,7 +208,7 @@ class MetaImageSource : public Source {
   }
 
  private:
-  /// The voxels of one file begin after the line `ElementDataFile = LOCAL`; 0 where that line is not found.
+  /// Header size of a single file: its voxels follow the line `ElementDataFile = LOCAL`; 0 without that line.
   static std::uint64_t header_bytes(const std::string& path) {
     detail::InputStream text(path);
     for (std::string line; std::getline(text, line);) {
@@ -238,7 +238,7 @@ class MetaImageSource : public Source {
                       "HeaderSize, or leave it out");
   }
 
-  /// Compressed voxels of one file. MetaIO reads them only where the header says how many bytes they take.
+  /// Decompresses the voxels of a single file. MetaIO reads them only with their compressed size in the header.
   void unpack_voxels(std::byte* to, std::uint64_t bytes) {
     const int skip = std::max(image_.HeaderSize(), 0);
     unpack(files.back(), files.size() > 1 ? static_cast<std::uint64_t>(skip) : header_bytes_, to, bytes);
@@ -247,7 +247,7 @@ class MetaImageSource : public Source {
     for (std::byte* number = to; number + size <= to + bytes; number += size) std::reverse(number, number + size);
   }
 
-  /// Numbers as text, of which MetaIO reads none behind one that it does not know, such as nan.
+  /// Reads numbers as text; MetaIO stops at unknown words, such as nan.
   void load_text(std::byte* to, std::uint64_t bytes) const {
     std::vector<std::string> parts(files.begin() + (files.size() > 1 ? 1 : 0), files.end());
     const std::uint64_t first = files.size() > 1 ? static_cast<std::uint64_t>(std::max(image_.HeaderSize(), 0)) : header_bytes_;
@@ -258,7 +258,7 @@ class MetaImageSource : public Source {
       for (const std::string& part : parts) {
         detail::InputStream file(part);
         file.seekg(static_cast<std::streamoff>(first));
-        constexpr int longest = 400;  // of a number; a damaged file may have none between blanks
+        constexpr int longest = 400;  // of a number; damaged files may lack blanks
         std::string word;
         for (; next != end && file >> std::setw(longest) >> word; ++next) {
           const std::optional<double> number = text_number(word);
@@ -273,8 +273,8 @@ class MetaImageSource : public Source {
     });
   }
 
-  /// Where data are too short, MetaIO leaves the rest of the memory as it was, with at most a message on std::cerr, and with
-  /// none for compressed data. So the end of the memory is marked before, and the mark must have been written over.
+  /// If data are too short, MetaIO leaves the rest of the memory unchanged, with a message on std::cerr or, for compressed
+  /// data, none. So the memory's end is marked before, and the mark must have been overwritten.
   void load(std::byte* to, std::uint64_t bytes) {
     if (compressed_ && files.size() <= 2) return unpack_voxels(to, bytes);
     if (!compressed_ && !image_.BinaryData()) return load_text(to, bytes);
@@ -316,7 +316,7 @@ class MetaImageSource : public Source {
     } else {
       files.push_back((folder / data).string());
     }
-    for (std::size_t f = 1; f < files.size(); ++f) {  // MetaIO leaves out what it cannot open
+    for (std::size_t f = 1; f < files.size(); ++f) {  // MetaIO skips files that it cannot open
       check_data_file(path_, files[f]);
       if (file_bytes(files[f]) == 0) throw LoadError("needs its data file '" + files[f] + "', which is empty; put it back");
     }
@@ -341,7 +341,7 @@ class MetaImageSource : public Source {
     grid.index_to_world_m = transposed(Mat3{{length[0] * axis[0], length[1] * axis[1], length[2] * axis[2]}});
     grid.origin_m = {at[0], at[1], at[2]};
 
-    // ITK takes every MetaImage as LPS; only AnatomicalOrientation says that it is medical at all.
+    // ITK treats every MetaImage as LPS; only AnatomicalOrientation marks it as medical.
     const std::string letters = image_.AnatomicalOrientationAcronym();
     if (n != 3 || letters.size() < 3 || letters.find('?') != std::string::npos) return;
     header.medical_frame = true;
@@ -356,12 +356,12 @@ class MetaImageSource : public Source {
   MetaImage image_;
   RawVoxels raw_;
   Turn turn_;
-  std::int64_t first_ = 0;         ///< number of the first value of the first frame that is read
-  std::int64_t frame_values_ = 0;  ///< of each frame
+  std::int64_t first_ = 0;         ///< index of the first value of the first frame to read
+  std::int64_t frame_values_ = 0;  ///< per frame
   std::uint64_t all_bytes_ = 0;    ///< of all frames
   std::uint64_t header_bytes_ = 0;
-  bool compressed_ = false;  ///< as the header says: reading clears it in image_ for a while
-  bool direct_ = false;      ///< the library reads to where the voxels are kept
+  bool compressed_ = false;  ///< from the header: reading temporarily clears it in image_
+  bool direct_ = false;      ///< the library reads directly into the caller's memory
 };
 
 }  // namespace

@@ -46,7 +46,7 @@ RawType raw_type(int type) {
 }
 
 /// Refuses data types that vtkNIFTIReader does not know: it would read beyond the end of its table of types.
-/// \return  whether the numbers are in the other byte order than this machine's
+/// \return  true if the numbers are in the other byte order than this machine's
 bool check_type(const std::string& start) {
   if (start.size() < 348) throw LoadError("is shorter than a NIfTI header; get the whole file");
   const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
@@ -64,7 +64,6 @@ bool check_type(const std::string& start) {
   return swapped;
 }
 
-/// A number of the header.
 template <class T>
 T number_at(const std::string& start, std::size_t at, bool swapped) {
   std::array<char, sizeof(T)> bytes{};
@@ -73,13 +72,13 @@ T number_at(const std::string& start, std::size_t at, bool swapped) {
   return std::bit_cast<T>(bytes);
 }
 
-/// Refuses extensions that reach into the voxels. \param start  of the file, as far as `offset` or a megabyte
+/// Refuses extensions that overlap the voxels. \param start  of the file, up to `offset` or a megabyte
 void check_extensions(const std::string& start, bool swapped, std::uint64_t first, std::uint64_t offset) {
   if (start.size() < first + 8 || start[first - 4] == 0) return;
   std::uint64_t end = first;
   do {
     const auto bytes = number_at<std::int32_t>(start, end, swapped), code = number_at<std::int32_t>(start, end + 4, swapped);
-    if (bytes < 16 || bytes % 16 != 0 || code < 0) return;  // it is none
+    if (bytes < 16 || bytes % 16 != 0 || code < 0) return;  // no extension
     end += static_cast<std::uint64_t>(bytes);
   } while (end < offset && end + 8 <= start.size());
   if (end > offset)
@@ -87,7 +86,7 @@ void check_extensions(const std::string& start, bool swapped, std::uint64_t firs
                     std::to_string(offset) + "; correct vox_offset");
 }
 
-/// Where the voxels begin, in a file of their own or behind the header. Throws LoadError where that is within the header.
+/// Offset of the voxels, in their own file or behind the header. Throws LoadError if within the header.
 std::uint64_t voxel_offset(const std::string& path, const std::string& start, bool swapped,
                            std::vector<std::string>& warnings) {
   const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
@@ -167,8 +166,8 @@ class NiftiSource : public Source {
     }
   }
 
-  /// The library reads the first of several frames or all, and of a compressed file each from its beginning: so the numbers are
-  /// read here, those of all frames in one go.
+  /// The library reads the first frame or all, and a compressed file from its beginning for each: here all frames are read in
+  /// one pass.
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
     const auto numbers = std::make_unique_for_overwrite<std::byte[]>(header.working_bytes);
     read_unpacked(files.back(), first_byte_, numbers.get(), header.working_bytes);
@@ -177,8 +176,8 @@ class NiftiSource : public Source {
     }
   }
 
-  /// Checks gzip's checksum, because vtk-dicom stops reading at the last voxel, which may be before it. Files of several frames
-  /// are not checked: only their beginning is unpacked for the voxels, and the rest is not unpacked here either.
+  /// Checks gzip's checksum, because vtk-dicom stops at the last voxel. Files of several frames are not checked: only their
+  /// beginning is decompressed.
   void check_files() const override {
     if (header.frames > 1) return;
     for (const std::string& file : files) {
@@ -200,7 +199,7 @@ class NiftiSource : public Source {
     return dim;
   }
 
-  /// Vectors: the fifth dimension, or the fourth where the file's intent or the request says so.
+  /// Finds vectors: the fifth dimension, or the fourth by the file's intent or the request.
   void find_components(vtkNIFTIHeader& h, const protocol::Request& request, Dims& dim) {
     const bool intent =
         h.GetIntentCode() == vtkNIFTIHeader::IntentVector || h.GetIntentCode() == vtkNIFTIHeader::IntentDispVect;
@@ -219,7 +218,7 @@ class NiftiSource : public Source {
     }
   }
 
-  /// A component of all frames lies behind the one before it.
+  /// Finds frames. Components are stored one after the other, each for all frames.
   void find_frames(const protocol::Request& request, const Dims& dim) {
     const std::int64_t first = choose_frames(request, dim[4]);
     raw_.stride = {1, dim[1], 0};
@@ -251,7 +250,7 @@ class NiftiSource : public Source {
     }
   }
 
-  /// Where header and image are two files, the second has the name of the first with .img for .hdr.
+  /// Adds the image file of a pair: .img for the header's .hdr.
   void list_image(vtkNIFTIHeader& h) {
     if (std::string_view(h.GetMagic()).substr(0, 2) != "ni") return;
     const std::string& name = files.front();
@@ -266,7 +265,7 @@ class NiftiSource : public Source {
     throw LoadError("needs its image, '" + name.substr(0, dot) + ".img', which is not there or empty; put it back");
   }
 
-  /// The affine of the file's own index order: sform where it has one, else qform, else spacing alone.
+  /// Affine of the file's own index order: sform if present, else qform, else spacing alone.
   void find_geometry(vtkNIFTIHeader& h, GridGeometry& grid) {
     const Mat3 to_lps{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
     const double spacing[3] = {h.GetPixDim(1), h.GetPixDim(2), h.GetPixDim(3)};
@@ -297,7 +296,7 @@ class NiftiSource : public Source {
     if (has_sform && has_qform) compare(by_sform, by_qform);
   }
 
-  /// Warns where sform and qform put a corner of the grid more than a tenth of a voxel apart.
+  /// Warns if a corner of the grid by sform and by qform differs by more than a tenth of a voxel.
   void compare(const GridGeometry& by_sform, const GridGeometry& by_qform) {
     const Mat3 to_index = inverse(by_sform.index_to_world_m);
     double apart = 0;  // [voxels]
@@ -317,8 +316,8 @@ class NiftiSource : public Source {
   vtkNew<vtkNIFTIReader> reader_;
   RawVoxels raw_;
   std::uint64_t voxel_offset_ = 0;  ///< [bytes] in the file of the voxels
-  std::uint64_t frame_bytes_ = 0;   ///< of one component
-  std::uint64_t first_byte_ = 0;    ///< that is read
+  std::uint64_t frame_bytes_ = 0;   ///< per component
+  std::uint64_t first_byte_ = 0;    ///< to read
   Turn turn_;
 };
 

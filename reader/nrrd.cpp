@@ -1,5 +1,4 @@
-// NRRD by ITK's NrrdIO, without itk::NrrdImageIO, which does not hand on the units, the frame of vectors and the names of the
-// data files, and refuses grids without right angles.
+// NRRD by NrrdIO. itk::NrrdImageIO drops units, vector frames and data file names, and refuses grids without right angles.
 #include <NrrdIO.h>
 
 #include <algorithm>
@@ -28,7 +27,7 @@ struct StateDeleter {
   void operator()(NrrdIoState* state) const { nrrdIoStateNix(state); }
 };
 
-/// The innermost cause that NrrdIO gives for a failure: the cause in its last line, `[nrrd] function: cause`.
+/// Innermost cause of a NrrdIO failure, in its last line: `[nrrd] function: cause`.
 std::string cause() {
   char* text = biffGetDone(NRRD);
   std::string all = text != nullptr ? text : "";
@@ -56,9 +55,8 @@ RawType raw_type(int type) {
 }
 
 constexpr std::size_t most_data_files =
-    4096;  // as the message says. More: a damaged pattern names files for long; less: refuses series
+    4096;  // as in the message. More: a damaged pattern names files for long; less: refuses series
 
-/// What an axis of the array stands for.
 struct Axes {
   std::vector<unsigned> space;
   std::optional<unsigned> vector;
@@ -70,7 +68,7 @@ Vec3 direction(const Nrrd& nrrd, unsigned axis) {
   return {d[0], nrrd.spaceDim > 1 ? d[1] : 0.0, nrrd.spaceDim > 2 ? d[2] : 0.0};
 }
 
-/// True when all of the numbers of a vector of the file's space are given.
+/// True if all numbers of a vector in the file's space are given.
 bool exists(const Nrrd& nrrd, const double* vector) {
   return nrrd.spaceDim > 0 && std::all_of(vector, vector + nrrd.spaceDim, [](double d) { return std::isfinite(d); });
 }
@@ -118,8 +116,8 @@ Axes sorted_axes(const Nrrd& nrrd, bool as_vector) {
     throw LoadError("has " + std::to_string(nrrd.axis[a].size) + " numbers per voxel (" + (name != nullptr ? name : "???") +
                     "); one, or a vector of three, can be felt");
   }
-  // Four axes without kinds: the last one counts frames, except that the first one holds a vector if `as_vector` and its size
-  // is three (the two change places below).
+  // Four axes without kinds: the last counts frames, unless the first holds a vector: of size three, `as_vector` (the two swap
+  // below).
   if (axes.space.size() == 4 && !axes.vector && !axes.frames) {
     const bool first = as_vector && nrrd.axis[axes.space.front()].size == 3;
     const auto extra = first ? axes.space.begin() : axes.space.end() - 1;
@@ -138,7 +136,7 @@ Axes sorted_axes(const Nrrd& nrrd, bool as_vector) {
   return axes;
 }
 
-/// Spacing along an axis without a direction, from its spacing or its ends; 1 where the file says nothing.
+/// Spacing along an axis without a direction, from its spacing or its ends; 1 if the file has neither.
 double plain_spacing(const NrrdAxisInfo& axis, int number, std::vector<std::string>& warnings) {
   if (std::isfinite(axis.spacing)) return axis.spacing;
   const double gaps = static_cast<double>(axis.center == nrrdCenterNode ? axis.size - 1 : axis.size);
@@ -248,7 +246,7 @@ class NrrdSource : public Source {
  private:
   using Loaded = std::unique_ptr<Nrrd, NrrdDeleter>;
 
-  /// Loads the header alone, or also the voxels, in memory of their own or at `to`, which must have their size.
+  /// Loads the header alone, or also the voxels, into own memory or to `to`, which must have their size.
   Loaded load(std::byte* to, bool header_only) {
     const std::unique_ptr<NrrdIoState, StateDeleter> state(nrrdIoStateNew());
     state->skipData = header_only ? 1 : 0;
@@ -260,7 +258,7 @@ class NrrdSource : public Source {
     }
     if (nrrdLoad(nrrd.get(), path_.c_str(), state.get()) != 0) {
       if (nrrd->data == to) nrrd->data = nullptr;
-      if (header_only) list_files(*state);  // refuses those that the cage keeps closed, which the library does not tell apart
+      if (header_only) list_files(*state);  // refuses files that the sandbox blocks, which NrrdIO does not distinguish
       throw LoadError("cannot be read as NRRD (" + cause() + "); check that the file is whole");
     }
     if (header_only) {
@@ -272,8 +270,8 @@ class NrrdSource : public Source {
     return nrrd;
   }
 
-  /// Refuses headers that claim more voxels than the files can hold, because NrrdIO takes and fills memory for all of them
-  /// before it reads.
+  /// Refuses headers that claim more voxels than the files can hold, because NrrdIO allocates and fills memory for all before
+  /// reading.
   void check_claims() const {
     const bool attached = files.size() == 1;
     const std::uint64_t offset = attached ? header_bytes() : 0;
@@ -297,7 +295,7 @@ class NrrdSource : public Source {
   void check_words(std::uint64_t offset) const {
     detail::InputStream file(path_);
     file.seekg(static_cast<std::streamoff>(offset));
-    constexpr int longest = 400;  // of a number; a damaged file may have none between blanks
+    constexpr int longest = 400;  // of a number; damaged files may lack blanks
     std::uint64_t left = all_bytes_ / size_of(raw_.type);
     for (std::string word; left > 0 && file >> std::setw(longest) >> word; --left) {
       if (!text_number(word))
@@ -305,7 +303,7 @@ class NrrdSource : public Source {
     }
   }
 
-  /// The voxels of one file begin after an empty line.
+  /// Header size of a single file: its voxels follow an empty line.
   std::uint64_t header_bytes() const {
     detail::InputStream text(path_);
     for (std::string line; std::getline(text, line) && !line.empty() && line != "\r";) {
@@ -313,8 +311,8 @@ class NrrdSource : public Source {
     return static_cast<std::uint64_t>(std::max<std::streamoff>(text.tellg(), 0));
   }
 
-  /// Refuses a byte skip that makes voxels of the header: one that counts from the end of the file, or within the header itself
-  /// where that is named as the data file. \param there  bytes of the files with voxels
+  /// Refuses a byte skip that makes voxels of the header: counted from the end of the file, or within the header itself if that
+  /// is named as the data file. \param there  bytes of the files with voxels
   void check_skip(std::uint64_t there) const {
     const bool attached = files.size() == 1;
     std::error_code none;
@@ -322,7 +320,7 @@ class NrrdSource : public Source {
       return std::filesystem::equivalent(file, path_, none);
     });
     if (!(attached && byte_skip_ < 0) && !names_itself) return;
-    // Backwards −1 is the last place where all voxels fit, −2 a byte before it.
+    // Backwards −1 is the last offset at which all voxels fit, −2 a byte before it.
     const double first =
         byte_skip_ < 0 ? static_cast<double>(there) - static_cast<double>(all_bytes_) + static_cast<double>(byte_skip_) + 1.0
                        : static_cast<double>(byte_skip_);
@@ -332,8 +330,8 @@ class NrrdSource : public Source {
 
   std::string beside(const std::string& name) const { return (std::filesystem::path(path_).parent_path() / name).string(); }
 
-  /// Looks at the data files that the header names before NrrdIO does, which opens them together with the header, whatever they
-  /// are. Those of a pattern are looked at when their numbers are known (`list_files`).
+  /// Checks the data files in the header before NrrdIO, which opens them unchecked, together with the header. Files of a
+  /// pattern are checked when their numbers are known (`list_files`).
   void check_named_files() const {
     detail::InputStream text(path_);
     const auto check = [&](const std::string& line, std::size_t from) {
@@ -363,8 +361,7 @@ class NrrdSource : public Source {
       check_data_file(path_, files.back());
     };
     if (state.dataFNFormat != nullptr) {
-      // Formats as printf would, but not by printf, because the format comes from the file. NrrdIO has checked that it has a
-      // number.
+      // Formats like printf, but without it, because the format is from the file. NrrdIO has checked that it has a number.
       const std::string format = state.dataFNFormat;
       const std::size_t percent = format.find('%'), end = format.find('d', percent);
       if (end == std::string::npos) return;
@@ -428,7 +425,7 @@ class NrrdSource : public Source {
     }
   }
 
-  /// What programs that convert DICOM write beside the voxels: "MR"; empty where it is no modality of scans.
+  /// Modality as DICOM converters write it beside the voxels: "MR"; empty if it is no scanner modality.
   std::string modality() const {
     for (const char* key : {"modality", "Modality", "DICOM_0008_0060"}) {
       const std::unique_ptr<char, decltype(&std::free)> value(nrrdKeyValueGet(nrrd_.get(), key), &std::free);
@@ -440,7 +437,7 @@ class NrrdSource : public Source {
     return {};
   }
 
-  /// The axes along which vectors were measured, as columns in the file's space.
+  /// Axes along which vectors were measured, as columns in the file's space.
   Mat3 measurement_frame() const {
     const Nrrd& n = *nrrd_;
     if (n.spaceDim != 3 || !std::isfinite(n.measurementFrame[0][0])) return Mat3::identity();
@@ -459,10 +456,10 @@ class NrrdSource : public Source {
   unsigned line_skip_ = 0;  ///< lines before these bytes
   RawVoxels raw_;
   Turn turn_;
-  std::int64_t first_ = 0;         ///< number of the first value of the first frame that is read
+  std::int64_t first_ = 0;         ///< index of the first value of the first frame to read
   std::int64_t frame_stride_ = 0;  ///< values from frame to frame
   std::uint64_t all_bytes_ = 0;
-  bool direct_ = false;  ///< the library reads to where the voxels are kept
+  bool direct_ = false;  ///< the library reads directly into the caller's memory
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Cases of OpenFOAM: a folder with a mesh and the fields of several moments.
+// OpenFOAM cases: a folder with a mesh and fields at several times.
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkInformation.h>
@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 std::string in_words(double time_s) { return detail::text("%.9g", time_s); }
 
-/// The moment to read [s]: the one asked for, else the latest. Throws LoadError if the case does not have it.
+/// Time to read [s]: the requested one, else the latest. Throws LoadError if the case does not have it.
 /// \param times_s  [s] of the case, in rising order
 double chosen_time(const std::vector<double>& times_s, const std::optional<double>& wanted_s) {
   if (times_s.empty()) throw LoadError("has no folder of a moment with fields; run the case, or get its results");
@@ -41,7 +41,7 @@ double chosen_time(const std::vector<double>& times_s, const std::optional<doubl
                   in_words(times_s.front()) + " to " + in_words(times_s.back()) + " s; the nearest is " + in_words(nearest));
 }
 
-/// Takes units such as " [m/s]" off the names of arrays and returns them by name.
+/// Removes units such as " [m/s]" from the names of arrays and returns them by name.
 std::map<std::string, std::string> take_units(vtkFieldData& arrays) {
   std::map<std::string, std::string> units;
   for (int a = 0; a < arrays.GetNumberOfArrays(); ++a) {
@@ -55,7 +55,7 @@ std::map<std::string, std::string> take_units(vtkFieldData& arrays) {
   return units;
 }
 
-/// The files of the mesh and of one moment.
+/// Files of the mesh and of one time.
 std::vector<std::string> files_of(const fs::path& folder, const std::string& region, double time_s) {
   std::vector<std::string> files{(folder / "system" / "controlDict").string()};
   std::error_code problem;
@@ -77,7 +77,7 @@ std::vector<std::string> files_of(const fs::path& folder, const std::string& reg
   return files;
 }
 
-/// The regions of a case that have a mesh, each in a folder of its own.
+/// Regions of a case with a mesh, each in a folder of its own.
 std::vector<std::string> regions_of(const fs::path& folder) {
   std::vector<std::string> regions;
   std::error_code problem, ignored;
@@ -88,7 +88,7 @@ std::vector<std::string> regions_of(const fs::path& folder) {
   return regions;
 }
 
-/// The region to read: the one that is named, else the case's own mesh, which has no name, else the only one. Throws LoadError.
+/// Region to read: the named one, else the case's own mesh, which has no name, else the only one. Throws LoadError.
 std::string chosen_region(const fs::path& folder, const protocol::Request& request) {
   const std::vector<std::string> regions = regions_of(folder);
   std::string all;
@@ -109,12 +109,11 @@ std::string chosen_region(const fs::path& folder, const protocol::Request& reque
                       : "is a case without constant/polyMesh; get the whole case, or make its mesh");
 }
 
-/// How wide binary numbers are.
 struct Widths {
   bool labels_64 = false, floats_64 = true;
 };
 
-/// Those to try: what the files say, which the library knows, or, where they do not say it (`arch`), one after the other.
+/// Sizes to try in order: all for binary files without `arch`; else one, as the library reads `arch` itself.
 std::vector<Widths> possible_widths(const fs::path& folder, const std::string& region) {
   for (const char* name : {"owner", "owner.gz"}) {
     const fs::path owner = folder / "constant" / region / "polyMesh" / name;
@@ -137,14 +136,13 @@ vtkSmartPointer<vtkDataSet> mesh_in(vtkMultiBlockDataSet* blocks) {
   return nullptr;
 }
 
-/// A mesh with its fields at one moment.
 struct CaseAtMoment {
   vtkSmartPointer<vtkDataSet> mesh;
   std::vector<double> times_s;  ///< of the case
   double time_s = 0.0;
 };
 
-/// Reads it, or notes in `problem` what the library says is wrong. Throws LoadError where there is no such moment.
+/// Reads it, or stores the library's error in `problem`. Throws LoadError if the time does not exist.
 CaseAtMoment read_case(const fs::path& folder, const std::string& region, const protocol::Request& request, Widths widths,
                        std::string& problem) {
   vtkNew<vtkOpenFOAMReader> reader;
@@ -167,7 +165,7 @@ CaseAtMoment read_case(const fs::path& folder, const std::string& region, const 
     made.times_s.push_back(info->Get(vtkStreamingDemandDrivenPipeline::TIME_STEPS(), t));
   made.time_s = chosen_time(made.times_s, request.time_s);
   reader->DisableAllPatchArrays();
-  for (int p = 0; p < reader->GetNumberOfPatchArrays(); ++p) {  // those of regions have names like paths
+  for (int p = 0; p < reader->GetNumberOfPatchArrays(); ++p) {  // patches of regions have names like paths
     const std::string name = reader->GetPatchArrayName(p), path = name.starts_with("/") ? name.substr(1) : name;
     if (path == (region.empty() ? "internalMesh" : region + "/internalMesh")) reader->SetPatchArrayStatus(name.c_str(), 1);
   }

@@ -1,4 +1,4 @@
-// PLOT3D: a grid and its solution in two files, which do not say what they are or how their numbers are stored.
+// PLOT3D: a grid and its solution in two files, without a mark or a description of their number storage.
 #include <vtkDataArray.h>
 #include <vtkDataSetAttributes.h>
 #include <vtkFloatArray.h>
@@ -28,12 +28,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double gamma = 1.4;  // ratio of specific heats, of a file that says none
+constexpr double gamma = 1.4;  // ratio of specific heats, for files without one
 
-/// Whether the density is 1 at all points that have data: the solution is that of an incompressible fluid, which has no energy
-/// and no speed of sound, and whose velocities are divided by that of the inflow.
+/// True if the density is 1 at all points with data: an incompressible solution, without energy or speed of sound, and with
+/// velocities divided by the inflow's.
 bool is_incompressible(const std::vector<vtkSmartPointer<vtkDataSet>>& blocks) {
-  constexpr double rounding = 1e-6;  // [1] More: a gas that is hardly compressed is taken for a liquid; less: single precision
+  constexpr double rounding = 1e-6;  // [1] More: a nearly incompressible gas counts as a liquid; less: single precision
   bool any = false;
   for (const auto& block : blocks) {
     vtkDataArray* density = block->GetPointData()->GetArray("Density");
@@ -47,8 +47,8 @@ bool is_incompressible(const std::vector<vtkSmartPointer<vtkDataSet>>& blocks) {
   return any;
 }
 
-/// Gives the fifth number of an incompressible solution, which is no energy, a name that says no more; where it is 0 everywhere
-/// it is left out.
+/// Renames the fifth number of an incompressible solution, which is no energy, to a neutral name; removes it if it is 0
+/// everywhere.
 void name_fifth(vtkPointData& data, vtkDataArray* fifth) {
   if (fifth == nullptr) return;
   double range[2];
@@ -57,7 +57,7 @@ void name_fifth(vtkPointData& data, vtkDataArray* fifth) {
   if (range[0] == 0.0 && range[1] == 0.0) data.RemoveArray("q5");
 }
 
-/// What VTK makes of a solution, and what follows from it: velocity and, of a gas, pressure and Mach number.
+/// Derives velocity and, for a gas, pressure and Mach number from VTK's arrays.
 void derive(vtkStructuredGrid& grid, bool incompressible, std::vector<std::string>& warnings) {
   vtkPointData& data = *grid.GetPointData();
   vtkDataArray* density = data.GetArray("Density");
@@ -93,12 +93,12 @@ void derive(vtkStructuredGrid& grid, bool incompressible, std::vector<std::strin
   }
 }
 
-/// Refuses blocks of more points than the file can hold: VTK reads as many as a header says and, where that number overflows,
-/// writes beyond its memory.
+/// Refuses blocks of more points than the file can hold: VTK trusts the header's count and, if it overflows, writes beyond its
+/// memory.
 class CheckedReader : public vtkMultiBlockPLOT3DReader {
  public:
   static CheckedReader* New() { VTK_STANDARD_NEW_BODY(CheckedReader); }
-  double most_points = 0;  ///< in a block
+  double most_points = 0;  ///< per block
 
  protected:
   int ReadVector(void* file, int extent[6], int whole[6], int components, vtkDataArray* vector, vtkTypeUInt64 offset,
@@ -119,7 +119,6 @@ std::string unit_of(const std::string& name, bool incompressible) {
   return {};
 }
 
-/// The blocks of a pair of binary files.
 std::vector<vtkSmartPointer<vtkDataSet>> read_binary(const fs::path& grid, const fs::path& solution) {
   vtkNew<CheckedReader> reader;
   reader->most_points = static_cast<double>(file_bytes(grid.string()));  // a point takes more than a byte
@@ -128,7 +127,7 @@ std::vector<vtkSmartPointer<vtkDataSet>> read_binary(const fs::path& grid, const
   reader->AutoDetectFormatOn();
   reader->RemoveAllFunctions();
   reader->SetScalarFunctionNumber(-1);
-  reader->SetVectorFunctionNumber(202);  // momentum, as the file has it
+  reader->SetVectorFunctionNumber(202);  // momentum, as stored
   reader->Update();
   if (library_complained() || reader->GetErrorCode() != 0) {
     throw LoadError("cannot be read as PLOT3D (" + take_library_error() +

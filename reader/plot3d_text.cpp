@@ -22,11 +22,11 @@ namespace {
 
 using Dims = std::array<std::int64_t, 3>;
 
-/// All numbers of a text: parted by blanks or commas, with exponents of E or D, "3*1.5" for three of them.
+/// All numbers of a text: separated by blanks or commas, with exponents of E or D, "3*1.5" for three of them.
 std::vector<double> numbers_in(const std::string& path) {
   std::vector<double> numbers;
   detail::InputStream text(path);
-  const auto most = static_cast<std::size_t>(text.file().bytes());  // repeats may make more; such a file is none of a flow
+  const auto most = static_cast<std::size_t>(text.file().bytes());  // repeats may exceed it, but not in a flow
   std::string word;
   const auto take = [&] {
     for (char& c : word) c = c == 'd' || c == 'D' ? 'e' : c;
@@ -57,7 +57,7 @@ std::vector<double> numbers_in(const std::string& path) {
   return numbers;
 }
 
-/// The dimensions of the blocks that these numbers begin with, and behind how many numbers they end; empty where they are none.
+/// Dimensions of the blocks at the start of these numbers, and the index behind them; empty if there are none.
 std::vector<Dims> dims_in(const std::vector<double>& numbers, bool counted, std::size_t& end) {
   constexpr double most = 1e9;
   const auto count_at = [&](std::size_t at) {
@@ -82,12 +82,12 @@ double points_in(const Dims& dims) {
 
 struct Layout {
   std::vector<Dims> blocks;
-  std::size_t first = 0;  ///< number of the first coordinate
-  bool counted = false;   ///< the file begins with how many blocks it has
+  std::size_t first = 0;  ///< index of the first coordinate
+  bool counted = false;   ///< the file begins with its number of blocks
   bool blanks = false;    ///< IBLANK follows the coordinates of each block
 };
 
-/// The only layout of a grid that has so many numbers. Throws LoadError.
+/// Only grid layout with this count of numbers. Throws LoadError.
 Layout layout_of(const std::vector<double>& numbers) {
   for (const bool counted : {false, true}) {
     Layout layout;

@@ -1,4 +1,4 @@
-// PLOT3D as text, as Fortran writes it ("formatted"): numbers with blanks between them.
+// PLOT3D as Fortran text ("formatted"): numbers separated by blanks.
 #pragma once
 
 #include <vtkDataSet.h>
@@ -9,11 +9,11 @@
 
 namespace palpa::reader {
 
-/// Whether the first bytes of a file are those of numbers as text.
+/// True if the file begins like numbers as text.
 bool is_plot3d_text(const std::string& path);
 
-/// The blocks of a grid and its solution, with the arrays Density, Momentum and StagnationEnergy; points with IBLANK 0 are
-/// hidden. Throws LoadError where the counts in them do not fit.
+/// Blocks of a grid and its solution, with the arrays Density, Momentum and StagnationEnergy; points with IBLANK 0 are hidden.
+/// Throws LoadError if their counts do not match.
 std::vector<vtkSmartPointer<vtkDataSet>> read_plot3d_text(const std::string& grid, const std::string& solution);
 
 }  // namespace palpa::reader

@@ -17,10 +17,9 @@
 #include "palpa/base/load_error.h"
 
 #ifdef __SANITIZE_ADDRESS__
-/// An allocation that is too large fails as it does without the sanitizer, so that libraries report it. There is no limit on
-/// the address space then; the slack of serve.cpp on each allocation stands in for it, since an eighth of it is taken at once.
-/// What crashes in a library, which is not sanitized, ends by its signal as it does without: what the sanitizer finds in our
-/// own code ends by an exit code.
+/// Allocations that are too large fail as without the sanitizer, so that libraries report them. The address space is unlimited;
+/// the slack of serve.cpp, an eighth of it taken at once, replaces that limit.
+/// Crashes in libraries, which are not sanitized, end by their signal; findings in our own code end by an exit code.
 extern "C" const char* __asan_default_options() {
   return "allocator_may_return_null=1:max_allocation_size_mb=512:alloc_dealloc_mismatch=0:"
          "handle_segv=0:handle_sigbus=0:handle_sigfpe=0";

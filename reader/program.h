@@ -1,5 +1,4 @@
-// What palpa-read and the programs that it becomes have in common: a caller at the other end of a socket, to whom failures are
-// sent in one line.
+// Frame of palpa-read and its format programs: a caller at the other end of a socket, and failures sent in one line.
 #pragma once
 
 #include <functional>
@@ -8,13 +7,13 @@
 
 namespace palpa::reader {
 
-/// Runs `work` with the caller's socket and ends the process with 0, or with 1 after sending the caller what `work` threw.
-/// Without a caller: prints a hint and returns 2.
+/// Runs `work` with the caller's socket and ends the process with 0, or with 1 after sending an exception of `work`. Without a
+/// caller: prints a hint and returns 2.
 int run_program(const std::function<void(int socket)>& work);
 
-/// The caller's request. Throws LoadError.
-/// \param take      false: it stays for the program that this one becomes
-/// \param unpacked  a file of memory for what the file holds, where it is packed as a whole; -1: none came
+/// Request of the caller. Throws LoadError.
+/// \param take      false: leaves it in the socket for the format program
+/// \param unpacked  memory file for the decompressed file; -1: none
 protocol::Request receive_request(int socket, bool take, int* unpacked = nullptr);
 
 }  // namespace palpa::reader

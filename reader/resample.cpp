@@ -14,8 +14,7 @@
 namespace palpa::reader {
 namespace {
 
-// Voxels of a layer that are searched without a look at how much of it the cell can have. More: damaged cells cost more; fewer:
-// the look costs more than the search.
+// Most voxels of a layer that are searched without narrowing. More: damaged cells cost more; fewer: narrowing costs more.
 constexpr std::int64_t most_whole_layer = 64;
 
 }  // namespace
@@ -30,7 +29,7 @@ Resampler::Steps Resampler::steps() const {
   return {{first.x, first.y, first.z}, {m.row[0].x / unit_, m.row[1].y / unit_, m.row[2].z / unit_}};
 }
 
-/// The voxels of an axis between two places, the first and the one behind the last.
+/// Voxels of an axis between two positions: the first, and the one past the last.
 Resampler::Voxels Resampler::voxels_between(const Steps& steps, std::size_t axis, double low, double high) const {
   const auto n = static_cast<double>(grid_.dims[axis]);
   const auto voxel = [&](double place) { return (place - steps.origin[axis]) / steps.step[axis]; };
@@ -79,7 +78,7 @@ void Resampler::fill(const std::vector<PointValues>& values, const std::vector<f
   }
 }
 
-/// Narrows what a cell can have of a layer of voxels, and half a voxel around; false where it has none of it.
+/// Narrows the range of a layer's voxels, plus half a voxel, that a cell can contain; false if none.
 bool Resampler::narrow(const CellAt& cell, const Steps& steps, std::int64_t k, Voxels& i_range, Voxels& j_range) const {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double low[2] = {-infinity, -infinity}, high[2] = {infinity, infinity};

@@ -1,4 +1,4 @@
-// How much is lost where cells are put onto an affine grid.
+// Loss of resampling cells onto an affine grid.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,16 +10,16 @@
 namespace palpa::reader {
 namespace {
 
-// Random places at which the loss is measured, by cell and again by volume. More: slower; fewer: a less certain percentile.
+// Random positions at which the loss is measured, by cell and again by volume. More: slower; fewer: a less certain percentile.
 constexpr std::int64_t places = 10'000;
-// Tries for a place within one cell, and for all places: damaged cells contain none. More: slower; fewer: thin cells are left
-// out.
+// Tries for a position within one cell, and for all positions: damaged cells contain none. More: slower; fewer: thin cells are
+// left out.
 constexpr int tries = 1000;
 constexpr std::int64_t all_tries = 50 * places;
 
 double share_of(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
-/// The trilinear value of a grid of floats at a place [voxels], as the felt field will have it; NaN outside.
+/// Trilinear value of a grid of floats at a position [voxels], as the resulting field has it; NaN outside.
 float trilinear(const GridGeometry& grid, const float* voxels, int components, int component, const double (&at)[3]) {
   std::int64_t first[3];
   double f[3];
@@ -49,7 +49,7 @@ double range_of(const std::vector<ValueRange>& value_ranges) {
 
 std::vector<Resampler::Loss> Resampler::look(const std::vector<PointValues>& values, const std::vector<float*>& to,
                                              const std::vector<Resampled>& sampled, bool by_volume) const {
-  std::vector<double> volumes;  // of the boxes, summed up
+  std::vector<double> volumes;  // of the boxes, cumulative
   if (by_volume) {
     for (const Cell& c : cells_) {
       const double box = (static_cast<double>(c.high[0]) - static_cast<double>(c.low[0])) *

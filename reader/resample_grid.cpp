@@ -1,4 +1,4 @@
-// Chooses the affine grid that cells are put onto.
+// Choice of the affine grid for resampling.
 #include <vtkDataSetAttributes.h>
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
@@ -16,7 +16,7 @@
 namespace palpa::reader {
 namespace {
 
-constexpr double voxels_per_point = 4.0;  // of meshes with more points than the limit on voxels has place for
+constexpr double voxels_per_point = 4.0;  // for meshes with more points than the limit on voxels
 // [1] Longest step over shortest. More: voxels are longer in one direction; less: more voxels.
 constexpr double uneven_steps = 4.0;
 
@@ -33,7 +33,7 @@ Resampler::Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std
   choose_grid(crop);
 }
 
-/// Scales the points to units of a typical cell, about their centre: VTK's hexahedron fails where its volume is below 1e-20.
+/// Scales the points to units of a typical cell, about their centre: VTK's hexahedron fails if its volume is below 1e-20.
 void Resampler::normalise() {
   double low[3] = {1, 1, 1}, high[3] = {-1, -1, -1};
   double cells = 0.0;

@@ -27,7 +27,7 @@
 #include "file_names.h"
 #include "palpa/base/load_error.h"
 
-// Which linux/landlock.h of kernel 6.1, Debian 12's, does not know.
+// Missing in linux/landlock.h of kernel 6.1 (Debian 12).
 #ifndef LANDLOCK_ACCESS_FS_TRUNCATE
 #define LANDLOCK_ACCESS_FS_TRUNCATE (1ULL << 14)  // version 3
 #endif
@@ -51,31 +51,29 @@ namespace {
 namespace fs = std::filesystem;
 
 // ---------------------------------------------------------------------------------------------------------------------------
-// What is allowed. First files, by Landlock: to read, nothing else. Beside the folders of the files that the caller names,
-// which folders_of adds, these of the system, none of which is the user's.
+// Permissions: first files, by Landlock, for reading only: the folders of the caller's files (add_folders_of), and these of the
+// system, none of them the user's.
 
 constexpr const char* libraries = "/usr /lib /lib64 /opt /etc/ld.so.cache /etc/localtime";
 constexpr const char* process_and_machine = "/proc/self /proc/cpuinfo /proc/meminfo /proc/stat /sys/devices/system";
 
-/// Variables with further folders, with ':' between them: the user's, for files that name others far away, and the dynamic
-/// linker's.
+/// Variables with further folders, separated by ':': the user's, for files far from their header, and the dynamic linker's.
 constexpr const char* folder_variables[] = {"PALPA_READER_FOLDERS", "LD_LIBRARY_PATH"};
 
-// Then calls of the system, by seccomp: cage_calls.h.
+// Then system calls, by seccomp: cage_calls.h.
 
-// Limits that the system keeps, beside that of memory, which depends on what is read (serve.cpp). RLIMIT_NPROC is not among
-// them: it counts everything that the user runs, so that a number that stops a bomb of threads would refuse sound files while
-// the user works. Processes cannot be made at all; threads are counted by the caller, who ends a reader that has too many.
+// Limits by the kernel, beside that of memory, which depends on the file (serve.cpp). RLIMIT_NPROC counts all processes of the
+// user, so a limit against a bomb of threads would refuse sound files. Processes cannot be made; the caller counts threads and
+// ends a reader with too many.
 
-/// Computing time beside that for the voxels that the caller has room for. More: it is gone for longer; less: slow files are
-/// refused.
+/// Computing time beside that for the permitted voxels. More: a hanging reader lasts longer; less: slow files are refused.
 constexpr std::uint64_t most_cpu_s = 3600, cpu_bytes_per_s = 10'000'000;
 /// Address space beside those voxels, in memories of the machine: serve's own limit is lower, but can be raised up to here.
 constexpr std::uint64_t most_memories = 2;
 
 // ---------------------------------------------------------------------------------------------------------------------------
 
-/// The parts of a list that are not empty.
+/// Nonempty parts of a list.
 std::vector<std::string> split(const char* list, char mark) {
   std::istringstream text(list);
   std::vector<std::string> parts;
@@ -89,7 +87,7 @@ struct Folders {
   std::vector<std::string> to_read, to_run;
 };
 
-/// The folder of a file, as it is named and, where it is a link, as it is; a folder or an OpenFOAM case itself.
+/// Adds the folder of a file, as named and, for a link, resolved; a folder or an OpenFOAM case itself.
 void add_folders_of(const std::string& path, std::vector<std::string>& folders) {
   if (path.empty()) return;
   std::error_code ignored;
@@ -119,7 +117,7 @@ Folders folders_of(const protocol::Request& request) {
   return folders;
 }
 
-/// The kernel's own, with what later versions have added: those before them take zeros for it.
+/// The kernel's struct with the members of later versions: earlier kernels accept zeros for these.
 struct Ruleset {
   std::uint64_t files = 0, net = 0, scopes = 0;
 };
@@ -131,7 +129,7 @@ struct Closer {
   }
 };
 
-/// Files can be read in these folders, and no others be opened. Returns 0 or errno.
+/// Allows reading in these folders, and no other files. Returns 0 or errno.
 int allow_files(const Folders& folders) {
   const auto version = static_cast<int>(::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION));
   if (version < 0) return errno;
@@ -146,7 +144,7 @@ int allow_files(const Folders& folders) {
   const auto allow = [&](const std::string& path, std::uint64_t access) {
     const Closer place{::open(path.c_str(), O_PATH | O_CLOEXEC)};
     struct stat status {};
-    if (place.descriptor < 0 || ::fstat(place.descriptor, &status) != 0) return;  // what is not there cannot be read
+    if (place.descriptor < 0 || ::fstat(place.descriptor, &status) != 0) return;  // missing paths need no rule
     if (S_ISDIR(status.st_mode)) access |= LANDLOCK_ACCESS_FS_READ_DIR;
     const landlock_path_beneath_attr beneath{access, place.descriptor};
     ::syscall(SYS_landlock_add_rule, ruleset.descriptor, LANDLOCK_RULE_PATH_BENEATH, &beneath, 0);
@@ -156,7 +154,7 @@ int allow_files(const Folders& folders) {
   return ::syscall(SYS_landlock_restrict_self, ruleset.descriptor, 0) == 0 ? 0 : errno;
 }
 
-/// A filter of calls, for all threads from here on. Returns 0 or errno.
+/// Loads a filter of system calls, for all threads. Returns 0 or errno.
 template <std::size_t N>
 int load(const sock_filter (&made)[N]) {
   sock_filter steps[N];
@@ -165,10 +163,10 @@ int load(const sock_filter (&made)[N]) {
     if (step.k == own_process) step.k = static_cast<std::uint32_t>(::getpid());
   }
   const sock_fprog program{N, steps};
-  // One process with nothing to hide from itself: at full speed.
+  // A single process without secrets from itself: full speed.
   constexpr unsigned flags = SECCOMP_FILTER_FLAG_TSYNC | SECCOMP_FILTER_FLAG_SPEC_ALLOW;
   const long result = ::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, flags, &program);
-  return result < 0 ? errno : result > 0 ? ESRCH : 0;  // above 0: a thread that has a filter of its own
+  return result < 0 ? errno : result > 0 ? ESRCH : 0;  // above 0: a thread with another filter
 }
 
 void limit(int resource, std::uint64_t most) {
@@ -184,8 +182,8 @@ void limit(int resource, std::uint64_t most) {
 }  // namespace
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-// Their runtimes start themselves anew, map terabytes, read the program's own files at their end, and report to the standard
-// error: none of which a reader may.
+// Sanitizer runtimes restart themselves, map terabytes, read the program's files at exit and write to stderr: all forbidden
+// here.
 std::string enter_cage(const protocol::Request&) { return "all of it: this is a build with a sanitizer"; }
 void close_cage() {}
 #else
@@ -214,7 +212,7 @@ void close_cage() {
 #endif
 
 void check_within_cage(const std::string& file) {
-  // Permission to read is asked of the file alone, an open of the cage as well.
+  // access checks the file's permission alone, open the sandbox's as well.
   if (::access(file.c_str(), R_OK) != 0) return;
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor >= 0) {

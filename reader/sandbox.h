@@ -1,5 +1,4 @@
-// The cage: what a program that parses files of others may still do. Whoever takes it over through a damaged file can compute,
-// and read the folder that its user has named; nothing else.
+// Sandbox of the readers. Code injected by a damaged file can compute and read the folder of the user's file, nothing else.
 #pragma once
 
 #include <string>
@@ -8,17 +7,16 @@
 
 namespace palpa::reader {
 
-/// Closes the cage around palpa-read, for good, just before it looks into a file. Only the way to the programs beside it, which
-/// it becomes and which stay in the cage, is left open.
-/// \param request  names the files, whose folders can be read, and the bytes that voxels may have
-/// Returns which parts the running kernel lacks, in words, without which the cage is closed; empty: none.
+/// Confines palpa-read permanently before it reads a file. Left open: exec of the programs beside it, which stay confined.
+/// \param request  names the files, whose folders stay readable, and the bytes for voxels
+/// Returns the parts that the running kernel lacks, in words; empty: none.
 std::string enter_cage(const protocol::Request& request);
 
-/// Closes that way, too, just before parsing.
+/// Closes exec, too, before parsing.
 void close_cage();
 
-/// Refuses a file that a header or a link leads to and only the cage keeps closed: libraries would pass over it, or tell a
-/// reason that does not help. Throws LoadError.
+/// Refuses a file in a header or link that only the sandbox makes unreadable: libraries would skip it or report another reason.
+/// Throws LoadError.
 void check_within_cage(const std::string& file);
 
 }  // namespace palpa::reader

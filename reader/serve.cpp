@@ -29,7 +29,7 @@ namespace {
 /// Address space for libraries, beside the voxels. More: a damaged file can take more; less: sound files are refused.
 constexpr std::uint64_t slack_bytes = 512'000'000;
 
-/// From here on the program may have `bytes` of address space more than it has now.
+/// Limits further address space to `bytes`.
 void limit_memory([[maybe_unused]] std::uint64_t bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers map terabytes; the caller's own limit remains
   std::uint64_t pages = 0;
@@ -43,11 +43,11 @@ void limit_memory([[maybe_unused]] std::uint64_t bytes) {
 #endif
 }
 
-/// Checks a source's files and computes checksums if they are wanted, in a thread that starts at once; the thread that waits in
-/// `finished` helps.
+/// Checks a source's files and, if requested, computes checksums, in a thread that starts at once; the thread in `finished`
+/// helps.
 class Checksums {
  public:
-  /// \param request  as its source was opened
+  /// \param request  with which the source was opened
   Checksums(const Source& source, const protocol::Request& request)
       : source_(source), request_(request), wanted_(request.checksums), files_(source.files.size()) {
     other_ = std::async(std::launch::async, [this] {
@@ -79,7 +79,7 @@ class Checksums {
   std::future<void> other_;
 };
 
-/// Tells the caller that the voxels are complete, and from which files; a long list is sent in several messages.
+/// Reports complete voxels and their files to the caller; a long list is sent in several messages.
 void send_done(int socket, const Source& source, const std::vector<SourceFile>& files) {
   protocol::Done done;
   std::size_t bytes = 0;
@@ -107,7 +107,7 @@ void put_planes(const protocol::FieldHeader& field, std::byte* voxels) {
   }
 }
 
-/// Throws LoadError where the request gives options that do not apply to this file.
+/// Throws LoadError if the request has options that do not apply to this file.
 void check_request(const protocol::Request& request, const Source& source) {
   if (!request.partners.empty() && !source.takes.partners)
     throw LoadError("is a volume by itself, and " + std::to_string(request.partners.size() + 1) +
@@ -126,7 +126,7 @@ void check_request(const protocol::Request& request, const Source& source) {
     throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
 }
 
-/// Unpacks a file that is packed as a whole into memory, where libraries find it as a file.
+/// Decompresses a file that is compressed as a whole into a memory file.
 void unpack_request(protocol::Request& request, int memory) {
   if (memory < 0 || !protocol::is_packed(request.path)) {
     request.memory = memory;
@@ -137,7 +137,7 @@ void unpack_request(protocol::Request& request, int memory) {
   request.path = unpacked_folder + std::to_string(memory);
 }
 
-/// \param unpacks  whether it reads packed files by itself
+/// \param unpacks  true if it reads compressed files itself
 void answer(int socket, Open open, bool unpacks) {
   int for_unpacked = -1;
   protocol::Request request = receive_request(socket, true, &for_unpacked);
@@ -145,8 +145,7 @@ void answer(int socket, Open open, bool unpacks) {
   if (!unpacks) unpack_request(request, for_unpacked);
   std::uint64_t bytes = file_bytes(request.path);
   for (const std::string& partner : request.partners) bytes += file_bytes(partner);
-  // A header needs little memory. But a legacy VTK file is read as a whole with its header, and numbers as text grow up to
-  // fourfold in memory.
+  // A header needs little memory, but a legacy VTK file is read as a whole, and numbers as text grow up to fourfold in memory.
   limit_memory(std::min(request.max_bytes, 8 * bytes));
 
   const std::unique_ptr<Source> source = open(request);

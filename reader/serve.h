@@ -1,4 +1,4 @@
-// What every program does that parses files: takes a request, answers with the header of the file, then with the voxels.
+// Main program of readers that parse files: takes a request, sends the file's header, then its voxels.
 #pragma once
 
 #include <initializer_list>
@@ -12,11 +12,11 @@ namespace palpa::reader {
 using Open = std::unique_ptr<Source> (*)(const protocol::Request& request);
 
 struct Format {
-  std::string_view name;  ///< as palpa-read names it
+  std::string_view name;  ///< format's name in palpa-read
   Open open;
 };
 
-/// The whole of such a program: answers one request for a file of the format that palpa-read has named.
+/// Answers one request for a file of the format that palpa-read has named; returns the exit code.
 int serve(const char* format, std::initializer_list<Format> formats);
 
 }  // namespace palpa::reader

@@ -20,7 +20,7 @@
 namespace palpa::reader {
 namespace {
 
-/// Near the largest of single precision, which no measurement comes near, and with digits that nobody writes by chance.
+/// Near the largest of single precision, far above measurements, with digits that are unlikely by chance.
 constexpr const char *nan_text = "3.0183746e38", *infinity_text = "3.0271828e38";
 constexpr double nan_stand_in = 3.0183746e38, infinity_stand_in = 3.0271828e38;
 
@@ -37,7 +37,7 @@ Word kind_of(std::string_view word) {
   return small == "nan" || (small.starts_with("nan(") && small.ends_with(")")) ? Word::not_a_number : Word::other;
 }
 
-/// The line with stand-ins; false where it has none, or something else than numbers.
+/// Line with stand-ins; false if it has none, or other words than numbers.
 bool replace_in(const std::string& line, std::string& with) {
   std::istringstream words(line);
   bool any = false;

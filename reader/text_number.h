@@ -1,4 +1,4 @@
-// Numbers as text, as programs of many languages and systems write them.
+// Numbers as text, in the spellings of many languages and systems.
 #pragma once
 
 #include <charconv>
@@ -10,8 +10,8 @@
 
 namespace palpa::reader {
 
-/// The number that a word is as a whole: also "nan", "inf" and "infinity" in any case and with a sign, "1.#INF" and "-1.#IND"
-/// of older Windows, and what is too large, which is infinite. Nothing for any other word ("1,5", "1d3", "--").
+/// Value of a whole word: also "nan", "inf" and "infinity" in any case and with a sign, "1.#INF" and "-1.#IND" of older
+/// Windows; infinite on overflow. None for any other word ("1,5", "1d3", "--").
 inline std::optional<double> text_number(std::string_view word) {
   const bool negative = word.starts_with("-");
   if (negative || word.starts_with("+")) word.remove_prefix(1);

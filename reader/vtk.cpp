@@ -1,4 +1,4 @@
-// VTK's own formats: XML of one file or in pieces, and legacy.
+// VTK's own formats: XML in one file or in pieces, and legacy.
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkDataArraySelection.h>
@@ -39,25 +39,25 @@
 namespace palpa::reader {
 namespace {
 
-/// Throws LoadError where VTK has reported an error.
+/// Throws LoadError if VTK has reported an error.
 void check(vtkAlgorithm& reader, const char* as) {
   if (library_complained() || reader.GetErrorCode() != 0) {
     throw LoadError(std::string("cannot be read as ") + as + " (" + take_library_error() + "); check that the file is whole");
   }
 }
 
-/// Refuses claims that the file cannot hold: VTK makes, and names, as many components as an element claims, and takes memory
-/// for all points and cells.
+/// Refuses claims that the file cannot hold: VTK makes as many components as an element claims, and allocates all points and
+/// cells.
 void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   // Limits on claims. Larger: VTK takes more memory for damaged files; smaller: sound files could be refused.
   constexpr int most_components = 10'000;
-  constexpr std::uint64_t most_per_byte = 1000;  // points or cells per byte of the file, however they are compressed
+  constexpr std::uint64_t most_per_byte = 1000;  // points or cells per byte of the file, at any compression
   int components = 1;
   vtkTypeInt64 offset = 0;
   if (element.GetScalarAttribute("offset", offset) != 0 && offset < 0)
     throw LoadError("has an array whose numbers begin before the others, at offset " + std::to_string(offset) +
                     "; correct its offset");
-  element.GetScalarAttribute("NumberOfComponents", components);  // INT_MAX where it is too large for an int
+  element.GetScalarAttribute("NumberOfComponents", components);  // INT_MAX if too large for an int
   if (components < 0 || components > most_components)
     throw LoadError("claims an array of " + std::to_string(components) + " components; correct its NumberOfComponents");
   for (const char* key : {"NumberOfPoints", "NumberOfCells"}) {
@@ -70,7 +70,7 @@ void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) check_claims(*element.GetNestedElement(n), bytes);
 }
 
-/// Removes field data: they belong to no point or cell, and VTK crashes on damaged ones.
+/// Removes field data: they belong to no point or cell, and VTK crashes if they are damaged.
 void leave_out_field_data(vtkXMLDataElement& primary) {
   while (vtkXMLDataElement* field_data = primary.FindNestedElementWithName("FieldData")) {
     primary.RemoveNestedElement(field_data);
@@ -83,7 +83,7 @@ double cells_in(const int* extent) {
   return cells;
 }
 
-/// Notices a file that ends before its data: VTK does not report that, and leaves the rest of the arrays uninitialised.
+/// Detects a file that ends before its data: VTK does not report that, and leaves the rest of the arrays uninitialised.
 template <class Reader>
 class Checked : public Reader {
  public:
@@ -110,7 +110,7 @@ class Checked : public Reader {
   bool met_end_of_file_ = false;
 };
 
-/// Notices pieces that do not fill the grid.
+/// Detects pieces that do not fill the grid.
 template <class Reader>
 class CheckedGrid : public Checked<Reader> {
  public:
@@ -122,7 +122,7 @@ class CheckedGrid : public Checked<Reader> {
   }
 };
 
-/// Whether a piece has the arrays that the main file declares: VTK copies as many bytes as these should have.
+/// True if a piece has the arrays that the main file declares: VTK copies as many bytes as these should have.
 bool fits(vtkDataSet& piece, vtkDataSet& whole) {
   if (piece.GetNumberOfPoints() == 0) return true;
   for (const bool of_cells : {false, true}) {
@@ -142,12 +142,12 @@ bool fits(vtkDataSet& piece, vtkDataSet& whole) {
           planes->GetZCoordinates()->GetNumberOfComponents() == 1);
 }
 
-/// A file that names the files of its pieces; `PieceReader` reads one of them.
+/// File that names its pieces' files; `PieceReader` reads a piece.
 template <class Reader, class PieceReader>
 class Pieces : public Reader {
  public:
   static Pieces* New() { VTK_STANDARD_NEW_BODY(Pieces); }
-  /// Throws where a piece is missing or may not be read.
+  /// Throws if a piece is missing or may not be read.
   std::vector<std::string> files() {
     std::vector<std::string> names;
     for (int p = 0; p < this->NumberOfPieces; ++p) {
@@ -225,7 +225,7 @@ class VtiSource final : public GridSource {
     finish_header();
   }
 
-  /// Whether some points or cells may be blank: which ones is known only after reading.
+  /// True if some points or cells may be blank; known exactly only after reading.
   bool has_ghosts() const noexcept { return has_ghosts_; }
 
   void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) override {
@@ -257,7 +257,7 @@ class VtiSource final : public GridSource {
   bool has_ghosts_ = false;
 };
 
-/// Reads all of one file, with its pieces.
+/// Reads one file with all its pieces.
 template <class Reader>
 std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* format) {
   constexpr bool parallel = requires(Reader & reader) { reader.files(); };
@@ -283,8 +283,7 @@ std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* f
 
 std::int64_t points_of(const int* extent, int a) { return std::int64_t{extent[2 * a + 1]} - extent[2 * a] + 1; }
 
-/// Refuses a legacy file that claims more points than its size can hold, before memory is taken for them: a point needs at
-/// least one bit, because these files are not compressed.
+/// Refuses a legacy file that claims more points than its size can hold: a point needs at least one bit, uncompressed.
 void check_claim(const protocol::Request& request, const int* extent) {
   double voxels = 1;
   for (int a = 0; a < 3; ++a) voxels *= std::max(0.0, static_cast<double>(points_of(extent, a)));
@@ -323,7 +322,7 @@ std::unique_ptr<Source> open_xml(const protocol::Request& request) {
                   "; of VTK's XML files images and rectilinear, structured and unstructured grids can be read");
 }
 
-/// What a legacy file says that it holds, in capitals, in the first line that begins with DATASET. The second line is a title.
+/// Kind of data set of a legacy file, in capitals: from the first line that begins with DATASET. The second line is a title.
 std::string kind_of_legacy(const std::string& start) {
   std::istringstream lines(start);
   std::string line;
@@ -334,7 +333,7 @@ std::string kind_of_legacy(const std::string& start) {
   return {};
 }
 
-/// What a legacy file holds, or a text in its place; the library has complained where it is not to be used.
+/// Data of a legacy file, or of a text in its place; unusable if the library has reported an error.
 vtkSmartPointer<vtkDataSet> read_legacy(const protocol::Request& request, const std::string* text) {
   vtkNew<vtkDataSetReader> reader;
   if (text != nullptr) {
@@ -374,7 +373,7 @@ std::unique_ptr<Source> open_legacy(const protocol::Request& request, const std:
   }
   vtkSmartPointer<vtkDataSet> data = read_legacy(request, nullptr);
   if (library_complained()) {
-    // The library does not read "nan" and "inf": where the text has them, it is read once more with others in their places.
+    // The library does not read "nan" and "inf": a text with them is read again with stand-ins.
     const std::optional<std::string> text = with_stand_ins(request.path);
     const std::string problem = take_library_error();
     if (text) data = read_legacy(request, &*text);

@@ -16,9 +16,9 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::size_t max_fields = 200;  // of one file; the rest is not read, which a warning says
+constexpr std::size_t max_fields = 200;  // of one file; a warning reports the rest
 
-/// The number type of a VTK type; false where it is none that can be read.
+/// Number type of a VTK type; false if it cannot be read.
 bool find_raw_type(int type, RawType& raw) {
   switch (type) {
     case VTK_BIT:  // read as bytes of 0 and 1
@@ -40,7 +40,7 @@ bool find_raw_type(int type, RawType& raw) {
   }
 }
 
-/// A name that no field has yet; where points and cells share one, that of the cells says so.
+/// Unique name of a field; if points and cells share a name, the cells' name is marked.
 std::string own_name(std::set<std::string>& names, const std::string& wanted, bool of_cells) {
   std::string name = wanted;
   for (int n = 2; !names.insert(name).second; ++n) {
@@ -69,7 +69,6 @@ void for_arrays(vtkDataSet& data, const std::function<void(const std::string&, i
   }
 }
 
-/// A data set in memory on its own grid.
 class OwnGridSource final : public GridSource {
  public:
   OwnGridSource(const protocol::Request& request, const char* format, vtkSmartPointer<vtkDataSet> data, PointsAndCells grids,
@@ -88,7 +87,7 @@ class OwnGridSource final : public GridSource {
   vtkSmartPointer<vtkDataSet> data_;
 };
 
-/// The data set as a point set, whose points can be moved; blanks are kept.
+/// Data set as a point set with movable points; blanks are kept.
 vtkSmartPointer<vtkPointSet> with_points(vtkDataSet& data) {
   if (auto* points = vtkPointSet::SafeDownCast(&data)) {
     vtkSmartPointer<vtkPointSet> copy = vtkSmartPointer<vtkPointSet>::Take(points->NewInstance());
@@ -164,7 +163,7 @@ class ResampledSource final : public Source {
       resampled.push_back(made[i].report);
       if (made[i].worst) warn(header.fields[wanted[i]].name, made[i]);
     }
-    constexpr double much_lost = 0.05;  // of the volume. Less: more warnings; more: losses that are felt go untold
+    constexpr double much_lost = 0.05;  // of the volume. Less: more warnings; more: losses that are felt go unreported
     if (!made.empty() && made.front().report.by_volume.covered < 1.0 - much_lost) {
       char text[300];
       std::snprintf(text, sizeof text,
@@ -189,7 +188,7 @@ class ResampledSource final : public Source {
   }
 
   Resampler resampler_;
-  std::vector<ArrayName> arrays_;  ///< one for each field
+  std::vector<ArrayName> arrays_;  ///< one per field
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// From data sets of VTK to the fields of a volume, whichever library's reader made them.
+// Fields of a volume from VTK data sets of any reader.
 #pragma once
 
 #include <vtkDataSet.h>
@@ -15,18 +15,18 @@
 
 namespace palpa::reader {
 
-/// A source whose fields are arrays of VTK on the points and cells of one affine or rectilinear grid.
+/// Source whose fields are VTK arrays on the points and cells of one affine or rectilinear grid.
 class GridSource : public Source {
  protected:
   GridSource(const protocol::Request& request, const char* format);
 
   void set_grids(PointsAndCells grids) { grids_ = std::move(grids); }
-  /// Adds a field for an array, or a warning that says why not. Returns whether it did.
+  /// Adds a field for an array, or a warning with the reason. Returns true if added.
   bool add(std::string name, int vtk_type, int components, bool of_cells);
   void add_all(vtkDataSet& data);
-  /// Refuses a file without fields; asks for the memory that holds one copy of them.
+  /// Refuses a file without fields; requests memory for one copy of them.
   void finish_header();
-  /// Copies the wanted arrays out and frees each one.
+  /// Copies the wanted arrays out and frees each.
   void copy_out(vtkDataSet& data, const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to);
 
   struct Array {
@@ -35,18 +35,18 @@ class GridSource : public Source {
     RawVoxels raw;
     Turn turn;
   };
-  std::vector<Array> arrays_;  ///< one for each field
+  std::vector<Array> arrays_;  ///< one per field
 
  private:
-  bool along_index_ = false;  ///< vectors are along the axes of the grid
+  bool along_index_ = false;  ///< vectors are along the grid's axes
   PointsAndCells grids_;
   std::set<std::string> names_;
 };
 
-/// Why an array cannot be felt, half a sentence; empty if it can.
+/// Reason why an array is unusable, half a sentence; empty if usable.
 std::string why_left_out(const std::string& name, int vtk_type, int components, RawType& type);
 
-/// A source of data sets that a reader has made in memory: on their own grid if that is affine or rectilinear, else resampled.
+/// Source of data sets in memory: on their own grid if that is affine or rectilinear, else resampled.
 /// \param unit_of  label of an array's unit by its name
 std::unique_ptr<Source> source_of(const protocol::Request& request, const char* format,
                                   std::vector<vtkSmartPointer<vtkDataSet>> blocks, std::vector<std::string> files,

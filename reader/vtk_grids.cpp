@@ -23,7 +23,7 @@ bool hides(vtkUnsignedCharArray* ghosts, unsigned char kind) {
   }
   return false;
 }
-/// Whether points or cells are hidden: voxels, which all have values, cannot represent that.
+/// True if points or cells are hidden: voxels, which all have values, cannot represent that.
 bool has_blanks(vtkDataSet& data) {
   return hides(data.GetPointGhostArray(), vtkDataSetAttributes::HIDDENPOINT) ||
          hides(data.GetCellGhostArray(), vtkDataSetAttributes::HIDDENCELL);
@@ -35,7 +35,7 @@ Vec3 point_of(vtkDataSet& data, std::int64_t i, std::int64_t j, std::int64_t k, 
   return {at[0], at[1], at[2]};
 }
 
-/// The grids of a structured grid whose points lie on straight planes along three directions: it is rectilinear in fact.
+/// Grids of a structured grid whose points lie on straight planes along three directions: in fact rectilinear.
 std::optional<PointsAndCells> straight_grids(vtkStructuredGrid& grid) {
   int dims[3];
   grid.GetDimensions(dims);

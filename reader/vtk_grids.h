@@ -11,17 +11,17 @@
 
 namespace palpa::reader {
 
-/// The grids of the points and of the cells of one data set, in the file's unit of length. Cell data lie at the centres of
-/// cells; along an axis of one point they lie at that point.
+/// Grids of the points and of the cells of one data set, in the file's unit of length. Cell data are at the centres of cells,
+/// or at the point on an axis of one point.
 struct PointsAndCells {
   GridGeometry points, cells;
 };
-/// The grids of planes at these coordinates, along the columns of `directions`, from `origin`.
+/// Grids of planes at these coordinates, along the columns of `directions`, from `origin`.
 PointsAndCells grids_of(const std::array<std::vector<double>, 3>& coordinates, const Mat3& directions, const Vec3& origin);
-/// The grids of image data, whose indices may begin anywhere.
+/// Grids of image data, whose first index is arbitrary.
 PointsAndCells grids_of(const int extent[6], const double origin[3], const double spacing[3], const double direction[9]);
 
-/// The own grids of a data set if it is affine or rectilinear and has no blanks; else none. Throws LoadError.
+/// Own grids of a data set if it is affine or rectilinear and has no blanks; else none. Throws LoadError.
 std::optional<PointsAndCells> own_grids(vtkDataSet& data);
 
 }  // namespace palpa::reader

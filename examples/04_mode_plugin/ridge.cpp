@@ -1,4 +1,4 @@
-// The mode of example 03 as a plug-in: the struct is the same, main() became one line.
+// The mode of example 03 as a plug-in: an unchanged struct, and one line in place of main().
 #include <palpa/palpa.h>
 
 struct Ridge {

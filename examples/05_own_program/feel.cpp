@@ -1,7 +1,7 @@
-// A program of one's own: data that it computed itself, or a file, and a hand that presses on them.
+// A program with its own data, computed or from a file, and a hand that presses on them.
 //
-//   feel                 numbers from this program
-//   feel head.nrrd 300   a file (through palpa-read) and the value to feel
+//   feel                 computed data
+//   feel head.nrrd 300   a file (through palpa-read) and the level
 #include <palpa/palpa.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace {
 
-/// Voxels of one's own need no file: here a bump, 64³ voxels of 1 mm, 100 in the middle, 0 outside.
+/// Voxels need no file: a bump of 64³ voxels of 1 mm, 100 in the middle, 0 outside.
 palpa::Volume bump() {
   constexpr int n = 64;
   auto values = std::make_shared<std::vector<float>>();
@@ -40,7 +40,7 @@ int main(int argc, char** argv) try {
   scene.add("surface", palpa::SurfaceAndFriction{.field = data, .levels = {{.value = level, .strength_n = 4.0}}});
   for (const std::string& warning : scene.check()) std::fprintf(stderr, "%s\n", warning.c_str());
 
-  // A hand that presses from the front. A device of one's own would give its positions here.
+  // A hand that presses from the front; a real device would supply its positions here.
   palpa::Session session(scene);
   double most_n = 0.0;
   int touching = 0;
@@ -53,7 +53,7 @@ int main(int argc, char** argv) try {
   }
   std::printf("touched the surface in %d of %d ticks, with at most %.2f N\n", touching, ticks, most_n);
   return touching > 0 ? 0 : 1;
-} catch (const palpa::LoadError& error) {  // whatever cannot be loaded or used, in one line
+} catch (const palpa::LoadError& error) {  // anything that cannot be loaded or used, in one line
   std::fprintf(stderr, "feel: %s\n", error.what());
   return 2;
 }

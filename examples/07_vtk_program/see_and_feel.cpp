@@ -1,5 +1,5 @@
-// A viewer of VTK's in which a head is seen and felt: the mouse is the hand, its wheel presses, a drag turns the view, q ends.
-// One function says what is seen and felt: what is as opaque as can be resists with 4 N. Name a CT, or see a drawn head.
+// A VTK viewer of a head that can be seen and felt: the mouse is the hand, its wheel presses, a drag rotates the view, q ends.
+// One function defines opacity and strength: full opacity resists with 4 N. Argument: a CT; default: a synthetic head.
 #include <palpa/palpa.h>
 #include <palpa/vtk.h>
 #include <vtkColorTransferFunction.h>
@@ -12,7 +12,7 @@
 #include <thread>
 
 int main(int argc, char** argv) try {
-  // What a program of VTK's has already: an image, a function from its values to opacities, a window.
+  // The VTK part: an image, a function from values to opacity, a window.
   const palpa::Volume head = argc > 1 ? palpa::read_volume(argv[1]) : palpa::head_phantom();
   const auto image = palpa::to_vtk(*head.fields[0].field, "ct", 256);
   vtkNew<vtkPiecewiseFunction> opacity;
@@ -23,7 +23,7 @@ int main(int argc, char** argv) try {
   colors->AddRGBPoint(0, 0.9, 0.6, 0.5), colors->AddRGBPoint(500, 1.0, 0.98, 0.9);
   vtkNew<vtkGPUVolumeRayCastMapper> mapper;
   vtkNew<vtkVolume> volume;
-  mapper->SetInputData(image), mapper->UseJitteringOn(), volume->SetMapper(mapper);  // without jitter its rays show rings
+  mapper->SetInputData(image), mapper->UseJitteringOn(), volume->SetMapper(mapper);  // its rays would show rings
   vtkVolumeProperty& looks = *volume->GetProperty();
   looks.SetScalarOpacity(opacity), looks.SetColor(colors), looks.SetScalarOpacityUnitDistance(0.01);
   looks.ShadeOn(), looks.SetInterpolationTypeToLinear();
@@ -36,20 +36,20 @@ int main(int argc, char** argv) try {
   vtkCamera& camera = *renderer->GetActiveCamera();
   camera.SetPosition(0, -1, 0), camera.SetViewUp(0, 0, 1), renderer->ResetCamera(), camera.Zoom(1.4);
   interactor->Initialize();
-  // What is felt: the same image, by the same function.
+  // The haptic part, with this image and this function.
   palpa::Scene scene({.stiffness_n_per_m = 400});
-  scene.workspace.towards_user = "-y", scene.workspace.up = "+z";  // as the camera looks at it
+  scene.workspace.towards_user = "-y", scene.workspace.up = "+z";  // the camera's view
   const palpa::FieldRef ct = scene.add("ct", palpa::from_vtk(image));
   scene.add("material",
             palpa::SurfaceAndFriction{.field = ct, .strength_n = {ct, palpa::transfer_function_from_vtk(*opacity, 4.0)}});
   palpa::MouseHand hand;
-  hand.put({0.0, 0.01, 0.07});  // before the forehead
+  hand.put({0.0, 0.01, 0.07});  // in front of the forehead
   palpa::MousePointer mouse(interactor, renderer, hand, scene.hand_to_world());
   palpa::FeltActors actors(renderer, 0.08, scene.hand_to_world());
   palpa::LiveScene live(scene, hand.limits());
   palpa::LiveLoop loop(live, hand, {.guard = {.motors = false}});
   std::atomic<bool> stop{false};
-  std::thread haptic([&] { loop.run(stop, actors.observer()); });  // waits for nobody, and nobody for it
+  std::thread haptic([&] { loop.run(stop, actors.observer()); });  // never blocks the window's thread, nor is blocked by it
   actors.follow(interactor);
   interactor->Start();
   stop = true, haptic.join();

@@ -1,4 +1,4 @@
-"""A device of one's own behind the guard: a handle on a link of bytes, as a serial port is one, here with simulated firmware.
+"""A custom device behind the guard: a handle on a byte stream like a serial port, here with simulated firmware.
 
     PYTHONPATH=build/release/python python3 examples/08_python_device/device.py
 """
@@ -14,9 +14,9 @@ import palpa
 
 
 class Firmware(threading.Thread):
-    """What stands for the device and the hand that holds it: a handle of 0.3 kg with a motor, which a hand lowers after two seconds
-    to 6 mm behind the skin, by a spring of 100 N/m. It takes 'f' and three floats, a force, and answers with three floats, where
-    the handle is. As every device should, it lets go by itself when no force has reached it for 50 ms."""
+    """Simulated device and hand: a motorised handle of 0.3 kg, which a hand lowers after two seconds to 6 mm behind the skin, by a
+    spring of 100 N/m. Receives 'f' and three floats, the force, and answers with three floats, the position. Like every device
+    should, it releases the handle 50 ms after the last force."""
 
     def __init__(self):
         super().__init__(daemon=True)
@@ -51,10 +51,10 @@ class Serial(palpa.Device):
 
     def __init__(self, port):
         self.port, self.position_m = port, None
-        port.settimeout(0.02)  # a call that does not return holds the last force: better an exception, which is a fault
+        port.settimeout(0.02)  # a blocked call holds the last force: an exception is better, it counts as a fault
 
     def read(self):
-        return self.position_m  # three numbers [m] in the hand frame; None: not known yet
+        return self.position_m  # three numbers [m] in the hand frame; None: unknown
 
     def write(self, force_n):
         self.port.send(struct.pack("<c3f", b"f", *force_n))

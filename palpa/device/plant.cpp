@@ -96,7 +96,7 @@ std::span<const DevicePlant> device_presets() {
        .mass_kg = 0.2,
        .damping_ns_per_m = 0.1,
        .coulomb_friction_n = 0.2,
-       .limits = {.max_force_n = 10, .max_stiffness_n_per_m = 2000, .workspace_radius_m = 0.1, .encoder_step_m = 10e-6}},
+       .limits = {.max_force_n = 3, .max_stiffness_n_per_m = 800, .workspace_radius_m = 0.1, .encoder_step_m = 10e-6}},
       {.name = "desktop",
        .mass_kg = 0.045,
        .damping_ns_per_m = 0.02,

@@ -35,13 +35,13 @@ class PrimitiveSink {
   }
   /// Pushes along the unit vector `normal` [1] while the proxy is behind it.
   /// \param captured  level that it stands on: the tick lets no step cross that level
-  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured = {},
+  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, const HeldLevel& captured = {},
              double drag_ns_per_m = 0.0) const noexcept {
     set_.plane(slot, position_m, normal, strength_n, captured, drag_ns_per_m);
   }
   /// Elastic plane with deflection force / `stiffness_n_per_m`, > 0; `normal` [1].
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
-                     double stiffness_n_per_m, HeldLevel captured = {}) const noexcept {
+                     double stiffness_n_per_m, const HeldLevel& captured = {}) const noexcept {
     set_.elastic_plane(slot, position_m, normal, strength_n, stiffness_n_per_m, captured);
   }
   /// Force of `strength_n` along the unit vector `direction` [1].
@@ -66,40 +66,34 @@ struct Crossing {
   bool up = false;     ///< towards higher values
 };
 
-/// Result of a primitive in the sub-step.
-struct SlotState {
-  std::uint16_t slot = 0;
-  PrimitiveState state = PrimitiveState::off;
-  HeldLevel captured;   ///< level of its placement
-  bool yields = false;  ///< its strength is reduced (data end nearby, or its level jumped): a slip is no break-through
-};
-
 /// Result of an accepted sub-step, for a mode.
 struct StepResult {
   const ModeContext& here;              ///< at the new proxy
-  std::span<const SlotState> slots;     ///< of this mode, in the order placed
+  std::span<const Contact> contacts;    ///< of this mode, in the order placed
   std::span<const Crossing> crossings;  ///< of the whole session, in the order met
 
+  /// Contact with a slot's primitive; nullptr without a primitive.
+  const Contact* contact(std::uint16_t slot) const noexcept {
+    for (const Contact& c : contacts) {
+      if (c.id.slot == slot) return &c;
+    }
+    return nullptr;
+  }
   /// State of a slot; off without a primitive.
   PrimitiveState state(std::uint16_t slot) const noexcept {
-    for (const SlotState& s : slots) {
-      if (s.slot == slot) return s.state;
-    }
-    return PrimitiveState::off;
+    const Contact* at = contact(slot);
+    return at ? at->state : PrimitiveState::off;
   }
   /// Level of a slot's primitive; none without a primitive.
   HeldLevel captured(std::uint16_t slot) const noexcept {
-    for (const SlotState& s : slots) {
-      if (s.slot == slot) return s.captured;
-    }
-    return {};
+    const Contact* at = contact(slot);
+    return at ? at->level : HeldLevel{};
   }
-  bool placed(std::uint16_t slot) const noexcept {
-    return std::ranges::any_of(slots, [slot](const SlotState& s) { return s.slot == slot; });
-  }
+  bool placed(std::uint16_t slot) const noexcept { return contact(slot) != nullptr; }
   /// Whether the plane of a slot yields: a slip then moves its level to the proxy, without a break-through.
   bool yields(std::uint16_t slot) const noexcept {
-    return std::ranges::any_of(slots, [slot](const SlotState& s) { return s.slot == slot && s.yields; });
+    const Contact* at = contact(slot);
+    return at && at->yields;
   }
 };
 

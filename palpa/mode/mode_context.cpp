@@ -315,9 +315,10 @@ LevelStrength ModeContext::bordered(double strength_n) const noexcept {
     return {std::max(gentle_n, share * felt_n), true};
   };
   LevelStrength least = left_at(*this);
-  for (const Foot& foot : feet) {
+  for (const Contact& contact : contacts) {
+    if (contact.offset_m == Vec3{}) continue;
     ModeContext at_foot = *this;
-    at_foot.at_m += foot.offset_m;
+    at_foot.at_m += contact.offset_m;
     const LevelStrength left = left_at(at_foot);
     least = {std::min(least.newtons, left.newtons), least.limited || left.limited};
   }

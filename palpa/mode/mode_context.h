@@ -9,6 +9,7 @@
 
 #include "palpa/data/field.h"
 #include "palpa/data/timed_field.h"
+#include "palpa/mode/contact.h"
 #include "palpa/mode/parameters.h"
 #include "palpa/solver/primitives.h"
 #include "palpa/solver/similarity.h"
@@ -156,7 +157,7 @@ class ModeContext {
   double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields near the proxy
   /// [N] force limit: towards a border a stronger level fades from this
   double most_n = std::numeric_limits<double>::infinity();
-  std::span<const Foot> feet;  ///< on the mode's elastic levels that hold the proxy
+  std::span<const Contact> contacts;  ///< of the mode, in the last accepted sub-step
 
   /// Sample at `at_m`. `inside` is false without data there.
   ScalarSample scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
@@ -165,8 +166,8 @@ class ModeContext {
   ScalarSample scalar(const FieldRef& field, const Vec3& x_m) const noexcept { return samples_->scalar(field.index, x_m); }
   /// Vector from the proxy to the foot of the plane of `slot` [m]; zero if it is not pressed in.
   Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
-    for (const Foot& foot : feet) {
-      if (foot.id.slot == slot) return foot.offset_m;
+    for (const Contact& contact : contacts) {
+      if (contact.id.slot == slot) return contact.offset_m;
     }
     return {};
   }

@@ -62,7 +62,7 @@ constexpr PluginAbi plugin_abi() {
   abi.layout = 14695981039346656037u;  // FNV-1a over the numbers
   for (const std::uint64_t number :
        {strings, checked, std::uint64_t{sizeof(std::string)}, std::uint64_t{sizeof(Mode)}, std::uint64_t{sizeof(ModeContext)},
-        std::uint64_t{sizeof(StepResult)}, std::uint64_t{sizeof(SlotState)}, std::uint64_t{sizeof(Crossing)},
+        std::uint64_t{sizeof(StepResult)}, std::uint64_t{sizeof(Contact)}, std::uint64_t{sizeof(Crossing)},
         std::uint64_t{sizeof(PrimitiveSet)}, std::uint64_t{sizeof(ScalarSample)}, std::uint64_t{sizeof(VectorSample)},
         std::uint64_t{sizeof(Strength)}, std::uint64_t{sizeof(FieldRef)}, std::uint64_t{sizeof(ParameterInfo)},
         std::uint64_t{sizeof(TransferFunction)}}) {

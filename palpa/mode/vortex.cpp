@@ -86,7 +86,7 @@ void VortexPlane::on_step_accepted(const StepResult& result, Memory& memory) con
   const PrimitiveState state = result.state(tube_slot);
   memory.captured = direction == VortexDirection::q && result.placed(tube_slot) && state != PrimitiveState::off;
   if (state == PrimitiveState::slip) memory.value = result.here.scalar(field).value;  // pulled outwards
-  if (state == PrimitiveState::stick) memory.value = result.slots.front().captured.value;
+  if (state == PrimitiveState::stick) memory.value = result.contacts.front().level.value;
 }
 
 }  // namespace palpa

@@ -20,21 +20,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_stretches = 20;  // [1] listed, the largest first. More: a longer page; fewer: causes are missed
-// Points of the hand's way are drawn so far apart at least [mm]. More: bends are cut; less: a larger page.
+// Smallest distance of drawn points of the hand's path [mm]. More: bends are cut; less: a larger page.
 constexpr double drawn_apart_mm = 0.3;
 constexpr palpa::CurveColor first_color = palpa::CurveColor::blue, second_color = palpa::CurveColor::vermilion;
 
-/// One of the two.
+/// One of the two traces.
 struct Side {
   std::string name;  ///< of its folder
   PathNames paths;
-  std::string scene_text;  ///< with all its values, where its data are there
+  std::string scene_text;  ///< with all values, if its data can be loaded
   Recorded recorded;
-  std::string no_scene;  ///< why its data are not there; empty: they are
+  std::string no_scene;  ///< why its data cannot be loaded; empty: loaded
   Signal signal;
 };
 
-/// The last part of a path that is a name.
+/// Last component of a path that is not empty.
 std::string name_of(const fs::path& folder) {
   const fs::path whole = fs::absolute(folder).lexically_normal();
   return (whole.has_filename() ? whole.filename() : whole.parent_path().filename()).string();
@@ -56,7 +56,7 @@ Side side_of(const fs::path& folder, const ReportOptions& options) {
   return side;
 }
 
-/// Both, compared.
+/// Both traces and their comparison.
 struct Pair {
   Side first, second;
   FeltDifference difference;
@@ -77,7 +77,7 @@ std::size_t count_of(const Recorded& recorded, const char* kind) {
                                                 [&](const RecordedEvent& event) { return event.kind == kind; }));
 }
 
-/// Whether a hand would tell, and what else can be said in a sentence each.
+/// Verdict whether the difference is perceptible, and further facts, one sentence each.
 std::vector<std::string> words_of(const Pair& pair) {
   const FeltDifference& d = pair.difference;
   std::vector<std::string> words;
@@ -153,15 +153,15 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
   return {force, difference, direction};
 }
 
-/// What of two forces a point of the hand's way shows, the least first.
+/// Difference of the forces at a point of the hand's path, least first.
 enum class Shade : std::uint8_t { same, other, told };
 Shade shade_of(const FeltDifference& difference, std::size_t i) {
   return difference.told[i] != 0 ? Shade::told : difference.difference_n[i] > contact_force_n ? Shade::other : Shade::same;
 }
 
-constexpr double view_width_px = 380.0, view_height_px = 400.0;  // of one of the three views of the hand's way
+constexpr double view_width_px = 380.0, view_height_px = 400.0;  // of one of the three views of the path
 
-/// The hand's way along two axes of the hand, as elements of an SVG. Titles are ours and need no escape.
+/// The hand's path along two axes of the hand, as SVG elements. Titles are constants and need no escape.
 std::string way_along(const Pair& pair, const char* title, const Vec3& right, const Vec3& up, double half_mm,
                       const Vec3& middle_m) {
   constexpr double title_px = 26.0, margin_px = 6.0, side_px = view_height_px - title_px - 2.0 * margin_px;
@@ -350,7 +350,7 @@ std::string origin_markup(const Pair& pair) {
                                                         : "<p>The scene files differ.</p>\n");
 }
 
-/// What differs, in the page's title: one value, or how many.
+/// Title of the page: the differing value, or the number of them.
 std::string title_of(const Pair& pair, const std::vector<SceneDifference>& differences) {
   if (differences.empty()) return pair.first.name + " beside " + pair.second.name + ": one scene, felt twice";
   if (differences.size() > 1) return text("%zu values of the scene differ", differences.size());
@@ -362,10 +362,10 @@ std::string scenes_of(const Pair& pair) {
   return first == second ? "Both in the scene: " + first : "Their scenes: " + first + " / " + second;
 }
 
-/// The values that differ, as first / second.
+/// Differing values, as first / second.
 std::string differences_markup(const std::vector<SceneDifference>& differences) {
   if (differences.size() < 2) return {};
-  constexpr std::size_t most = 12;  // [1] listed. More: the page begins with a list; fewer: causes are missed
+  constexpr std::size_t most = 12;  // [1] listed. More: a long list on top; fewer: causes are missed
   std::string out = "<ul class=\"felt\">\n";
   for (std::size_t i = 0; i < std::min(most, differences.size()); ++i)
     out += "<li>" + escaped(words_of(differences[i])) + "</li>\n";

@@ -1,4 +1,4 @@
-// The page that compares two traces of the same hand.
+// Report that compares two traces of one hand.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace palpa::detail {
 
-/// What the hand felt in `first` and in `options.beside`: in words, with a verdict whether a hand would tell; both forces and
-/// their difference over time; where on the hand's way they differ; both spectra; how rough each is. Throws LoadError on a
-/// folder that is no trace, and where the two hands are not the same, with the moment from which on they differ.
+/// HTML page on `first` and `options.beside`: summary sentences with a verdict whether the difference is perceptible; both
+/// forces and their difference over time; positions with differences; both spectra; roughness of each. Throws LoadError on a
+/// folder that is no trace, and if the hands differ, with the time of the first difference.
 std::string beside_html(const std::filesystem::path& first, const ReportOptions& options);
 
 }  // namespace palpa::detail

@@ -1,4 +1,4 @@
-# cmake -DOUT=FILE.cpp -DFILES=A;B -P embed.cmake: the files' texts as C++, for resources.h.
+# cmake -DOUT=FILE.cpp -DFILES=A;B -P embed.cmake: files as C++ constants, for resources.h.
 set(entries)
 set(texts)
 set(number 0)

@@ -70,8 +70,8 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
                         .buttons = recorded.ticks[row].buttons};
       proxy_m = session.tick(probe, recorded.ticks[row].dt_s).proxy_m;
     }
-    // Distance from the recorded proxy up to which this is the same session. More: another version's primitives are shown as
-    // recorded; less: rounding on another machine is refused.
+    // Tolerance of the replayed proxy. More: another version's primitives are shown as recorded; less: rounding on another
+    // machine is refused.
     constexpr double same_place_m = 1e-6;
     const double apart_m = distance(proxy_m, recorded.ticks[moment.row].result.proxy_m);
     if (!(apart_m <= same_place_m)) {

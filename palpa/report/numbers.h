@@ -1,11 +1,11 @@
-// Numbers as a page holds them: no longer than can be seen.
+// Numbers of a page, rounded to visible precision.
 #pragma once
 
 #include <charconv>
 
 namespace palpa::detail {
 
-/// To so many digits that count; what is not finite stays so.
+/// Rounds to significant digits; non-finite values are unchanged.
 inline double rounded(double value, int digits) {
   char buffer[40];
   const auto written = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);

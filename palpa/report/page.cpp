@@ -10,7 +10,7 @@
 namespace palpa::detail {
 namespace {
 
-/// A checksum as a Content-Security-Policy names it.
+/// Checksum in the form of a Content-Security-Policy.
 std::string source_of(const Resource& script) {
   std::string bytes;
   for (std::size_t i = 0; i + 1 < script.sha256.size(); i += 2) {
@@ -29,7 +29,7 @@ void Page::section(const std::string& id, const std::string& heading, const std:
 }
 
 void Page::data(const std::string& id, std::string json) {
-  // Only inside of strings, where the escape means the same: nothing in it can end the element.
+  // '<' occurs in JSON strings only; escaped, it cannot end the element.
   for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at)) json.replace(at, 1, "\\u003c");
   for (std::size_t at = 0; at < json.size(); ++at) {
     if (const std::size_t length = steering_length(std::string_view(json).substr(at)); length > 0)

@@ -1,4 +1,4 @@
-// The page around a report: contents list, style, scripts, and the promise that nothing else is loaded.
+// HTML page around a report: contents list, style, scripts, and a policy that forbids loading anything else.
 #pragma once
 
 #include <string>
@@ -7,23 +7,22 @@
 
 namespace palpa::detail {
 
-/// A page of sections, complete in itself. What it may run is named by its checksum, so that nothing that others wrote can run,
-/// were it to slip in.
+/// Self-contained page of sections. Scripts are allowed by checksum only, so that injected scripts cannot run.
 class Page {
  public:
   /// \param title  a text
   explicit Page(std::string title) : title_(std::move(title)) {}
 
-  /// Markup under the title, before the first section.
+  /// Markup between the title and the first section.
   void begin_with(const std::string& markup) { head_ += markup; }
-  /// A section: a line of the contents list, a heading, and markup.
+  /// Section: entry of the contents list, heading, markup.
   /// \param id  letters
   void section(const std::string& id, const std::string& heading, const std::string& markup);
   /// Markup after the last section.
   void end_with(const std::string& markup) { tail_ += markup; }
-  /// JSON for the scripts, which find it by its id.
+  /// JSON for the scripts, under an id.
   void data(const std::string& id, std::string json);
-  /// Runs the resource called `name` at the end of the page, in the order of these calls.
+  /// Runs resource `name` at the end of the page, in the order of these calls.
   void script(std::string name) { scripts_.push_back(std::move(name)); }
 
   std::string html() const;

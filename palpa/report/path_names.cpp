@@ -14,7 +14,7 @@ bool within_name(char c) {
 }
 bool ends_path(char c) { return std::string_view(" \t\n\r\"'`,;()[]{}<>|=").find(c) != std::string_view::npos; }
 
-/// Where the folders of a path end: behind the last slash before an array's name.
+/// End of a path's folders: behind the last slash before an array's name.
 std::size_t name_at(std::string_view path) {
   const std::size_t array = path.find(":/");
   std::string_view file = path.substr(0, array);
@@ -23,13 +23,13 @@ std::size_t name_at(std::string_view path) {
   return slash == std::string_view::npos || slash + 1 == file.size() ? 0 : slash + 1;
 }
 
-/// Whether a piece of text that begins here names a path that is not said by other means: of two parts at least, from a root.
+/// True if the text begins with a path: absolute with at least two components, or with ~/, ./ or ../.
 bool begins_path(std::string_view piece) {
   if (piece.starts_with("~/") || piece.starts_with("./") || piece.starts_with("../")) return true;
   return piece.size() > 1 && piece[0] == '/' && piece[1] != '/' && piece.find('/', 1) != std::string_view::npos;
 }
 
-/// Replaces `folder/` by nothing and `folder` alone by its last name, where it is not a part of a longer name.
+/// Replaces `folder/` by nothing and `folder` alone by its base name, unless it is part of a longer name.
 std::string without(std::string text, const std::string& folder) {
   for (std::size_t at = text.find(folder); at != std::string::npos; at = text.find(folder, at)) {
     const std::size_t end = at + folder.size();
@@ -61,7 +61,7 @@ PathNames::PathNames(const Recorded& recorded, const fs::path& trace, bool full)
   };
   for (const SourceFile& file : recorded.header.data_files) {
     know(file.path);
-    know(fs::path(file.path).parent_path());  // a folder of slices is named as one
+    know(fs::path(file.path).parent_path());  // the folder of a series of slices counts as a file
   }
   for (const std::string& plugin : recorded.header.plugins) know(plugin);
   for (const std::string& argument : recorded.header.arguments) {
@@ -83,9 +83,9 @@ std::string PathNames::of_argument(std::string_view argument) const {
   if (argument.find_first_of("\"'{[") != std::string_view::npos) return in_text(argument);
   std::string out;
   while (true) {
-    const std::size_t value = argument.find('=') + 1;  // npos + 1: there is none
+    const std::size_t value = argument.find('=') + 1;  // npos + 1: no value
     if (value == 0) return out + of_path(argument);
-    // A comma may stand in a path: a value ends where another key begins.
+    // A path may contain commas: a value ends where another key begins.
     std::size_t end = argument.find('=', value);
     if (end != std::string_view::npos) end = argument.rfind(',', end);
     if (end == std::string_view::npos || end < value) end = argument.size();
@@ -98,7 +98,7 @@ std::string PathNames::of_argument(std::string_view argument) const {
 }
 
 std::string PathNames::of_value(std::string_view value) const {
-  // As it stands in a scene, where quotes say that blanks and commas belong to a path.
+  // Quoted, as in a scene, so that blanks and commas belong to the path.
   const std::string quoted = in_text('"' + std::string(value) + '"');
   return quoted.substr(1, quoted.size() - 2);
 }
@@ -110,12 +110,12 @@ std::string PathNames::in_text(std::string_view given) const {
   std::string out;
   for (std::size_t at = 0; at < text.size();) {
     const char c = text[at];
-    // A whole string that ends with a known file's name, or is the value of a key that names files.
+    // String that ends with a known file's name, or is the value of a key for files.
     if (c == '"' || c == '\'') {
       const std::size_t end = text.find_first_of(std::string{c, '\n'}, at + 1);
       if (end != std::string::npos && text[end] == c) {
         const std::string_view inside = std::string_view(text).substr(at + 1, end - at - 1);
-        const std::size_t line = text.rfind('\n', at) + 1;  // npos + 1 is the text's begin
+        const std::size_t line = text.rfind('\n', at) + 1;  // npos + 1: start of the text
         const std::string_view before = std::string_view(text).substr(line, at - line);
         const bool names_files = before.find("file") != std::string_view::npos && before.find('=') != std::string_view::npos;
         const std::string_view name = inside.substr(name_at(inside));

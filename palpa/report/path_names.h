@@ -1,4 +1,4 @@
-// Paths in a page that leaves the machine: base names, because folders have names of people and houses in them.
+// Shortens paths in a page to base names: folders may contain names of people and houses.
 #pragma once
 
 #include <filesystem>
@@ -10,26 +10,26 @@
 
 namespace palpa::detail {
 
-/// Takes the folders out of texts, or leaves texts as they are. Allocates; any thread.
+/// Removes folders from texts, or leaves texts unchanged. Allocates; any thread.
 class PathNames {
  public:
   /// \param trace  folder of the trace
-  /// \param full   whole paths stay
+  /// \param full   keep whole paths
   PathNames(const Recorded& recorded, const std::filesystem::path& trace, bool full);
 
-  /// The last name of a path. "scan.h5:/mag/u" keeps the array behind the file.
+  /// Base name of a path. "scan.h5:/mag/u" keeps the array's name.
   std::string of_path(std::string_view path) const;
-  /// An argument of a command line or a setting KEY=VALUE, with the last names of its paths.
+  /// Argument of a command line or setting KEY=VALUE, with base names.
   std::string of_argument(std::string_view argument) const;
-  /// A value of a scene, without its quotes: a path as its last name.
+  /// Value of a scene, without quotes; a path becomes its base name.
   std::string of_value(std::string_view value) const;
-  /// A sentence or a scene's text: known folders, whole strings that name a file, and what looks like a path are shortened.
+  /// Sentence or scene text: shortens known folders, strings that name a file, and anything that resembles a path.
   std::string in_text(std::string_view text) const;
 
  private:
   bool is_known_file(std::string_view name) const;
   bool full_;
-  std::vector<std::string> folders_;  ///< of known files, the longest first
+  std::vector<std::string> folders_;  ///< of known files, longest first
   std::vector<std::string> files_;    ///< base names of known files
 };
 

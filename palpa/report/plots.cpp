@@ -131,7 +131,7 @@ TimePlot time_plot(const Recorded& recorded) {
                                                 "programs, and no device missed a force.")};
 }
 
-/// Rows that stand for all: `always`, and of each part of the time those where a series is lowest or highest, and its first.
+/// Rows that represent all: `always`, and for each time interval its first row and the minimum and maximum of each series.
 std::vector<std::size_t> rows_kept(const std::vector<Series>& series, std::size_t most_rows,
                                    const std::vector<std::size_t>& always) {
   const std::size_t count = series.front().xs.size();

@@ -1,4 +1,4 @@
-// What happened over time: plots that a page can zoom, and that paper shows as they are.
+// Plots over time: zoomable in a page, static on paper.
 #pragma once
 
 #include <string>
@@ -10,15 +10,15 @@
 
 namespace palpa::detail {
 
-/// A plot over the time of a trace; all series have the same times.
+/// Plot over the time of a trace; all series share their times.
 struct TimePlot {
-  std::string id;  ///< letters; also the name of its file
+  std::string id;  ///< letters; also its file name
   Plot plot;
-  std::string label;    ///< what it shows, for those who do not see it
-  std::string caption;  ///< how it is read
+  std::string label;    ///< text alternative
+  std::string caption;  ///< explanation for the reader
 };
 
-/// A curve over the times of ticks. \param value  of the tick of a number
+/// Curve over the times of ticks. \param value  function of a tick's index
 Series over_time(const auto& ticks, std::string name, palpa::CurveColor color, Stroke stroke, const auto& value) {
   Series series{.name = std::move(name), .color = color, .stroke = stroke};
   series.xs.reserve(ticks.size());
@@ -30,11 +30,11 @@ Series over_time(const auto& ticks, std::string name, palpa::CurveColor color, S
   return series;
 }
 
-/// Force on the hand, force of each mode, distance of proxy and probe, energy, time inside the tick (where it was measured).
+/// Force on the hand, force of each mode, distance of proxy and probe, energy, duration of the tick (if measured).
 std::vector<TimePlot> time_plots(const Recorded& recorded);
 
-/// The plots as JSON for plots.js. Long ones are thinned to `most_rows` [rows] or a little more, so that the lowest and the
-/// highest value of each series in every part of the time stay, and the rows `always`.
+/// Plots as JSON for plots.js. Long plots are thinned to about `most_rows` [rows], keeping the minimum and maximum of each
+/// series in every interval, and the rows `always`.
 std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows, const std::vector<std::size_t>& always);
 
 }  // namespace palpa::detail

@@ -1,5 +1,5 @@
 'use strict';
-// The plots: one stretch of time for all, and a line at the chosen moment.
+// Plots with a common time range, and a line at the chosen moment.
 const Plots = (() => {
   const dashes = {solid: null, dashed: [7, 3], dotted: [2, 3]};
   const markColors = {onset: 'green', break_through: 'vermilion', limited: 'orange', fault: 'ink'};
@@ -42,7 +42,7 @@ const Plots = (() => {
     one.cursor.style.height = area.h + 'px';
   };
 
-  /** The curves' names with their values at a time: legend and reading in one. */
+  /** Legend with the curves' values at a time. */
   const read = (one, time) => {
     const row = one.plot.rows[rowAt(one.plot.rows, time)];
     one.values.textContent = '';

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Index of a tick's number in `ticks`, which ascend; their size when it is not among them.
+/// Index of a tick's number in `ticks` (ascending); their size if missing.
 std::size_t index_of(const std::vector<TickFrame>& ticks, std::int64_t number) {
   const auto found = std::lower_bound(ticks.begin(), ticks.end(), number,
                                       [](const TickFrame& frame, std::int64_t wanted) { return frame.tick < wanted; });
@@ -45,7 +45,7 @@ void read_modes(const fs::path& folder, Recorded& recorded) {
   });
 }
 
-/// What the scene's text says of itself; a text that is no TOML says nothing.
+/// Title, types of modes, and named levels of the scene's text; nothing if that is no TOML.
 void read_scene(Recorded& recorded, std::vector<ModeSummary>& modes) {
   toml::table parsed;
   try {
@@ -72,7 +72,7 @@ void read_scene(Recorded& recorded, std::vector<ModeSummary>& modes) {
   }
 }
 
-/// An event as the session had it; only what a summary counts.
+/// Recorded events of a tick as session events, of the kinds that a summary counts.
 std::vector<SessionEvent> session_events(const Recorded& recorded, std::size_t& next, std::int64_t tick) {
   std::vector<SessionEvent> events;
   for (; next < recorded.events.size() && recorded.events[next].tick <= tick; ++next) {

@@ -41,7 +41,7 @@ void tell(const ReportOptions& options, double share_done) {
   if (options.progress) options.progress(share_done);
 }
 
-/// What the hand got of it, as fingers tell it apart: bands, spectrum, steps.
+/// Perceptible properties of the signal: bands, spectrum, steps.
 std::string felt_signal(const Recorded& recorded, const Scene* scene, const ReportOptions& options) {
   const Signal signal = signal_of(recorded, scene);
   if (signal.run.stiffness_n_per_m == 0.0 || recorded.summary.force_max_n <= contact_force_n)
@@ -61,7 +61,7 @@ std::string felt_signal(const Recorded& recorded, const Scene* scene, const Repo
   return out + steps_markup(signal);
 }
 
-/// A picture of the scene; none, with a sentence, where nothing can be drawn.
+/// Picture of the scene; none, with the reason, on failure.
 std::optional<Picture> drawn(const Scene& scene, const std::vector<PathPoint>& path, const std::optional<Moment>& moment,
                              const ScenePictureOptions& look, std::string& why_not) {
   try {
@@ -72,7 +72,7 @@ std::optional<Picture> drawn(const Scene& scene, const std::vector<PathPoint>& p
   }
 }
 
-/// A close-up of the busiest moment.
+/// Close-up of the busiest moment.
 std::string picture_of_moment(const Recorded& recorded, const Scene& scene, const std::vector<RecordedMoment>& moments,
                               const std::vector<PathPoint>& path, const ReportOptions& options) {
   const std::optional<std::size_t> chosen = busiest_row(recorded);
@@ -104,7 +104,7 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
   return image(options, "moment.png", *picture, "Close-up of probe, proxy and primitives. " + caption, caption);
 }
 
-/// What was felt, tick by tick, where the hand's place was known.
+/// Path of all ticks with a known hand position.
 std::vector<PathPoint> path_of(const Recorded& recorded) {
   std::vector<PathPoint> path;
   for (const TickFrame& frame : recorded.ticks) {
@@ -115,7 +115,7 @@ std::vector<PathPoint> path_of(const Recorded& recorded) {
   return path;
 }
 
-/// What is seen where nothing can be turned: the scene with the path, and the busiest moment.
+/// Pictures in place of the interactive view: scene with path, and busiest moment.
 std::string stills(const Recorded& recorded, const Scene& scene, const std::vector<PathPoint>& path,
                    const ScenePictureOptions& look, const std::vector<RecordedMoment>& moments, const ReportOptions& options) {
   std::string why_not;
@@ -128,7 +128,7 @@ std::string stills(const Recorded& recorded, const Scene& scene, const std::vect
   return whole + picture_of_moment(recorded, scene, moments, path, options);
 }
 
-/// The place where view_3d.js draws; report.css lays it out.
+/// Container for view_3d.js, laid out by report.css.
 constexpr const char* stage = R"(<div class="live live-view view">
 <div class="stage" id="stage"></div>
 <div class="beside">
@@ -144,7 +144,7 @@ turns, two zoom and move.</p>
 <p class="hint" id="no-view" hidden="hidden">This browser shows no WebGL, so there is a picture in place of what could be turned.</p>
 )";
 
-/// Common to view and plots; stays at the lower edge of the window.
+/// Time bar of view and plots, at the lower edge of the window.
 constexpr const char* time_bar = R"(<div class="live live-time timebar" id="timebar">
 <button type="button" id="before" title="the event before">&#9664;&#160;event</button>
 <button type="button" id="play" title="play in the hand's time">&#9654;</button>
@@ -154,7 +154,7 @@ constexpr const char* time_bar = R"(<div class="live live-time timebar" id="time
 </div>
 )";
 
-/// The moments with their primitives, recorded or felt again; `why_not` where there are none.
+/// Moments with their primitives, recorded or replayed; the reason in `why_not` if there are none.
 std::vector<RecordedMoment> moments_of(const fs::path& trace, const Recorded& recorded, const Scene* scene,
                                        const ReportOptions& options, std::string& why_not) {
   std::vector<RecordedMoment> moments = moments_at(rows_worth_a_look(recorded, most_moments));

@@ -1,5 +1,5 @@
 'use strict';
-// What view and plots share: the data, the chosen moment, colours.
+// State shared by view and plots: data, chosen moment, colours.
 const Report = (() => {
   const json = (id) => {
     const element = document.getElementById(id);
@@ -14,7 +14,7 @@ const Report = (() => {
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const dark = window.matchMedia('(prefers-color-scheme: dark)');
 
-  /** Number of the moment nearest to a time [s]. */
+  /** Index of the moment nearest to a time [s]. */
   const nearest = (time) => {
     let low = 0;
     let high = moments.length - 1;
@@ -38,15 +38,15 @@ const Report = (() => {
     view, plots, moments,
     bytes,
     dark,
-    /** Calls back with every moment that is chosen. */
+    /** Called with each chosen moment. */
     onMoment: (listener) => listeners.push(listener),
-    /** Calls back when day becomes night or the other way round. */
+    /** Called when the colour scheme changes between light and dark. */
     onColors: (listener) => dark.addEventListener('change', listener),
     choose,
     show: (time) => { if (moments.length > 0) choose(nearest(time)); },
     number: () => chosen,
     moment: () => moments[chosen],
-    /** A colour of report.css. */
+    /** Colour of report.css. */
     color: (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim(),
     element: (tag, name, text) => {
       const element = document.createElement(tag);
@@ -54,7 +54,7 @@ const Report = (() => {
       if (text !== undefined) element.textContent = text;
       return element;
     },
-    /** Three digits that count. */
+    /** Three significant digits. */
     digits: (value) => (value === 0 ? '0' : Math.abs(value) >= 1000 ? value.toFixed(0) : String(+value.toPrecision(3))),
     live: (name) => document.documentElement.classList.add('with-' + name),
   };

@@ -1,4 +1,4 @@
-// Scripts and style of a report, which the build puts into the library: files of ours and of Debian's packages.
+// Scripts and style of reports, embedded at build time: Palpa's own and of Debian packages.
 #pragma once
 
 #include <string_view>
@@ -6,12 +6,12 @@
 namespace palpa::detail {
 
 struct Resource {
-  std::string_view name;    ///< the file's own
-  std::string_view text;    ///< all of it
+  std::string_view name;    ///< of the file
+  std::string_view text;    ///< content
   std::string_view sha256;  ///< of the text, hexadecimal
 };
 
-/// The file called `name`. Programming error (assert) if the build put none of that name in.
+/// Resource by file name. Programming error (assert) if there is none.
 const Resource& resource(std::string_view name);
 
 }  // namespace palpa::detail

@@ -26,7 +26,7 @@ std::string value_of(const toml::node& node) {
   return "?";
 }
 
-/// The values below a node, each under its path; an item of a list of tables by its name, or its number.
+/// Values below a node by path; an item of a list of tables by its name, or its index.
 void gather(const toml::node& node, const std::string& path, Values& values) {
   if (const toml::table* table = node.as_table()) {
     for (const auto& [key, value] : *table) {

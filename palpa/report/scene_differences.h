@@ -1,4 +1,4 @@
-// What two scenes say differently.
+// Comparison of two scenes.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@
 
 namespace palpa::detail {
 
-/// A value that differs, under the path of its key as `--set` takes it; empty: the scene does not say it.
+/// Differing value, with the path of its key as for `--set`; empty: missing.
 struct SceneDifference {
   std::string key;
   std::string first, second;
 };
 
-/// Compares two scenes as TOML; titles and text that is no TOML count as nothing. In the order of the keys. Allocates; any
-/// thread.
+/// Compares two scenes as TOML, in the order of keys; titles are ignored, and a text that is no TOML counts as empty.
+/// Allocates; any thread.
 std::vector<SceneDifference> scene_differences(std::string_view first, std::string_view second);
 
 /// "law.method: exact / paper-2005"; "not said" for an empty value.

@@ -13,7 +13,7 @@ constexpr std::size_t most_steps = 20;  // [1] listed, the largest first. More: 
 std::string millinewtons(double force_n) { return text("%.2f mN", 1e3 * force_n); }
 std::string steepness(double n_per_ms) { return text("%.3f N/ms", n_per_ms); }
 
-/// What the events of a recording say of a tick; `next` goes on through them.
+/// Adds the events of a tick; `next` advances through them.
 void add_events(const Recorded& recorded, std::size_t& next, std::int64_t number, FeltTick& tick) {
   for (; next < recorded.events.size() && recorded.events[next].tick <= number; ++next) {
     const std::string& kind = recorded.events[next].kind;
@@ -23,7 +23,7 @@ void add_events(const Recorded& recorded, std::size_t& next, std::int64_t number
   }
 }
 
-/// k, of the tick in which the spring was longest: there rounding does least.
+/// k, from the tick with the longest spring, where rounding matters least.
 double stiffness_n_per_m(const Recorded& recorded) {
   double longest_m = 0.0, stiffness = 0.0;
   for (const TickFrame& frame : recorded.ticks) {

@@ -1,4 +1,4 @@
-// The signal that the hand got: how rough it is, and which of its steps are not the hand's own.
+// Force signal on the hand: roughness, and steps not caused by the hand's motion.
 #pragma once
 
 #include <string>
@@ -11,29 +11,29 @@
 
 namespace palpa::detail {
 
-/// A spectrum as a curve: the root of the power, so that heights are forces.
+/// Amplitude spectrum as a curve: square root of the power, so that values are forces.
 Series amplitudes(const Spectrum& spectrum, std::string name, CurveColor color, Stroke stroke);
-/// Such curves, with the limits of the tactile band.
+/// Amplitude spectra, with the limits of the tactile band.
 Plot spectrum_plot(std::string title, std::vector<Series> curves);
 
-/// The trace as a run; its stiffness from the energy that was recorded with each distance of probe and proxy, so 0 in a trace
-/// that does not tell energy, or that never was in contact.
+/// The trace as a run; its stiffness is computed from recorded energy and distance of probe and proxy: 0 without recorded
+/// energy or contact.
 FeltRun felt_run_of(const Recorded& recorded);
 
-/// A trace's signal, measured.
+/// Measurements of a trace's force signal.
 struct Signal {
   double rate_hz = 0.0;
   FeltRun run;
-  Spectrum command, spring;        ///< [N] in contact and away from events: what reached the hand, and k · probe
-  std::vector<ExcessStep> steps;   ///< all that are felt as such
-  double at_edges_n_per_ms = 0.0;  ///< below 0: the data are not there
+  Spectrum command, spring;        ///< [N] in contact and away from events: force on the hand, and k · probe
+  std::vector<ExcessStep> steps;   ///< all perceptible steps
+  double at_edges_n_per_ms = 0.0;  ///< below 0: no data
 };
-/// \param scene  nullptr: its data are not there
+/// \param scene  nullptr: no data
 Signal signal_of(const Recorded& recorded, const Scene* scene);
 
 /// Bands, saturation, falls and ends of data.
 std::string signal_markup(const Signal& signal);
-/// How many steps each cause made, and the largest of them, as far as there are some.
+/// Number and maximum of the steps by cause, if any.
 std::string steps_markup(const Signal& signal);
 
 }  // namespace palpa::detail

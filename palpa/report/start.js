@@ -1,5 +1,5 @@
 'use strict';
-// The bar of time, links to moments, and the first look.
+// Time bar, links to moments, initial moment.
 (() => {
   const get = (id) => document.getElementById(id);
   const slider = get('time');
@@ -29,7 +29,7 @@
   });
   get('before').hidden = get('after').hidden = times.length === 0;
 
-  // Plays in the hand's own time, from the start where the end was reached.
+  // Plays at recorded speed, from the start if the end was reached.
   let began = null;
   const step = (clock) => {
     if (began === null) return;

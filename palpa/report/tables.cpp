@@ -11,7 +11,7 @@
 namespace palpa::detail {
 namespace {
 
-constexpr std::size_t most_events = 50;  // [1] listed. More: a longer page; fewer: more is only in events.csv
+constexpr std::size_t most_events = 50;  // [1] listed. More: a longer page; fewer: the rest is only in events.csv
 
 std::string count(std::int64_t number) { return grouped(number); }
 std::string percent(double share) { return text("%.1f %%", 100.0 * share); }
@@ -24,14 +24,14 @@ std::string joined(const std::vector<std::string>& words) {
   return all.empty() ? "none" : all;
 }
 
-/// The largest force that the coupling asked for.
+/// Largest coupling force before limits.
 double asked_max_n(const Recorded& recorded) {
   double most_n = 0.0;
   for (const TickFrame& frame : recorded.ticks) most_n = std::max(most_n, norm(frame.result.force_n));
   return most_n;
 }
 
-/// Many files of one folder, such as the slices of a scan, are one row.
+/// Files of one folder, such as the slices of a scan, share a row.
 std::vector<std::vector<std::string>> rows_of_files(const std::vector<SourceFile>& files, const PathNames& names) {
   constexpr std::size_t most_files = 8;  // [1] of a folder, listed. More: a longer page; fewer: checksums are only in the trace
   std::vector<std::vector<std::string>> rows;

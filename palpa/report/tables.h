@@ -1,4 +1,4 @@
-// The tables of a report.
+// Tables of a report.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 namespace palpa::detail {
 
 std::string summary_markup(const Recorded& recorded);
-/// Where the energy of the hand's motion went.
+/// Energy balance of the hand's motion.
 std::string energy_markup(const Recorded& recorded);
 std::string modes_markup(const Recorded& recorded);
-/// Each event is a link to its moment in the view, which report.js follows.
+/// Each event links to its moment in the view (report.js).
 std::string events_markup(const Recorded& recorded, const PathNames& names);
-/// How the trace came about, and the checksums of its data.
+/// Origin of the trace, and checksums of its data.
 std::string origin_markup(const Recorded& recorded, const PathNames& names);
 
 }  // namespace palpa::detail

@@ -31,7 +31,7 @@ std::string packed(const std::vector<Number>& numbers) {
   return base64({reinterpret_cast<const char*>(numbers.data()), sizeof(Number) * numbers.size()});
 }
 
-/// Positions as 16 bits of the shape's own box, directions and colours as 8 bits: finer than any screen shows.
+/// Positions in 16 bits of the shape's box, directions and colours in 8 bits: finer than any screen.
 Json json_of(const Shape& shape) {
   Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   for (const Vec3& p : shape.points_m) {
@@ -89,7 +89,7 @@ bool usable(const TickFrame& frame) {
   return frame.result.probe_valid && is_finite(frame.result.probe_m) && is_finite(frame.result.proxy_m);
 }
 
-/// Both paths in stretches without gaps; where ticks are left out, the largest force stands for them.
+/// Both paths, in gapless pieces; omitted ticks contribute their largest force.
 Json json_of_paths(const Recorded& recorded, std::size_t most_points) {
   const std::size_t stride = recorded.ticks.size() / most_points + 1;
   Json stretches = Json::array(), stretch = Json::array();
@@ -113,7 +113,7 @@ Json json_of_paths(const Recorded& recorded, std::size_t most_points) {
   return stretches;
 }
 
-/// Whether a primitive is of a level that cannot be pressed through: what it bears was recorded as more than any spring pulls.
+/// True for a primitive of a level that cannot be pressed through: recorded with a strength above any spring force.
 bool holds(const PlacedPrimitive& placed, const Recorded& recorded, const Scene* scene) {
   const std::size_t mode = placed.primitive.id.mode;
   return scene && mode < scene->modes().size() && scene->modes()[mode].mode.as<SurfaceAndFriction>() &&
@@ -146,7 +146,7 @@ Json json_of(const Recorded& recorded, const RecordedMoment& moment, const Scene
   return told;
 }
 
-/// Marks of onsets, break-throughs, limits and faults, each where the proxy was.
+/// Marks of onsets, break-throughs, limits and faults, at the proxy.
 Json json_of_events(const Recorded& recorded, std::size_t most) {
   Json events = Json::array();
   const auto& ticks = recorded.ticks;

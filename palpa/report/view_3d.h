@@ -1,4 +1,4 @@
-// What the 3-D view of a report shows, as JSON for view_3d.js: layers, paths, events, moments.
+// JSON for view_3d.js, the interactive view of a report: layers, paths, events, moments.
 #pragma once
 
 #include <string>
@@ -15,9 +15,9 @@ struct View3dOptions {
   std::size_t most_events = 400;         ///< marks in the view
 };
 
-/// \param scene    nullptr: its data are not there, so no layers
+/// \param scene    nullptr: no data, so no layers
 /// \param moments  in order; may have no primitives
-/// \param from     [1] direction to the viewer at first, hand frame
+/// \param from     [1] initial direction to the viewer, hand frame
 std::string json_of_view(const Recorded& recorded, const Scene* scene, const std::vector<RecordedMoment>& moments,
                          const Vec3& from, const View3dOptions& options = {});
 

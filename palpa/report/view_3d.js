@@ -1,9 +1,9 @@
 'use strict';
-// The scene with the hand's path, to be turned: millimetres of the hand frame, seen in parallel projection.
+// Interactive view of the scene with the hand's path: millimetres of the hand frame, parallel projection.
 const View3d = (() => {
   const data = Report.view;
   const vector = (a) => new THREE.Vector3(a[0], a[1], a[2]);
-  /** By day towards dark as in the pictures, by night towards light, so that the largest force always stands out. */
+  /** Light scheme: towards dark, as in pictures; dark scheme: towards light, so that the largest force stands out. */
   const nightForces = ['#5d5a66', '#8a2a6b', '#c93a4a', '#ee7a2e', '#f9bd4a', '#fff3c4'];
   const forceColors = () => (Report.dark.matches ? nightForces : data.force_colors);
   const eventSigns = {
@@ -12,7 +12,7 @@ const View3d = (() => {
     limited: {letter: '\u25a0', color: 'orange', words: 'limited by the guard'},
     fault: {letter: '\u25c6', color: 'ink', words: 'fault'},
   };
-  const mostLetters = 40;  // events that have letters. More: they cover the scene; fewer: dots, which only a colour tells apart
+  const mostLetters = 40;  // events drawn as letters. More: they cover the scene; fewer: dots, distinguished by colour only
   const dots = data && data.events.length > mostLetters;
   let stage, renderer, camera, controls, scene, front, moment, mostN;
   const lineMaterials = [];
@@ -26,7 +26,7 @@ const View3d = (() => {
     }
   };
 
-  /** Light that goes with the viewer: from above left, and a little from the right. */
+  /** Lamps fixed to the camera: above left, and a weak one at the right. */
   const addLights = (to) => {
     to.add(new THREE.AmbientLight(0xffffff, 0.42));
     for (const [x, y, z, strength] of [[-0.5, 0.7, 1, 0.55], [0.8, -0.3, 0.7, 0.22]]) {
@@ -72,7 +72,7 @@ const View3d = (() => {
       mesh.renderOrder = order;
       group.add(mesh);
     };
-    // A little behind where it is, so that the path on it, which knows nothing of its triangles, is not lost in it.
+    // Pushed back a little: the path on the surface would otherwise intersect its triangles.
     const place = {side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4000};
     if (layer.colors) {
       add(new THREE.MeshBasicMaterial({...place, vertexColors: THREE.VertexColors}), 0);
@@ -80,7 +80,7 @@ const View3d = (() => {
     }
     const material = new THREE.MeshPhongMaterial({...place, color: layer.color, shininess: 14, specular: 0x161616});
     if (layer.opacity < 1) {
-      // Its depths first, without colour; then only what lies in front passes, denser where it turns away.
+      // Depth first, without colour; then only the front passes, denser where it turns away.
       add(new THREE.MeshBasicMaterial({...place, colorWrite: false, transparent: true}), 1000 - 10 * number);
       Object.assign(material, {transparent: true, opacity: layer.opacity});
       material.onBeforeCompile = (shader) => {
@@ -93,7 +93,7 @@ const View3d = (() => {
     return group;
   };
 
-  /** Thick lines of pieces, each from point to point with a colour at both ends. */
+  /** Thick line segments with a colour at each end. */
   const thickLines = (positions, colors, width) => {
     const geometry = new THREE.LineSegmentsGeometry();
     geometry.setPositions(positions);
@@ -124,7 +124,7 @@ const View3d = (() => {
     return thickLines(positions, shades, 1.8);
   };
 
-  /** Probe or proxy; `color` of a point of the path. */
+  /** Path of probe or proxy; `color`: function of a point. */
   const path = (column, width, color) => {
     const positions = [], shades = [];
     for (const stretch of data.path) {
@@ -148,7 +148,7 @@ const View3d = (() => {
       groups[name].visible = seen;
       scene.add(groups[name]);
     }
-    // Where nothing holds the proxy both ways are one: the proxy's is seen.
+    // Without contact both paths coincide: the proxy's is on top.
     Object.assign(groups.probe.material, {polygonOffset: true, polygonOffsetUnits: 1000});
   };
 
@@ -184,7 +184,7 @@ const View3d = (() => {
     }
   };
 
-  // The moment: as large on the screen however near one looks.
+  // The moment: of constant size on the screen.
 
   const height = () => (camera.top - camera.bottom) / camera.zoom;
   const solid = (color) => new THREE.MeshPhongMaterial({color, shininess: 10, specular: 0x111111});
@@ -259,7 +259,7 @@ const View3d = (() => {
     }
   };
 
-  /** The force of a primitive: of its strength, or its strength and what its drag adds, or by a level that holds all of it. */
+  /** Force of a primitive: of its strength, or split into strength and drag, or of a level that cannot be pressed through. */
   const forceWords = (primitive) => {
     const {force, strength, drag} = primitive;
     const round = (newtons) => Math.round(1e3 * newtons) / 1e3;
@@ -302,7 +302,7 @@ const View3d = (() => {
       : 'The position of the hand is not known here.'));
   };
 
-  // What explains the view.
+  // Key.
 
   const bar = (title, colors, low, high) => {
     const root = Report.element('div', 'bar');
@@ -423,7 +423,7 @@ const View3d = (() => {
     });
   };
 
-  // Where to look from.
+  // Viewpoint.
 
   const box = new Float64Array([Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity]);
   const see = (x, y, z) => [x, y, z].forEach((value, axis) => {
@@ -487,7 +487,7 @@ const View3d = (() => {
     draw();
   };
 
-  /** The event or place of the path under a click, as a time. */
+  /** Time of the event or path point under a click. */
   const timeAt = (x, y) => {
     const seen = new THREE.Vector3();
     const distance = (at) => {
@@ -511,7 +511,7 @@ const View3d = (() => {
       }
       draw();
     });
-    // The wheel belongs to the page until one has clicked here.
+    // The wheel scrolls the page until a click activates the view.
     const canvas = renderer.domElement;
     controls.enableZoom = false;
     canvas.addEventListener('focus', () => (controls.enableZoom = true));

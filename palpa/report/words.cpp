@@ -34,7 +34,7 @@ std::string first_of(const Recorded& recorded, const char* kind, const char* wha
   return text("The first %s came at %.3f s: ", what, found->t_s) + level_of(recorded, *found) + ".";
 }
 
-/// What a run or a tick warned of.
+/// Sentence of a warning.
 std::string sentence_of(const RecordedEvent& event) {
   std::string words = event.value.empty() ? event.subject : event.value;
   if (!words.empty() && words.back() != '.') words += '.';
@@ -60,21 +60,21 @@ std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
   for (const RecordedEvent& event : recorded.events) {
     if (event.kind == "warning") warned += " " + sentence_of(event);
   }
-  // The run has said it, if it came to its end.
+  // A complete run has recorded this note.
   for (const std::string& note : recorded.header.notes) {
     if (note.starts_with("Nothing was felt") || note.starts_with("Little was felt")) return note + warned;
   }
   const std::string words =
       (share > 0.0 ? "Little was felt: for " + percent(share) + " of the time." : "Nothing was felt: no mode pushed.") + warned;
   if (!scene) return words;
-  constexpr std::size_t most_places = 2048;  // [1] of the path. More: slower; fewer: the nearest one is less certain
+  constexpr std::size_t most_places = 2048;  // [1] of the path. More: slower; fewer: a less certain nearest position
   const std::size_t stride = recorded.ticks.size() / most_places + 1;
   std::vector<Vec3> places_m;
   for (std::size_t i = 0; i < recorded.ticks.size(); i += stride) {
     const Tick& tick = recorded.ticks[i].result;
     if (tick.probe_valid && is_finite(tick.probe_m)) places_m.push_back(tick.probe_m);
   }
-  // A recording that was left where it was is laid where it feels most, if that is asked for.
+  // For a recording placed by an option, suggest the fitted placement.
   const auto& arguments = recorded.header.arguments;
   const bool left_there = std::any_of(arguments.begin(), arguments.end(), [](const std::string& one) {
     return one.starts_with("--hand-place") || one.starts_with("--hand-fit") || one.starts_with("--hand-center");

@@ -41,7 +41,8 @@ const LevelContact* ContactProblem::contact_of(std::size_t row) const noexcept {
 void ContactProblem::begin_move(const StepContext& context, double spacing_m) noexcept {
   start_m_ = context.start_m;
   spacing_m_ = spacing_m;
-  witnessed_ = is_foreseen_ = is_refined_ = is_recanted_ = false;
+  witness_m_.reset();
+  prediction_ = Prediction::none;
   contacts_.clear();
   learnt_.clear();
 }
@@ -88,7 +89,7 @@ void ContactProblem::find_contacts() noexcept {
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.own = p;
-      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.feet().offset_m(p.id);
+      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.contacts().offset_m(p.id);
       contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id.mode);
@@ -151,7 +152,7 @@ Vec3 ContactProblem::foot_m(const LevelContact& contact, const Vec3& x_m) const 
 }
 
 Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
-  if (contact.is_rigid()) return witness_m_;
+  if (contact.is_rigid()) return *witness_m_;
   return contact.start.signed_distance_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
 }
 
@@ -175,9 +176,8 @@ Vec3 ContactProblem::put_back(const Vec3& x_m) noexcept {
 }
 
 // Feasible point (witness): the proxy, carried along by the data and put back in front of every rigid level that holds it.
-void ContactProblem::find_feasible_point() noexcept {
-  if (witnessed_) return;
-  witnessed_ = true;
+const Vec3& ContactProblem::find_feasible_point() noexcept {
+  if (witness_m_) return *witness_m_;
   start_depth_m_ = 0.0;
   Vec3 carried_m;
   for (LevelContact& contact : contacts_) {
@@ -186,13 +186,13 @@ void ContactProblem::find_feasible_point() noexcept {
     start_depth_m_ = std::max(start_depth_m_, -there.signed_distance_m);
     if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
   }
-  witness_m_ = put_back(start_m_ + carried_m);
+  return witness_m_.emplace(put_back(start_m_ + carried_m));
 }
 
 // Decrease of energy from the witness to `to_m`: of the spring, of all primitives but holding levels, and stored in elastic
 // levels. `on_levels`: feet are put back on their levels first. Products: differences of squares lose digits.
 double ContactProblem::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
-  const Vec3& from_m = witness_m_;
+  const Vec3& from_m = *witness_m_;
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
   for (std::size_t i = 0; i < set_.size(); ++i) {
     const LevelContact* contact = contact_of(i);
@@ -216,12 +216,12 @@ bool ContactProblem::accepts(const Vec3& end_m, double deepest, const Vec3& bala
   const double deepest_m = depth_m(end_m);
   if (deepest_m <= contact_tolerance * spacing_m_) return true;
   refused_m_ = end_m;
-  find_feasible_point();
+  const Vec3& witness_m = find_feasible_point();
   // A proxy left deep inside a level by moving data must leave it, even if the energy rises.
   if (start_depth_m_ > piercing * spacing_m_) return comes_out(end_m);
   if (!(deepest_m <= deepest * spacing_m_)) return false;
   // Relative to the witness, in front of all levels: a position inside a level must gain nothing.
-  const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
+  const Vec3 promised_m = witness_m + fraction * (balance_m - witness_m);
   const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
   return gain_j(put_back(end_m), true, probe_m, time_step_s) >= sufficient_decrease * promised_j;
 }
@@ -247,7 +247,7 @@ void ContactProblem::stand_on(const LevelContact& contact, const Primitive& plan
 }
 
 void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
-  if (is_recanted_ || !learnt_.empty()) return;
+  if (prediction_ == Prediction::reverted || !learnt_.empty()) return;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
     Primitive plane = contact.own;
@@ -266,41 +266,47 @@ void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
     const bool shuts_out = dot(plane.direction, there.foot_m - witness_of(contact)) > shallow * spacing_m_;
     if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
     stand_on(contact, plane);
-    is_foreseen_ = true;
+    if (prediction_ == Prediction::none) prediction_ = Prediction::made;
   }
 }
 
-void ContactProblem::keep_feet(const Vec3& proxy_m) noexcept {
-  modes_.feet().clear();
-  for (std::size_t row = 0; row < set_.size(); ++row) {
-    const LevelContact* contact = contact_of(row);  // none: a level that jumped and fades
-    if (contact && contact->is_shut && !contact->is_rigid() && contact->state == PrimitiveState::stick) {
-      const Vec3 offset_m = contact->start.at_m - proxy_m;  // held as it is
-      modes_.feet().put({contact->id, offset_m, 0.5 * contact->own.stiffness_n_per_m * norm_squared(offset_m)});
-    }
-    if (!set_[row].is_elastic()) continue;
-    const bool breaks = contact && contact->state == PrimitiveState::slip && contact->can_break;
-    if (breaks || (contact && contact->first != row)) continue;
-    const Vec3 offset_m = way_to_foot_m(set_.primitives(), row, proxy_m);
-    if (offset_m == Vec3{}) continue;
-    modes_.feet().put({set_[row].id, offset_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(offset_m)});
+Contact ContactProblem::contact_at(std::size_t row, const Vec3& proxy_m, const Balance& to) const noexcept {
+  using Phase = Contact::Phase;
+  const Primitive& p = set_[row];
+  const LevelContact* held = contact_of(row);  // none: a level that jumped and fades, or no level
+  Contact now{.id = p.id, .state = held ? held->state : state_at(p, to), .level = set_.captured(row)};
+  now.yields = now.level.any() && modes_.only_yields(p.id.mode);
+  if (held && now.state != PrimitiveState::off) {
+    const bool gives_way = now.state == PrimitiveState::slip || held->breaks_at_step_end;
+    now.phase = gives_way && held->can_break ? Phase::yielding : Phase::held;
   }
+  double stiffness_n_per_m = 0.0;
+  if (held && held->is_shut && !held->is_rigid() && now.state == PrimitiveState::stick) {
+    now.offset_m = held->start.at_m - proxy_m;  // held as it is
+    stiffness_n_per_m = held->own.stiffness_n_per_m;
+  } else if (p.is_elastic() && !(held && now.state == PrimitiveState::slip && held->can_break)) {
+    now.offset_m = way_to_foot_m(set_.primitives(), row, proxy_m);
+    stiffness_n_per_m = p.stiffness_n_per_m;
+  }
+  if (now.offset_m != Vec3{}) now.held_j = 0.5 * stiffness_n_per_m * norm_squared(now.offset_m);
+  return now;
 }
 
 bool ContactProblem::refine(const Vec3& end_m) noexcept {
   const auto gives_way = [this](const LevelContact& contact) { return !contact.is_rigid() && holds(contact); };
-  if (!is_foreseen_ || is_refined_ || std::ranges::none_of(contacts_, gives_way)) return false;
-  is_refined_ = true;
+  if (prediction_ != Prediction::made || std::ranges::none_of(contacts_, gives_way)) return false;
+  prediction_ = Prediction::refined;
   predict_planes(end_m);
   return true;
 }
 
 bool ContactProblem::revert_prediction() noexcept {
-  if (!is_foreseen_ || is_recanted_) return false;
+  if (prediction_ != Prediction::made && prediction_ != Prediction::refined) return false;
   for (const LevelContact& contact : contacts_) {
     if (!contact.is_shut) stand_on(contact, contact.own);
   }
-  return is_recanted_ = true;
+  prediction_ = Prediction::reverted;
+  return true;
 }
 
 double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {

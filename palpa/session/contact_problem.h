@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -95,8 +96,13 @@ class ContactProblem {
   }
   /// Ends the move: later directed forces are limited against those of this move.
   void end_move() noexcept { held_.keep(set_, placed_at_m_); }
-  /// Stores the feet on elastic levels of a proxy at `proxy_m` [m].
-  void keep_feet(const Vec3& proxy_m) noexcept;
+  /// Whether a row's contact is kept: it stands on a level, is elastic, or its mode has a memory.
+  bool keeps_contact_at(std::size_t row) const noexcept {
+    return set_.captured(row).any() || set_[row].is_elastic() || modes_.has_memory(set_[row].id.mode);
+  }
+  /// Contact with the primitive whose first row this is, of a proxy that ended the move at `proxy_m` [m] towards the balance
+  /// `to`.
+  Contact contact_at(std::size_t row, const Vec3& proxy_m, const Balance& to) const noexcept;
 
   const Law& law() const noexcept { return *law_; }
   const PrimitiveSet& set() const noexcept { return set_; }
@@ -113,6 +119,9 @@ class ContactProblem {
     Vec3 position_m;
     Vec3 normal;
   };
+  // Of the planes in this move.
+  enum class Prediction : std::uint8_t { none, made, refined, reverted };
+
   const LevelEstimate& look(LevelContact& contact, const Vec3& x_m) noexcept;
   LevelEstimate seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
     work_.spend(modes_.samples().work_of_look(contact.level.field));
@@ -126,7 +135,7 @@ class ContactProblem {
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   double depth_m(const Vec3& x_m) noexcept;
   Vec3 put_back(const Vec3& x_m) noexcept;
-  void find_feasible_point() noexcept;
+  const Vec3& find_feasible_point() noexcept;
   void find_contacts() noexcept;
   void add_learnt() noexcept;
   bool add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept;
@@ -147,10 +156,12 @@ class ContactProblem {
   DirectedForceLimiter held_;
   std::vector<LevelContact> contacts_, before_;  // of this placement, and of the previous one
   std::vector<Facet> learnt_;                    // in this move
-  Vec3 start_m_, witness_m_, placed_at_m_;
-  Vec3 refused_m_;  // the last rejected end
+  Vec3 start_m_, placed_at_m_;
+  std::optional<Vec3> witness_m_;  // found on demand
+  Vec3 refused_m_;                 // the last rejected end
   double spacing_m_ = 0.0, start_depth_m_ = 0.0;
-  bool witnessed_ = false, is_foreseen_ = false, is_refined_ = false, is_recanted_ = false, has_directions_ = false;
+  Prediction prediction_ = Prediction::none;
+  bool has_directions_ = false;
 };
 
 }  // namespace palpa

@@ -8,15 +8,15 @@ namespace palpa {
 
 Ledger::Ledger(std::size_t modes) : modes_(modes), works_j_(std::make_unique<double[]>(modes)) {}
 
-void Ledger::begin(const Vec3& proxy_m, const Vec3& processed_up_to_m, std::span<const Foot> elastic) noexcept {
+void Ledger::begin(const Vec3& proxy_m, const Vec3& processed_up_to_m, std::span<const Contact> contacts) noexcept {
   std::fill_n(works_j_.get(), modes_, 0.0);
   start_m_ = proxy_m;
   moved_j_ = elastic_j_ = elastic_before_j_ = 0.0;
   probe_m_ = processed_up_to_m;
   left_m2_ = let_go_m2_ = 0.0;
-  for (const Foot& foot : elastic) {
-    works_j_[foot.id.mode] -= foot.held_j;
-    elastic_before_j_ += foot.held_j;
+  for (const Contact& contact : contacts) {
+    works_j_[contact.id.mode] -= contact.held_j;
+    elastic_before_j_ += contact.held_j;
   }
 }
 
@@ -53,11 +53,11 @@ void Ledger::move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, c
 
 Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m,
                    std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
-                   std::span<const Foot> elastic) noexcept {
+                   std::span<const Contact> contacts) noexcept {
   book_sub_steps(sub_steps, placed);
-  for (const Foot& foot : elastic) {
-    works_j_[foot.id.mode] += foot.held_j;
-    elastic_j_ += foot.held_j;
+  for (const Contact& contact : contacts) {
+    works_j_[contact.id.mode] += contact.held_j;
+    elastic_j_ += contact.held_j;
   }
   const double k = stiffness_n_per_m;
   Energy energy;

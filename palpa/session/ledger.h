@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "palpa/mode/contact.h"
 #include "palpa/solver/coupling.h"
 #include "palpa/solver/law.h"
 #include "palpa/solver/vec3.h"
@@ -17,14 +18,14 @@ class Ledger {
   /// \param modes  [1] number of modes of the session
   explicit Ledger(std::size_t modes);
 
-  /// Starts a tick with the proxy at `proxy_m`, the probe's path processed up to `processed_up_to_m` [m], and these elastic
+  /// Starts a tick with the proxy at `proxy_m`, the probe's path processed up to `processed_up_to_m` [m], and these
   /// contacts.
-  void begin(const Vec3& proxy_m, const Vec3& processed_up_to_m, std::span<const Foot> elastic) noexcept;
+  void begin(const Vec3& proxy_m, const Vec3& processed_up_to_m, std::span<const Contact> contacts) noexcept;
   /// Returns the energy of a tick that ends with the proxy at `proxy_m` and the probe at `probe_m` [m], `probe_step_m` [m] from
-  /// its last position, after these sub-steps and with these elastic contacts.
+  /// its last position, after these sub-steps and with these contacts.
   Energy end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m,
              std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
-             std::span<const Foot> elastic) noexcept;
+             std::span<const Contact> contacts) noexcept;
 
   /// W [J] of each mode in this tick: above zero injected, below zero dissipated.
   std::span<const double> works_j() const noexcept { return {works_j_.get(), modes_}; }

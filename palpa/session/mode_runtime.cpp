@@ -8,8 +8,8 @@
 
 namespace palpa {
 
-ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map)
-    : map_(map), modes_(scene.modes()), feet_(live.add<ElasticContacts>()), most_n_(live.add<double>()) {
+ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const ContactTable& contacts)
+    : map_(map), modes_(scene.modes()), contacts_(contacts), most_n_(live.add<double>()) {
   most_n_ = std::numeric_limits<double>::infinity();
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
@@ -21,6 +21,7 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
     Part& part = parts_[m];
     part.inputs = resolve(modes_[m], scene, fields_);
     part.memory = memory_units;
+    part.has_memory = modes_[m].mode.memory_bytes() > 0;
     memory_units += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
     if (!enabled(m)) continue;
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
@@ -34,7 +35,6 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
   samples_ = std::make_unique<Samples>(fields_, map_);
   live_ = live.add<Live>(modes_.size());
   memories_ = live.add<MemoryUnit>(memory_units);
-  slots_.reserve(scratch_.capacity());
   start();
 }
 
@@ -43,7 +43,6 @@ void ModeRuntime::start() noexcept {
     modes_[m].mode.start(memory(m));
     live_[m] = {};
   }
-  feet_.clear();
 }
 
 void ModeRuntime::arrive() noexcept {
@@ -79,7 +78,7 @@ ModeContext ModeRuntime::here_at(std::size_t m, const StepContext& context, cons
   here.stiffness_n_per_m = context.stiffness_n_per_m;
   here.finest_m = context.spacing_m;
   here.most_n = most_n_;
-  here.feet = feet_.of(m);
+  here.contacts = contacts_.of(m);
   return here;
 }
 
@@ -123,6 +122,17 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
     // A level stronger than the force limit never yields: raise it above the spring's largest pull.
     out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * distance(context.probe_m, at_m));
+  }
+}
+
+void ModeRuntime::on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
+                                   std::span<const Crossing> crossings) noexcept {
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m) || live_[m].fade.is_leaving()) continue;
+    if (samples_->any_timed()) live_[m].fade.keep(m, placed);
+    if (!has_memory(m)) continue;
+    const ModeContext here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
+    modes_[m].mode.on_step_accepted({here, here.contacts, crossings}, memory(m));
   }
 }
 

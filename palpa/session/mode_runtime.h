@@ -13,7 +13,7 @@
 #include "palpa/mode/state_arena.h"
 #include "palpa/scene/mode_inputs.h"
 #include "palpa/session/contact_fade.h"
-#include "palpa/session/elastic_contacts.h"
+#include "palpa/session/contact_table.h"
 #include "palpa/session/sub_step.h"
 
 namespace palpa {
@@ -22,14 +22,16 @@ namespace palpa {
 /// SceneError; nothing else does. One thread.
 class ModeRuntime {
  public:
-  /// \param map  hand to world
-  ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map);
+  /// \param map       hand to world
+  /// \param contacts  of the session; outlive this
+  ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const ContactTable& contacts);
   ModeRuntime(const ModeRuntime&) = delete;
   ModeRuntime& operator=(const ModeRuntime&) = delete;
 
   std::size_t size() const noexcept { return modes_.size(); }
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
+  bool has_memory(std::size_t m) const noexcept { return parts_[m].has_memory; }
   Samples& samples() noexcept { return *samples_; }
   /// Thresholds of strengths, masks and levels of all enabled modes.
   const std::vector<Threshold>& watches() const noexcept { return watches_; }
@@ -75,8 +77,7 @@ class ModeRuntime {
   /// Motion of the proxy with a mode's data in this sub-step [m], and the longest of all modes [m].
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
-  ElasticContacts& feet() noexcept { return feet_; }
-  const ElasticContacts& feet() const noexcept { return feet_; }
+  const ContactTable& contacts() const noexcept { return contacts_; }
   /// Whether a mode's strengths are reduced because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
   /// Whether yielding of this mode's level is no break-through: the level has jumped, or data end nearby.
@@ -89,25 +90,9 @@ class ModeRuntime {
   /// Lets every enabled mode place its primitives in the emptied set. A mode samples its data at `at_m` [m], or at `level_m`
   /// [m] if one of its planes stands on a level.
   void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
-  /// Reports a sub-step that ended with the proxy at `proxy_m` [m] to the modes. `state(i)`: state of primitive i of `placed`,
-  /// called once for primitives that share an id.
-  template <class State>
+  /// Reports a sub-step that ended with the proxy at `proxy_m` [m], and its contacts, to the modes.
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
-                        std::span<const Crossing> crossings, State&& state) noexcept {
-    for (std::size_t m = 0; m < modes_.size(); ++m) {
-      if (!enabled(m) || live_[m].fade.is_leaving()) continue;
-      if (samples_->any_timed()) live_[m].fade.keep(m, placed);
-      if (modes_[m].mode.memory_bytes() == 0) continue;
-      slots_.clear();
-      for (std::size_t i = 0; i < placed.size(); ++i) {
-        const PrimitiveId id = placed[i].id;
-        if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
-        slots_.push_back({id.slot, state(i), placed.captured(i), placed.captured(i).any() && only_yields(m)});
-      }
-      const ModeContext here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
-      modes_[m].mode.on_step_accepted({here, slots_, crossings}, memory(m));
-    }
-  }
+                        std::span<const Crossing> crossings) noexcept;
 
   /// Free flight: whether all forces stay zero from a step's start until a watched value is crossed or the data of a field in
   /// `entered` begin.
@@ -125,6 +110,7 @@ class ModeRuntime {
     Box box_m;                                                  // world box of all of its inputs' data
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
     std::size_t memory = 0;                                     // offset in the memories
+    bool has_memory = false;
     Vec3 carried_m;
   };
   struct Live {
@@ -141,8 +127,10 @@ class ModeRuntime {
                   PrimitiveSet& out) noexcept;
   // Position carried by a mode's data: the foot of a proxy at `at_m`, or the proxy.
   Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
-    const std::span<const Foot> feet = feet_.of(m);
-    return feet.empty() ? at_m : at_m + feet.front().offset_m;
+    for (const Contact& contact : contacts_.of(m)) {
+      if (contact.offset_m != Vec3{}) return at_m + contact.offset_m;
+    }
+    return at_m;
   }
   // Sample position of a mode, at the end of the sub-step, for a point carried to `at_m`.
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
@@ -157,11 +145,10 @@ class ModeRuntime {
   std::vector<SceneMode> modes_;  // with resolved references
   std::vector<Part> parts_;       // by mode
   std::span<Live> live_;          // by mode
-  ElasticContacts& feet_;
+  const ContactTable& contacts_;
   double& most_n_;  // force limit
   std::span<MemoryUnit> memories_;
   std::vector<Threshold> watches_;
-  std::vector<SlotState> slots_;
   PrimitiveSet scratch_;
   double finest_m_ = 0.0, furthest_carried_m_ = 0.0;
 };

@@ -12,8 +12,19 @@ void ProbeQueue::start(const Vec3& probe_m) noexcept {
 }
 
 double ProbeQueue::push(const Vec3& probe_m, double time_s) noexcept {
+  const auto is_fast = [](double offset_m, double in_s) { return offset_m > fastest_m_per_s * in_s; };
+  if (is_fast(distance(probe_m, before(size_)), time_s)) {
+    double excursion_s = 0.0;
+    for (std::size_t i = size_; i-- > 0;) {
+      excursion_s += corners_[i].time_s;
+      if (!is_fast(distance(corners_[i].position_m, before(i)), corners_[i].time_s)) continue;
+      size_ = i;
+      time_s += excursion_s;
+      break;
+    }
+  }
   if (size_ == corners_.size()) --size_;
-  const double offset_m = distance(probe_m, size_ > 0 ? corners_[size_ - 1].position_m : walked_m_);
+  const double offset_m = distance(probe_m, before(size_));
   corners_[size_++] = {probe_m, time_s};
   return offset_m;
 }

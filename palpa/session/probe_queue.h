@@ -25,8 +25,9 @@ class ProbeQueue {
   /// Starts the path at a position [m].
   void start(const Vec3& probe_m) noexcept;
   bool empty() const noexcept { return size_ == 0; }
-  /// Appends a position [m], reached in `time_s` [s]. A path of more than 64 corners is no hand's: replaces its last corner.
-  /// Returns the distance from the previous position [m].
+  /// Appends a position [m], reached in `time_s` [s]. An excursion at more than `fastest_m_per_s` both ways is no hand's: its
+  /// unprocessed corners are dropped. So is a path of more than 64 corners: replaces its last corner. Returns the distance from
+  /// the previous position [m].
   double push(const Vec3& probe_m, double time_s) noexcept;
   /// Rest of the path to the next corner.
   ProbeSegment front() const noexcept { return {walked_m_, corners_[0].position_m, corners_[0].time_s}; }
@@ -38,10 +39,14 @@ class ProbeQueue {
   double time_behind_s(const ProbeSegment& next) const noexcept;
 
  private:
+  // [m/s] Less: fast strokes are cut short while they wait; more: a bad sample takes the force away for longer.
+  static constexpr double fastest_m_per_s = 10.0;
   struct Corner {
     Vec3 position_m;
     double time_s = 0.0;  // from the previous corner, or from the processed position
   };
+  const Vec3& before(std::size_t corner) const noexcept { return corner > 0 ? corners_[corner - 1].position_m : walked_m_; }
+
   std::array<Corner, 64> corners_;
   std::size_t size_ = 0;
   Vec3 walked_m_;

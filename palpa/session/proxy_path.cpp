@@ -25,12 +25,12 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, Steps steps)
     : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
       time_(scene.time),
-      modes_(live, scene, map),
+      contacts_(live, scene.modes().size(), ContactProblem::max_primitives),
+      modes_(live, scene, map, contacts_),
       crossings_(live, modes_.watches(), modes_.fields()),
       policy_(crossings_.policy()),
       event_(crossings_.event()),
       model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m, work_),
-      contacts_(live, modes_.size()),
       state_(live.add<PathState>()),
       queue_(live.add<ProbeQueue>()),
       steps_(steps),
@@ -228,13 +228,9 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   if (made.fraction > 0.0 || made.stop == Stop::event) crossings_.apply(event_);  // also where the proxy stands on one already
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
-  model_.keep_feet(state_.proxy);
-  contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
+  contacts_.update(model_, state_.proxy, made.to, distance(made.to.position_m, segment.to_m), crossings_);
   context.data_fraction = made.fraction;
-  modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings, [&](std::size_t i) {
-    const LevelContact* contact = model_.contact_of(i);
-    return contact ? contact->state : state_at(model_.set()[i], made.to);
-  });
+  modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings);
 }
 
 // Moves the proxy. The pending rest of the segment continues where the move was stopped.
@@ -430,7 +426,7 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
 void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
   PathState& c = state_;
   c.moves_without_extrapolation = fresh || c.extrapolated_m == Vec3{} ? c.moves_without_extrapolation + 1 : 0;
-  const bool is_known = !fresh && c.moves_without_extrapolation >= 2 && !modes_.feet().all().empty() && before_m != Vec3{};
+  const bool is_known = !fresh && c.moves_without_extrapolation >= 2 && contacts_.any_pressed_in() && before_m != Vec3{};
   const double ratio = is_known ? std::clamp(dot(c.move_m, before_m) / norm_squared(before_m), 0.0, 0.9) : 0.0;
   c.extrapolated_m = ratio / (1.0 - ratio) * c.move_m;
 }

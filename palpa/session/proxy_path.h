@@ -10,7 +10,7 @@
 #include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/contact_problem.h"
-#include "palpa/session/contacts.h"
+#include "palpa/session/contact_table.h"
 #include "palpa/session/mode_runtime.h"
 #include "palpa/session/probe_queue.h"
 #include "palpa/session/session.h"
@@ -70,8 +70,8 @@ class ProxyPath {
   bool started() const noexcept { return state_.started; }
   /// End of the processed part of the probe's path [m].
   const Vec3& processed_up_to_m() const noexcept { return queue_.processed_up_to_m(); }
-  /// Contacts with elastic levels, with their stored energy.
-  std::span<const Foot> elastic_contacts() const noexcept { return modes_.feet().all(); }
+  /// Contacts with the primitives of the last sub-step.
+  std::span<const Contact> contacts() const noexcept { return contacts_.all(); }
   void warn(const char* sentence) noexcept { contacts_.warn(sentence); }
   std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
   std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
@@ -140,12 +140,12 @@ class ProxyPath {
   double stiffness_n_per_m_;
   TimeOptions time_;
   bool playing_ = false;  // the data change with time
+  ContactTable contacts_;
   ModeRuntime modes_;
   Crossings crossings_;
   EventPolicy policy_;
   Event event_;
   ContactProblem model_;
-  Contacts contacts_;
   PathState& state_;
   ProbeQueue& queue_;
   Steps steps_;

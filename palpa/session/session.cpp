@@ -109,11 +109,11 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
     coupling_force.start(p);
     lost_j = held_j;
   }
-  ledger.begin(path.proxy_m(), path.processed_up_to_m(), path.elastic_contacts());
+  ledger.begin(path.proxy_m(), path.processed_up_to_m(), path.contacts());
   const Walk& walk = path.walk(p, dt);
   const CouplingForce::Update force = coupling_force.update(walk, p, scene.coupling, dt);
   result.energy = ledger.end(walk.proxy_m, p, force.probe_step_m, scene.coupling.stiffness_n_per_m, path.sub_steps(),
-                             path.placed(), path.elastic_contacts());
+                             path.placed(), path.contacts());
   result.energy.let_go_j += lost_j;
   result.energy.damper_j = force.damper_j;
   held_j = result.energy.stored_j + result.energy.elastic_j;

@@ -9,11 +9,9 @@
 
 namespace palpa {
 
-/// Whether a primitive can exchange force with others at `balance`: it has a strength and sticks, so that any force within its
-/// strength can balance. Other forces are unique: slip determines the force; without contact it is zero. A drag makes no
-/// difference: it is zero without motion.
-bool is_exchangeable(const Primitive& primitive, const Balance& balance) noexcept;
-/// Same test for `primitives[i]`, or for the whole corner that it is a facet of.
+/// Whether `primitives[i]`, or the whole corner that it is a facet of, can exchange force with others at `balance`: it has a
+/// strength and sticks, so that any force within its strength can balance. Other forces are unique: slip determines the force;
+/// without contact it is zero. A drag makes no difference: it is zero without motion.
 bool is_exchangeable(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;
 
 /// Whether the forces of these primitives can be exchanged: more directions are held than their spans have dimensions.

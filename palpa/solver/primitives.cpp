@@ -135,13 +135,13 @@ void PrimitiveSet::line(std::uint16_t slot, const Vec3& position_m, const Vec3& 
   add({PrimitiveKind::line, {mode_, slot}, position_m, direction, strength_n, drag_ns_per_m});
 }
 
-void PrimitiveSet::plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured,
-                         double drag_ns_per_m) noexcept {
+void PrimitiveSet::plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
+                         const HeldLevel& captured, double drag_ns_per_m) noexcept {
   add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, drag_ns_per_m}, captured);
 }
 
 void PrimitiveSet::elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
-                                 double stiffness_n_per_m, HeldLevel captured) noexcept {
+                                 double stiffness_n_per_m, const HeldLevel& captured) noexcept {
   add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, 0.0, stiffness_n_per_m}, captured);
 }
 
@@ -164,7 +164,7 @@ void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const 
   refuse({mode_, slot}, Refusal::friction_without_plane);
 }
 
-void PrimitiveSet::add(Primitive p, HeldLevel captured, Friction friction) noexcept {
+void PrimitiveSet::take(Primitive& p, const HeldLevel& captured, const Friction& friction) noexcept {
   p.id.mode = mode_;
   if (!(std::abs(p.strength_n) <= largest_strength_n)) return refuse(p.id, Refusal::strength_not_finite);
   if (p.strength_n < 0.0) return refuse(p.id, Refusal::strength_negative);

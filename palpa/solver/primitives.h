@@ -89,14 +89,6 @@ struct HeldLevel {
   friend bool operator==(const HeldLevel& a, const HeldLevel& b) noexcept { return a.field == b.field && a.value == b.value; }
 };
 
-/// *Foot* of an elastic level that holds the proxy: the point of the level from which the proxy has pressed it in
-/// (docs/theory.md 8.11).
-struct Foot {
-  PrimitiveId id;       ///< of the plane on the level
-  Vec3 offset_m;        ///< [hand m] from the proxy to the foot
-  double held_j = 0.0;  ///< energy stored in the level
-};
-
 /// Coefficient of a line whose strength is coefficient × the force of a plane of its mode (Coulomb friction).
 struct Friction {
   std::int32_t plane = -1;   ///< index in the set of that plane; -1: fixed strength
@@ -182,11 +174,11 @@ class PrimitiveSet {
             double drag_ns_per_m = 0.0) noexcept;
   /// Plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is behind it. `captured`:
   /// the level that it stands on, which the tick lets no step cross.
-  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured = {},
+  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, const HeldLevel& captured = {},
              double drag_ns_per_m = 0.0) noexcept;
   /// Elastic plane, with the unit vector `normal` [1] and a deflection of its force over `stiffness_n_per_m`, > 0.
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
-                     double stiffness_n_per_m, HeldLevel captured = {}) noexcept;
+                     double stiffness_n_per_m, const HeldLevel& captured = {}) noexcept;
   /// Directed force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by this mode) at `position_m`, along that
@@ -199,7 +191,9 @@ class PrimitiveSet {
   bool add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept;
   /// Adds any primitive, with the current mode in its id. A facet with the slot of the corner before it becomes a facet of that
   /// corner.
-  void add(Primitive primitive, HeldLevel captured = {}, Friction friction = {}) noexcept;
+  void add(Primitive primitive, const HeldLevel& captured = {}, const Friction& friction = {}) noexcept {
+    take(primitive, captured, friction);
+  }
 
   std::size_t size() const noexcept { return size_; }
   bool empty() const noexcept { return size_ == 0; }
@@ -221,7 +215,7 @@ class PrimitiveSet {
   void remove(std::size_t i) noexcept;
 
   /// Replaces primitive i by another with the same id.
-  void replace(std::size_t i, const Primitive& primitive, HeldLevel captured) noexcept {
+  void replace(std::size_t i, const Primitive& primitive, const HeldLevel& captured) noexcept {
     primitives_[i] = primitive;
     captured_[i] = captured;
   }
@@ -243,6 +237,7 @@ class PrimitiveSet {
   int dropped() const noexcept { return dropped_; }
 
  private:
+  void take(Primitive& p, const HeldLevel& captured, const Friction& friction) noexcept;
   void refuse(PrimitiveId id, Refusal reason) noexcept;
   bool takes_facet(std::size_t first, std::size_t count, const Vec3& normal) noexcept;
 

@@ -35,16 +35,29 @@ inline double largest_component(const Vec3& a) noexcept { return std::max({std::
 
 inline bool is_finite(const Vec3& a) noexcept { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
-/// Length, in the unit of `a`. Accurate to a few units in the last place for every finite vector: components whose squares
-/// would overflow or vanish are first scaled by a power of two, for fields in unusual units.
-inline double norm(const Vec3& a) noexcept {
-  const double squared = norm_squared(a);
-  if (squared > 1e-280 && squared < 1e280) return std::sqrt(squared);
+namespace detail {
+// Vectors whose squares would overflow or vanish, rare: kept out of line, so that the callers' fast paths are short.
+[[gnu::cold, gnu::noinline]] inline double rescaled_norm(const Vec3& a) noexcept {
   const double largest = largest_component(a);
   if (!(largest > 0.0) || !std::isfinite(largest)) return largest;
   const int exponent = std::ilogb(largest);
   const Vec3 scaled{std::scalbn(a.x, -exponent), std::scalbn(a.y, -exponent), std::scalbn(a.z, -exponent)};
   return std::scalbn(std::sqrt(norm_squared(scaled)), exponent);
+}
+[[gnu::cold, gnu::noinline]] inline Vec3 rescaled_direction(const Vec3& a) noexcept {
+  const double largest = largest_component(a);
+  if (!(largest > 0.0) || !is_finite(a)) return {};
+  const int exponent = std::ilogb(largest);
+  const Vec3 scaled{std::scalbn(a.x, -exponent), std::scalbn(a.y, -exponent), std::scalbn(a.z, -exponent)};
+  return scaled / std::sqrt(norm_squared(scaled));
+}
+}  // namespace detail
+
+/// Length, in the unit of `a`. Accurate to a few units in the last place for every finite vector: components whose squares
+/// would overflow or vanish are first scaled by a power of two, for fields in unusual units.
+inline double norm(const Vec3& a) noexcept {
+  const double squared = norm_squared(a);
+  return squared > 1e-280 && squared < 1e280 ? std::sqrt(squared) : detail::rescaled_norm(a);
 }
 
 inline double distance(const Vec3& a, const Vec3& b) noexcept { return norm(a - b); }
@@ -52,12 +65,7 @@ inline double distance(const Vec3& a, const Vec3& b) noexcept { return norm(a - 
 /// Unit vector along `a`; zero where `a` is zero or not finite.
 inline Vec3 normalized(const Vec3& a) noexcept {
   const double squared = norm_squared(a);
-  if (squared > 1e-280 && squared < 1e280) return a / std::sqrt(squared);
-  const double largest = largest_component(a);
-  if (!(largest > 0.0) || !is_finite(a)) return {};
-  const int exponent = std::ilogb(largest);
-  const Vec3 scaled{std::scalbn(a.x, -exponent), std::scalbn(a.y, -exponent), std::scalbn(a.z, -exponent)};
-  return scaled / std::sqrt(norm_squared(scaled));
+  return squared > 1e-280 && squared < 1e280 ? a / std::sqrt(squared) : detail::rescaled_direction(a);
 }
 
 /// `a`, shortened to the length `longest` >= 0, in the unit of `a`, if it is longer.

@@ -100,7 +100,7 @@ bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m) {
                 [&](const TickFrame& frame, const Session&) { places_m.push_back(dot(frame.result.probe_m, inwards)); });
   const std::size_t last = places_m.size(), half = static_cast<std::size_t>(half_s * options.rate_hz);
   const double before_m = swing_m(places_m, last - 2 * half, last - half), after_m = swing_m(places_m, last - half, last);
-  return after_m <= std::max(always_at_rest_m, 1.5 * plant.limits.encoder_step_m) || after_m < before_m;
+  return after_m <= std::max(always_at_rest_m, options.rest_steps * plant.limits.encoder_step_m) || after_m < before_m;
 }
 
 double largest_stable_stiffness_n_per_m(const std::function<bool(double)>& is_stable, double low_n_per_m, double high_n_per_m) {

@@ -24,9 +24,10 @@ struct LetGoOptions {
   double start_depth_m = 0.0003;  ///< initial depth below its rest position
   bool tells_encoder = true;      ///< the session uses the encoder's step
   double rate_hz = 1000.0;        ///< of the loop, > 0
+  double rest_steps = 1.5;        ///< [1] encoder steps of a swing at rest; 3.5: toggles of a stable loop are no hum
 };
-/// Whether the device is at rest after two seconds, or converging: in the last half second it moves by no more than its
-/// encoder's resolution, or less than in the half second before.
+/// Whether the device is at rest after two seconds, or converging: in the last half second it moves by no more than
+/// `rest_steps`, or less than in the half second before.
 bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m);
 
 /// Largest stiffness [N/m] between `low_n_per_m` and `high_n_per_m` up to which `is_stable` holds, to one part in 100, by

@@ -30,9 +30,9 @@ namespace {
 constexpr Color ink{0.13, 0.13, 0.15};
 constexpr Color paper{1.0, 1.0, 1.0};
 constexpr Color hairline{0.86, 0.86, 0.86};
-// [em] Width of the column of explanations. More: less room for the scene; less: words are cut.
+// [em] Width of the annotation column. More: less room for the scene; less: texts are cut.
 constexpr double column_em = 12.0;
-constexpr int dpi = 72;  // makes a point of type one pixel
+constexpr int dpi = 72;  // one typographic point is one pixel
 
 void style(vtkTextProperty& text, double size_px, bool bold) {
   text.SetFontFamilyToArial();
@@ -116,7 +116,7 @@ void Canvas::text(std::string_view given, double x_px, double y_px, Side x_is, d
   style(*actor->GetTextProperty(), size_em * em_px_, bold);
   actor->GetTextProperty()->SetJustificationToLeft();
   actor->GetTextProperty()->SetVerticalJustificationToBottom();
-  // On the baseline, not on the middle of these letters: a row of texts stands on one line.
+  // Baseline, not the middle of these letters: texts of a row align.
   actor->SetPosition(std::round(left), std::round(y_px - 0.5 * size_em * em_px_));
   actor->GetTextProperty()->UseTightBoundingBoxOff();
   renderer_->AddActor2D(actor);
@@ -188,7 +188,7 @@ std::string length_words(double length_m, double like_m, double file_unit_m) {
 std::string number_words(double value, double step) {
   const double told = step > 0.0 && value != 0.0 ? std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step)) : 0.0;
   const int digits = static_cast<int>(std::clamp(1.0 + told, 3.0, 15.0));
-  // %g turns to powers of ten from 1000 on; people read whole numbers up to a hundred thousand.
+  // %g switches to exponents from 1000 on; whole numbers are legible up to a hundred thousand.
   if (std::abs(value) >= 999.5 && std::abs(value) < 1e5 && !(step > 0.0 && step < 1.0)) return text("%.0f", value);
   return text("%.*g", digits, value == 0.0 ? 0.0 : value);
 }
@@ -207,14 +207,14 @@ void draw_margins(Canvas& canvas, const Layout& layout, std::string_view title) 
   canvas.rectangle(0.0, top, canvas.width_px(), canvas.height_px() - top, paper);
   canvas.rectangle(0.0, top, right + 1.0, 1.0, hairline);
   const double room_px = canvas.width_px() - 2 * em;
-  // A title that is too wide is made smaller first, then cut.
+  // A title that is too wide is first shrunk, then cut.
   const double size_em = std::clamp(1.25 * room_px / canvas.width_px_of(title, 1.25, true), 0.8, 1.25);
   canvas.text(canvas.fitted(title, room_px, size_em, true), em, canvas.height_px() - 1.4 * em, Side::left, size_em, true);
 }
 
 namespace {
 
-/// The words in lines that are not wider than `width_px`; what is longer than three lines is cut.
+/// Wraps text into at most three lines of `width_px`; the last is cut.
 std::vector<std::string> lines_of(const Canvas& canvas, std::string_view words, double width_px, double size_em) {
   std::vector<std::string> lines{""};
   while (!words.empty()) {
@@ -243,7 +243,7 @@ void draw_sign(Canvas& canvas, const LegendEntry& entry, double x, double y, dou
   }
 }
 
-/// Returns its lower end in pixels, where the next one may begin.
+/// Returns the y of its lower end, where the next bar may begin.
 double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double width, double top) {
   const double em = canvas.em_px();
   double y = top;
@@ -256,7 +256,7 @@ double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double w
   const double low = bar.map.low();
   const double span = bar.map.high() - low;
   canvas.rectangle(left - 1, bottom - 1, width + 2, height + 2, ink);
-  constexpr int steps = 96;  // [1] strips of one colour. More: slower; fewer: steps are seen
+  constexpr int steps = 96;  // [1] strips of one colour. More: slower; fewer: visible steps
   for (int i = 0; i < steps; ++i) {
     const double from = std::round(left + i * width / steps);
     canvas.rectangle(from, bottom, std::round(left + (i + 1) * width / steps) - from, height,
@@ -278,7 +278,7 @@ double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double w
 
 namespace {
 
-/// Round numbers, or one alone where their words would touch.
+/// Round numbers; only the first if their texts would overlap.
 std::vector<BarNumber> round_numbers(double low, double high, double width_px,
                                      const std::function<double(std::string_view)>& width_of) {
   const double span = high - low, gap_px = 0.5 * width_of("0");
@@ -289,7 +289,7 @@ std::vector<BarNumber> round_numbers(double low, double high, double width_px,
     double end_px = -gap_px;
     const double step = round_length(span / steps);
     const double first = std::ceil(low / step - 1e-9) * step;
-    constexpr int most = 8;  // a step is a fifth of the span at least; where it is lost in rounding, values never pass its end
+    constexpr int most = 8;  // enough: a step is at least a fifth of the span; also ends the loop if rounding swallows the step
     for (int n = 0; n < most && first + n * step <= high + 1e-9 * span; ++n) {
       const double value = first + n * step;
       const std::string words = number_words(std::abs(value) < 1e-9 * step ? 0.0 : value, step);
@@ -364,7 +364,7 @@ void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, doub
 
 void draw_orientation(Canvas& canvas, const Layout& layout, const View& view, std::span<const Vec3, 3> axes) {
   static constexpr char letters[3][2] = {{'L', 'R'}, {'P', 'A'}, {'S', 'I'}};
-  // The letters for a direction of the picture, the nearest axis first; axes far off that direction are left out.
+  // Letters for a direction of the picture, the nearest axis first; axes far off it are left out.
   const auto marks_of = [&](const Vec3& direction) {
     std::array<int, 3> order{0, 1, 2};
     std::array<double, 3> along{};
@@ -397,7 +397,7 @@ void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) 
     taken.push_back({x, y});
     canvas.text(word, x, y, Side::middle);
   };
-  std::array<int, 3> order{0, 1, 2};  // the farthest first
+  std::array<int, 3> order{0, 1, 2};  // farthest first
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return dot(axes[a], view.towards) < dot(axes[b], view.towards); });
   for (const int i : order) {

@@ -1,5 +1,4 @@
-// Colours of pictures. The lightness of every map rises or falls all the way, so that no two of its colours look alike to
-// colour-blind eyes or in grey print.
+// Colours of pictures. The lightness of each colour map is monotonic: distinct for colour-blind eyes and in grey print.
 #pragma once
 
 #include <span>
@@ -17,10 +16,10 @@ struct Color {
   double blue = 0.0;
 };
 
-/// Of "#rrggbb". Throws LoadError on anything else.
+/// Parses "#rrggbb". Throws LoadError on anything else.
 Color color_of(std::string_view hex);
 
-/// From a value to a colour and an opacity, linear between points.
+/// Maps values to colour and opacity, linear between points.
 class ColorMap {
  public:
   struct Point {
@@ -28,7 +27,7 @@ class ColorMap {
     Color color;
     double opacity;
   };
-  /// Colours evenly from low to high, opaque.
+  /// Opaque colours, evenly spaced from low to high.
   ColorMap(double low, double high, std::span<const std::string_view> hexes);
   /// Of a layer of a scene; at least one point.
   explicit ColorMap(const std::vector<ViewLayer::ColorPoint>& points);
@@ -42,21 +41,21 @@ class ColorMap {
   std::vector<Point> points_;
 };
 
-/// Force on the hand, 0 to `high_n`: yellow where nothing is felt, then red, then violet.
+/// Force on the hand, 0 to `high_n`: yellow at zero, then red, then violet.
 ColorMap force_colors(double high_n);
-/// Speeds and other magnitudes: from light green over blue to nearly black.
+/// Speeds and other magnitudes: light green, blue, nearly black.
 ColorMap magnitude_colors(double low, double high);
-/// Grey, as scans are read.
+/// Grey, as usual for scans.
 ColorMap grey_colors(double low, double high);
 /// CIE 1976 lightness L*, 0…100.
 double lightness(const Color& color) noexcept;
-/// The colour that is seen where one of this opacity [1] lies over a ground.
+/// A colour with an opacity [1] over a background.
 Color blended(const Color& over, double opacity, const Color& ground) noexcept;
-/// The background of pictures of scenes.
+/// Background of pictures of scenes.
 inline constexpr Color ground_color{0.985, 0.985, 0.98};
-/// The colour of mode number `mode`, of Okabe and Ito's set for all kinds of eyes.
+/// Colour of mode index `mode`, of Okabe and Ito's colour-blind-safe set.
 Color mode_color(std::size_t mode);
-/// The colour of a surface whose layer names none. \param number  of the surface, 0 for the outermost
+/// Colour of a surface whose layer has none. \param number  of the surface, 0 for the outermost
 Color surface_color(std::size_t number);
 
 }  // namespace palpa::detail

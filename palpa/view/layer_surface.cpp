@@ -26,8 +26,7 @@
 namespace palpa::detail {
 namespace {
 
-/// [1] Parts with fewer triangles than this share of the largest part's are left out. More: limbs are lost; less: tables and
-/// rests are drawn.
+/// [1] Smallest component kept, in triangles of the largest. More: limbs are lost; less: tables and remains are drawn.
 constexpr double least_part = 0.3;
 
 Vec3 point_of(vtkPoints& points, vtkIdType i) {
@@ -36,8 +35,8 @@ Vec3 point_of(vtkPoints& points, vtkIdType i) {
   return {p[0], p[1], p[2]};
 }
 
-/// Averages the normals over the triangles around each point, a few times: those of a trilinear interpolant
-/// jump from cell to cell, which shows as rings.
+/// Smooths normals over adjacent triangles, a few times: gradients of a trilinear interpolant jump between cells, which would
+/// show as rings.
 void calm_normals(vtkPolyData& surface) {
   if (surface.GetNumberOfPolys() == 0) return;
   auto& normals = *vtkFloatArray::FastDownCast(surface.GetPointData()->GetNormals());
@@ -98,7 +97,7 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
     double n[3];
     normals.GetTuple(i, n);
     if (is_finite(Vec3{n[0], n[1], n[2]})) continue;
-    const Vec3 down = -normalized(field.scalar(p).gradient);  // beside a place without data
+    const Vec3 down = -normalized(field.scalar(p).gradient);  // beside a position without data
     normals.SetTuple3(i, down.x, down.y, down.z);
   }
   if (used == 0.0) return surface;
@@ -165,15 +164,15 @@ vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color) {
 }
 
 void draw_shell(vtkRenderer* renderer, const Shell& shell, const Vec3& towards) {
-  if (!shell.surface->GetPointData()->GetNormals()) return;  // nothing there
+  if (!shell.surface->GetPointData()->GetNormals()) return;  // empty surface
   shade(shell, towards);
-  // The surface is drawn twice: first invisibly, for its depths, then in its colour, of which only the nearest part passes the
-  // depth test. Both must be "opaque", because only in that pass VTK draws actors in the order in which they were added.
+  // Two passes: first depth only, then colour, of which only the nearest part passes the depth test. Both must be "opaque":
+  // only in that pass VTK draws actors in the order of their addition.
   for (const double seen : {0.0, 1.0}) {
     const vtkSmartPointer<vtkActor> actor = actor_of(shell.surface, shell.color);
     actor->GetProperty()->SetOpacity(seen);
     if (seen == 0.0) {
-      // Light on what is not seen would cost as much as on what is.
+      // Lighting the invisible pass would double the cost.
       actor->GetProperty()->LightingOff();
       actor->GetMapper()->ScalarVisibilityOff();
     }

@@ -1,4 +1,4 @@
-// Surfaces of layers: where a field has a value, as VTK draws it.
+// Isosurfaces of layers, for VTK.
 #pragma once
 
 #include "palpa/view/layers.h"
@@ -9,22 +9,22 @@ class vtkSmartPointer;
 
 namespace palpa::detail {
 
-/// The surface of `image` at `level`, without triangles that touch places without data. All triangles are turned to the side
-/// that is outside for most of them.
+/// Isosurface of `image` at `level`, without triangles that touch positions without data. All face the side that is outside for
+/// most of them.
 /// \param level  the field's own unit
 vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field, double level);
 
-/// The surface without parts that are small beside the largest: in scans these are tables, rests and specks.
+/// Surface without small components: in scans these are tables, remains and specks.
 vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface);
 
 /// Opaque, lit actor of a surface.
 vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color);
 
-/// [1] Opacity of a translucent surface where the line of sight grazes it; face on it is the layer's. More: rims hide what is
-/// inside; less: the shape is hard to see.
+/// [1] Opacity of a translucent surface at grazing view; face on it is the layer's. More: rims hide the interior; less: the
+/// shape is hard to see.
 inline constexpr double rim_opacity = 0.85;
 
-/// The part of a translucent surface that is nearest to the viewer. \param towards  [1] to the viewer
+/// Draws the nearest part of a translucent surface. \param towards  [1] to the viewer
 void draw_shell(vtkRenderer* renderer, const Shell& shell, const Vec3& towards);
 
 }  // namespace palpa::detail

@@ -38,16 +38,15 @@
 namespace palpa::detail {
 namespace {
 
-// [1] Samples along the longest side of a field that is drawn as a surface or a cloud. More: time and memory, by the third
-// power; fewer: details are lost.
+// [1] Samples along the longest side of a surface's or cloud's field. More: time and memory, cubed; fewer: details are lost.
 constexpr int most_samples = 160;
 
-/// Names the fields that a mode reads, and the levels that it holds at.
+/// Collects the fields and levels of a mode.
 class FieldsRead : public ParameterVisitor {
  public:
   std::vector<std::pair<std::string, ParameterKind>> fields;
   std::vector<double> levels;
-  std::vector<std::string> level_names;  ///< of each level
+  std::vector<std::string> level_names;  ///< parallel to `levels`
   bool solid_is_low = false;
 
   void field(const ParameterInfo& info, FieldRef& ref) override {
@@ -75,7 +74,7 @@ class FieldsRead : public ParameterVisitor {
   std::string name_;
 };
 
-/// A field where only a part of its box is looked at.
+/// Field restricted to a part of its box.
 class Part : public Field {
  public:
   Part(FieldPtr field, const Box& box) : field_(std::move(field)), box_(box) {}
@@ -91,7 +90,7 @@ class Part : public Field {
   Box box_;
 };
 
-/// A scalar field over a part of its box as VTK wants it; NaN where it has no data.
+/// Scalar field over a part of its box as VTK image; NaN without data.
 vtkSmartPointer<vtkImageData> image_of(const FieldPtr& field, const Box& box) {
   const double side_m = largest_component(box.size_m());
   const double samples = std::ceil(side_m / field->spacing_m()) + 1.0;
@@ -99,7 +98,7 @@ vtkSmartPointer<vtkImageData> image_of(const FieldPtr& field, const Box& box) {
   return to_vtk(*grid);
 }
 
-/// The fields sampled so far: several surfaces of one field are drawn from one image.
+/// Cache of sampled fields: several surfaces of one field share one image.
 class Images {
  public:
   vtkImageData* of(const std::string& name, const FieldPtr& field, const Box& box) {
@@ -112,8 +111,8 @@ class Images {
   std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
 };
 
-/// What the field is called: by its file, unless that has no word of its own for it and the scene has (first scenes call
-/// their volume "data").
+/// Display name of a field: the file's, unless that is generic and the scene's is not (suggested scenes name their volume
+/// "data").
 std::string name_of(const Scene& scene, const FieldRef& ref, const VolumeField& named) {
   const bool in_file = named.name.find("value") == named.name.npos && named.name != "vector";
   const bool in_scene = ref.name.find("data") == ref.name.npos;
@@ -125,7 +124,7 @@ std::string title_of(const Scene& scene, const ViewLayer& layer, const VolumeFie
   return named.unit.empty() ? name : name + " / " + named.unit;
 }
 
-/// What a surface is called: as the layer says, or the level of a mode that is felt there, or else by field and value.
+/// Display name of a surface: the layer's, else that of a mode's level at the value, else field and value.
 std::string surface_words(const Scene& scene, const ViewLayer& layer, const VolumeField& named, double level) {
   if (!layer.name.empty()) return layer.name;
   for (const SceneMode& mode : scene.modes()) {
@@ -142,7 +141,7 @@ std::string surface_words(const Scene& scene, const ViewLayer& layer, const Volu
   return name_of(scene, layer.field, named) + " = " + number_words(level) + unit;
 }
 
-/// Value of a scalar field, magnitude of a vector field; false where there are no data.
+/// Value of a scalar field, magnitude of a vector field; false without data.
 bool value_at(const Field& field, const Vec3& x_m, double& value) {
   if (field.components() == 1) {
     const ScalarSample sample = field.scalar(x_m);
@@ -154,7 +153,7 @@ bool value_at(const Field& field, const Vec3& x_m, double& value) {
   return sample.inside;
 }
 
-/// Three planes through the middle of the box, in the field's colours, with holes where there are no data.
+/// Three planes through the middle of the box, in the field's colours, with holes without data.
 void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, const ColorMap& map) {
   constexpr int n = 240;  // [1] cells along each side. More: slower; fewer: blurred
   const Vec3 middle = box.centre_m();
@@ -202,10 +201,10 @@ void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, cons
   }
 }
 
-/// A cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
+/// Cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
 void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, const ColorMap& map) {
   vtkNew<vtkImageData> image;
-  image->DeepCopy(sampled);  // a copy, because values without data are replaced below
+  image->DeepCopy(sampled);  // values without data are replaced below
   const auto clearest =
       std::min_element(map.points().begin(), map.points().end(),
                        [](const ColorMap::Point& a, const ColorMap::Point& b) { return a.opacity < b.opacity; });
@@ -227,8 +226,7 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   volume->GetProperty()->SetScalarOpacity(opacities);
   volume->GetProperty()->SetScalarOpacityUnitDistance(side_m / 40.0);
   volume->GetProperty()->SetInterpolationTypeToLinear();
-  // VTK's ray caster for processors would be faster without a graphics card, but now and then it draws a picture as if it were
-  // square.
+  // Without a graphics card VTK's CPU ray caster would be faster, but it sometimes renders as if the picture were square.
   vtkNew<vtkGPUVolumeRayCastMapper> mapper;
   mapper->SetInputData(image);
   mapper->AutoAdjustSampleDistancesOff();
@@ -238,8 +236,8 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   renderer->AddVolume(volume);
 }
 
-/// A colour map for speeds in ascending order, of which a twentieth at each end is left out: from rest to the fastest, or from
-/// the slowest if that is not near rest.
+/// Colours for speeds in ascending order, without a twentieth at each end: from zero to the fastest, or from the slowest if
+/// that is not near zero.
 ColorMap speed_colors(const ViewLayer& layer, const std::vector<double>& speeds) {
   if (!layer.colors.empty()) return ColorMap(layer.colors);
   if (speeds.empty()) return magnitude_colors(0.0, 0.0);
@@ -331,7 +329,7 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
   }
 }
 
-/// Lists the actors of a renderer from number `known` on as those of the layer that `drawn` describes.
+/// Appends the actors of a renderer from index `known` on, with the layer's data in `drawn`.
 void add_actors_after(int known, vtkRenderer& renderer, LayerActor drawn, std::vector<LayerActor>& actors) {
   vtkActorCollection& all = *renderer.GetActors();
   all.InitTraversal();
@@ -388,7 +386,7 @@ std::vector<ViewLayer> layers_of(const Scene& scene) {
 ColorMap colors_of(const ViewLayer& layer, const Field& field) {
   if (!layer.colors.empty()) return ColorMap(layer.colors);
   const std::vector<ValueRange> value_ranges = field.value_ranges();
-  if (layer.show == ViewLayer::Show::volume) {  // what is low is seen through
+  if (layer.show == ViewLayer::Show::volume) {  // low values are transparent
     const double low = value_ranges[0].min, high = value_ranges[0].max;
     return ColorMap(std::vector<ViewLayer::ColorPoint>{
         {low, "#000000", 0.0}, {0.5 * (low + high), "#8a6a4f", 0.05}, {high, "#fff6e5", 0.8}});
@@ -436,7 +434,7 @@ LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& sce
   for (const Finding& finding : layer_findings(scene, layers)) throw LoadError("pictures: " + finding.text);
   Images images;
   LayerSigns signs;
-  // From the innermost out, as translucent surfaces are drawn.
+  // From the innermost outward, the drawing order of translucent surfaces.
   for (std::size_t i = layers.size(); i-- > 0;) {
     const std::size_t entries = signs.legend.size(), bars = signs.bars.size();
     const int solids = solid->GetActors()->GetNumberOfItems(), translucent = shells->GetActors()->GetNumberOfItems();

@@ -26,12 +26,12 @@ constexpr Color ink{0.13, 0.13, 0.15};
 constexpr Color paper{1.0, 1.0, 1.0};
 constexpr Color level_color{0.30, 0.30, 0.33};
 constexpr Color unsettled_color{0.35, 0.70, 0.90};
-// [1] Arrows along a side. More: they hide the colours; fewer: where the force turns is lost.
+// [1] Arrows along a side. More: they hide the colours; fewer: changes of direction are lost.
 constexpr int arrows_along = 22;
-// [1] Of the largest force: below that a place has less of its colour, and no arrow.
+// [1] Of the largest force: weaker forces fade to the paper's colour and have no arrow.
 constexpr double faint_share = 0.04;
 
-/// How a slice lies in the picture.
+/// Orientation of a slice in the picture.
 struct Sides {
   int across, right, up;       ///< axes of the hand: 0, 1, 2
   double right_sign, up_sign;  ///< [1] 1 or -1
@@ -44,7 +44,7 @@ constexpr std::array<Sides, 3> all_sides{{{0, 2, 1, 1, 1, "z / mm, towards you",
 double part(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 Vec3 along(int axis) { return {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0}; }
 
-/// A force of each point, as it is looked up between points.
+/// One of the map's forces, interpolated between its points.
 class Slice {
  public:
   Slice(const ForceMap& map, Vec3 MapPoint::*force) : map_(map), force_(force) {
@@ -59,13 +59,13 @@ class Slice {
   int columns() const { return columns_; }
   int rows() const { return rows_; }
 
-  /// \param column, row  from the picture's lower left point on, also between points
+  /// \param column, row  from the picture's lower left point, fractional
   Vec3 place_m(double column, double row) const {
     return map_.lattice.low_m +
            map_.lattice.spacing_m * (axis_index(column, columns_, sides_.right_sign) * along(sides_.right) +
                                      axis_index(row, rows_, sides_.up_sign) * along(sides_.up));
   }
-  /// Where a pixel lies among columns and rows. \param y  from the top
+  /// Fractional column and row of a pixel. \param y  from the top
   double column_of(int x, int side_px) const { return (x + 0.5) / side_px * columns_ - 0.5; }
   double row_of(int y, int side_px) const { return (side_px - y - 0.5) / side_px * rows_ - 0.5; }
   Vec3 pixel_place_m(int x, int y, int side_px) const { return place_m(column_of(x, side_px), row_of(y, side_px)); }
@@ -80,7 +80,7 @@ class Slice {
     return of(static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
   }
 
-  /// Of the point among those of the map.
+  /// Index of a point in the map.
   std::size_t number(int column, int row) const {
     std::array<int, 3> index{0, 0, 0};
     index[static_cast<std::size_t>(sides_.right)] = static_cast<int>(axis_index(column, columns_, sides_.right_sign));
@@ -98,7 +98,7 @@ class Slice {
   int columns_ = 0, rows_ = 0;
 };
 
-/// The levels of a scene's modes, as lines where a slice cuts them.
+/// Contour lines of the levels of a scene's modes.
 class LevelLines {
  public:
   LevelLines(const Scene& scene, const Slice& slice, int side_px, double line_px) {
@@ -134,9 +134,9 @@ class LevelLines {
     });
   }
 
-  /// Of the levels, with commas; empty: there are none.
+  /// Of the levels, with commas; empty: none.
   const std::string& names() const { return names_; }
-  /// How much of a pixel is covered by a line [1]. \param y  from the top
+  /// Coverage of a pixel by a line [1]. \param y  from the top
   double cover(int x, int y, int side_px) const { return cover_[static_cast<std::size_t>(y * side_px + x)]; }
 
  private:
@@ -148,14 +148,14 @@ class LevelLines {
   std::vector<double> cover_;
 };
 
-/// Where a panel lies, in pixels from the lower left corner.
+/// Position of a panel, in pixels from the lower left corner.
 struct Panel {
   double left_px, bottom_px, side_px;
   double x_px(double column, const Slice& slice) const { return left_px + (column + 0.5) / slice.columns() * side_px; }
   double y_px(double row, const Slice& slice) const { return bottom_px + (row + 0.5) / slice.rows() * side_px; }
 };
 
-/// The colour of a place, whose faint forces are the paper's.
+/// Colour for a force; faint forces fade to the paper's.
 Color color_at(const ColorMap& colors, double force_n) {
   return detail::blended(colors.at(force_n).color, std::clamp(force_n / (faint_share * colors.high()), 0.0, 1.0), paper);
 }

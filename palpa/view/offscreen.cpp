@@ -28,7 +28,7 @@ namespace {
 
 std::recursive_mutex vtk_in_use;
 
-/// The sentence in `ERROR: In file.cxx, line 12\nvtkClass (0x55…): the sentence\n`, on one line.
+/// Extracts the sentence of `ERROR: In file.cxx, line 12\nvtkClass (0x55…): the sentence\n`, on one line.
 std::string sentence_in(std::string text) {
   if (text.starts_with("ERROR: In ") && text.find('\n') != text.npos) text.erase(0, text.find('\n') + 1);
   if (const auto who = text.find(" (0x"), end = text.find("): "); who < end && end != text.npos) text.erase(0, end + 3);
@@ -63,7 +63,7 @@ bool has_extension(const char* extensions, std::string_view wanted) {
   return false;
 }
 
-/// The displays that need no screen, best first: Mesa's surfaceless one, then each graphics card.
+/// Displays without a screen, best first: Mesa's surfaceless display, then each graphics card.
 std::vector<EGLDisplay> screenless_displays() {
   std::vector<EGLDisplay> displays;
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
@@ -85,14 +85,14 @@ std::vector<EGLDisplay> screenless_displays() {
   return displays;
 }
 
-/// An OpenGL 3.2 context without a surface, current in this thread. Empty where there is none. The
-/// display stays initialised: EGL hands every user of the process the same one.
+/// OpenGL 3.2 context without a surface, current in this thread; empty on failure. The display stays initialised: EGL shares it
+/// within the process.
 struct Context {
   EGLDisplay display = EGL_NO_DISPLAY;
   EGLContext context = EGL_NO_CONTEXT;
 
   Context() {
-    // Without this Mesa's loader writes to stderr what it did not find; the caller gets an exception.
+    // Keeps Mesa's loader from writing to stderr; the failure becomes an exception.
     setenv("EGL_LOG_LEVEL", "fatal", 0);
     constexpr EGLint core_3_2[] = {
         EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 2, EGL_CONTEXT_OPENGL_PROFILE_MASK,
@@ -119,7 +119,7 @@ struct Context {
   bool is_current() const { return eglGetCurrentContext() == context; }
 };
 
-/// Debian's VTK can open X windows only. Its window for contexts made elsewhere is used instead, with a `Context`.
+/// Debian's VTK opens X windows only; this is its window for external contexts, with a `Context`.
 class Window : public vtkGenericOpenGLRenderWindow {
  public:
   static Window* New();
@@ -133,7 +133,7 @@ class Window : public vtkGenericOpenGLRenderWindow {
   int SupportsOpenGL() override { return 1; }
 
   /// Debian's GLEW is built for X: without X, glewInit() loads every function and then reports an error, which is dropped here.
-  /// That OpenGL 3.2 is there was checked when the context was made.
+  /// `Context` has checked OpenGL 3.2.
   void OpenGLInitContext() override {
     QuietVtk quiet;
     vtkGenericOpenGLRenderWindow::OpenGLInitContext();
@@ -205,7 +205,7 @@ OffscreenWindow::OffscreenWindow(int width_px, int height_px) : parts_(std::make
 }
 
 OffscreenWindow::~OffscreenWindow() {
-  // The window must free its OpenGL objects while the context still exists.
+  // The window must free its OpenGL objects while the context exists.
   if (parts_->context.context != EGL_NO_CONTEXT) parts_->window->Finalize();
 }
 
@@ -214,15 +214,15 @@ vtkRenderWindow* OffscreenWindow::vtk() const noexcept { return parts_->window; 
 vtkRenderer* OffscreenWindow::white() {
   vtkNew<vtkRenderer> renderer;
   renderer->SetBackground(1.0, 1.0, 1.0);
-  vtk()->AddRenderer(renderer);  // which keeps it
+  vtk()->AddRenderer(renderer);  // owns it
   return renderer;
 }
 
 Picture OffscreenWindow::draw() {
   Window& window = *parts_->window;
   window.OpenGLInit();
-  // VTK assumes that depths are compared by <=, which it sets in contexts that it makes itself. This one has OpenGL's default,
-  // <: of flat shapes at one depth the first drawn would win, and letters would vanish behind their ground.
+  // VTK assumes depth comparison by <=, which it sets only in its own contexts. OpenGL's default is <: of coplanar shapes the
+  // first would win, and letters would vanish behind their background.
   constexpr unsigned less_or_equal = 0x0203;  // GL_LEQUAL
   window.GetState()->ResetGLDepthFuncState();
   window.GetState()->vtkglDepthFunc(less_or_equal);

@@ -1,4 +1,4 @@
-// Drawing with VTK without a screen: a window that needs no X, its picture, and VTK's messages as exceptions.
+// Off-screen rendering with VTK, without X; VTK's messages become exceptions.
 #pragma once
 
 #include <memory>
@@ -11,9 +11,9 @@ class vtkRenderWindow;
 
 namespace palpa::detail {
 
-/// While an object of this class lives, nothing of VTK reaches stderr: its errors are kept, its warnings dropped. One thread at
-/// a time has such objects (others wait), because VTK's messages and rendering belong to the process; a thread may nest
-/// several. All code that makes VTK objects does it while it has one.
+/// During its lifetime VTK writes nothing to stderr: errors are kept, warnings dropped. VTK's messages and rendering are
+/// global: objects exist in one thread at a time (others block), which may nest them. All code that creates VTK objects needs
+/// an instance.
 class QuietVtk {
  public:
   QuietVtk();
@@ -30,23 +30,23 @@ class QuietVtk {
   std::unique_ptr<State> state_;
 };
 
-/// Throws LoadError for a picture that is smaller than this, or larger than any that is drawn.
+/// Throws LoadError for a picture smaller than this, or larger than the maximum.
 void check_size(int width_px, int height_px, int least_width_px, int least_height_px);
 
-/// A render window that needs no X and no GPU: EGL without a surface. The thread that makes it also uses and destroys it.
+/// Render window without X and GPU: EGL without a surface. Created, used and destroyed by one thread.
 class OffscreenWindow {
  public:
-  /// Throws LoadError where no OpenGL 3.2 can be had: what is missing and what to install.
+  /// Throws LoadError without OpenGL 3.2, with the missing part and its package.
   OffscreenWindow(int width_px, int height_px);
   ~OffscreenWindow();
   OffscreenWindow(const OffscreenWindow&) = delete;
   OffscreenWindow& operator=(const OffscreenWindow&) = delete;
 
-  /// To add renderers to (a vtkContextView takes it with SetRenderWindow). Lives as long as this.
+  /// For adding renderers (to a vtkContextView by SetRenderWindow). Owned by this.
   vtkRenderWindow* vtk() const noexcept;
-  /// Adds a white renderer. Lives as long as this.
+  /// Adds a white renderer, owned by this.
   vtkRenderer* white();
-  /// Draws and reads back. Throws LoadError with VTK's first error.
+  /// Renders and reads back. Throws LoadError with VTK's first error.
   Picture draw();
 
  private:

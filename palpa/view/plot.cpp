@@ -42,7 +42,7 @@ int line_type(Stroke stroke) {
   return stroke == Stroke::dashed ? vtkPen::DASH_LINE : stroke == Stroke::dotted ? vtkPen::DOT_LINE : vtkPen::SOLID_LINE;
 }
 
-/// A range of an axis and the places of its ticks, at 1, 2 or 5 times a power of ten.
+/// Range of an axis and its ticks, at 1, 2 or 5 times a power of ten.
 struct Ticks {
   double low = 0.0, high = 1.0;
   std::vector<double> at;
@@ -50,7 +50,7 @@ struct Ticks {
 };
 
 Ticks ticks_of(double low, double high, bool widen, int wanted) {
-  // Limits that cannot overflow, and a range that is wider than rounding.
+  // Limits that cannot overflow, and a range wider than rounding.
   low = std::clamp(low, -1e300, 1e300);
   high = std::clamp(high, -1e300, 1e300);
   if (!(high - low > 1e-9 * std::max(std::abs(low), std::abs(high))) || high - low < 1e-300) {
@@ -82,7 +82,7 @@ Ticks ticks_of(double low, double high, bool widen, int wanted) {
   return ticks;
 }
 
-/// Lowest and highest finite value of all series along one axis.
+/// Smallest and largest finite value of all series along one axis.
 template <class Get>
 std::pair<double, double> extent(const Plot& plot, Get get, double low, double high) {
   for (const Series& series : plot.series) {
@@ -115,12 +115,12 @@ void set_ticks(vtkAxis* axis, const Ticks& ticks, double length_px, float scale)
   axis->SetLabelOffset(6 * scale);
 }
 
-/// The area that a plot's axes enclose, and what it shows of the data.
+/// Area enclosed by a plot's axes, and its ranges of the data.
 struct Area {
   vtkRectf place;
   Ticks x, y;
 
-  /// The chart gets pixels, not the data's own units: an SVG keeps only six digits of what the chart gets.
+  /// The chart is in pixels, not in the data's units: the SVG keeps only six digits.
   double x_px(double x_value) const { return (x_value - x.low) / (x.high - x.low) * place.GetWidth(); }
   double y_px(double y_value) const { return (y_value - y.low) / (y.high - y.low) * place.GetHeight(); }
   bool holds(double x_value, double y_value) const {
@@ -133,7 +133,7 @@ vtkSmartPointer<vtkTable> table_of(const Series& series, const Area& area) {
   xs->SetName("x");
   ys->SetName("y");
   for (std::size_t i = 0; i < std::min(series.xs.size(), series.ys.size()); ++i) {
-    // An SVG is not clipped: points outside of the area are left out here.
+    // An SVG is not clipped: leave out points outside of the area.
     if (!area.holds(series.xs[i], series.ys[i])) continue;
     xs->InsertNextValue(area.x_px(series.xs[i]));
     ys->InsertNextValue(area.y_px(series.ys[i]));
@@ -144,7 +144,7 @@ vtkSmartPointer<vtkTable> table_of(const Series& series, const Area& area) {
   return table;
 }
 
-/// Draws one series into the chart; the chart holds what it needs.
+/// Adds a series to the chart, which owns its data.
 void add_series(vtkChartXY* chart, const Area& area, const Series& series, int marker, float marker_px, float width_px) {
   const vtkSmartPointer<vtkTable> table = table_of(series, area);
   if (table->GetNumberOfRows() == 0) return;
@@ -153,10 +153,10 @@ void add_series(vtkChartXY* chart, const Area& area, const Series& series, int m
   const auto& color = rgb(series.color);
   plot->SetColor(color[0], color[1], color[2], 255);
   plot->SetWidth(width_px);
-  // Dots of a wide pen are hardly seen: dashes and dots are used instead.
+  // Dots of a wide pen are hardly visible: use dashes and dots.
   const bool unseen = series.stroke == Stroke::dotted && width_px > 1.0f;
   plot->GetPen()->SetLineType(unseen ? static_cast<int>(vtkPen::DASH_DOT_LINE) : line_type(series.stroke));
-  plot->SetLabel("\u00a0" + series.name);  // a little space behind the sign
+  plot->SetLabel("\u00a0" + series.name);  // space behind the sign
   plot->SetLegendVisibility(!series.name.empty());
   if (auto* points = vtkPlotPoints::SafeDownCast(plot)) {
     points->SetMarkerStyle(series.points_only ? marker : vtkPlotPoints::NONE);
@@ -164,7 +164,7 @@ void add_series(vtkChartXY* chart, const Area& area, const Series& series, int m
   }
 }
 
-/// About how wide a text is [px]: fonts differ little.
+/// Approximate width of a text [px]: fonts differ little.
 float width_of(const std::string& text, int size) {
   const auto characters = std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; });
   return 0.58f * static_cast<float>(size) * static_cast<float>(characters);
@@ -172,7 +172,7 @@ float width_of(const std::string& text, int size) {
 
 constexpr int label_size = 12, axis_size = 13, title_size = 15;  // [px] larger: less room for curves; smaller: hard to read
 
-/// The entries of the legend: the series that have names, and the kinds of marks.
+/// Legend entries: named series, and kinds of marks.
 std::vector<std::string> legend_of(const Plot& plot) {
   std::vector<std::string> names;
   for (const Series& series : plot.series) {
@@ -185,7 +185,7 @@ std::vector<std::string> legend_of(const Plot& plot) {
   return names;
 }
 
-/// Replaces labels that are exponents of ten by the powers; an axis over a few of them has twice and five times each, too.
+/// Labels of a logarithmic axis: exponents become powers of ten; a short range has ticks at 2 and 5 times each, too.
 void name_powers(Ticks& ticks) {
   if (ticks.high - ticks.low < 3.0 && std::max(std::abs(ticks.low), std::abs(ticks.high)) < 6.0) {
     ticks.at.clear();
@@ -210,13 +210,13 @@ void name_powers(Ticks& ticks) {
   }
 }
 
-/// Where the axes go, so that title, labels and legend have their room around them.
+/// Area of the axes, with room for title, labels and legend around it.
 Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   std::pair<double, double> xs = plot.x_range.value_or(extent(
       plot, [](const Series& s, std::size_t i) { return s.xs[i]; }, infinity, -infinity));
   if (!std::isfinite(xs.first) || !std::isfinite(xs.second)) xs = {0.0, 1.0};
-  const double least = plot.y_log ? infinity : 0.0;  // a linear axis has zero on it
+  const double least = plot.y_log ? infinity : 0.0;  // a linear axis includes zero
   std::pair<double, double> ys = plot.y_range.value_or(extent(
       plot, [](const Series& s, std::size_t i) { return s.ys[i]; }, least, -least));
   if (!std::isfinite(ys.first) || !std::isfinite(ys.second)) ys = {0.0, 1.0};
@@ -243,7 +243,7 @@ Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
   return area;
 }
 
-/// With decimal logarithms for the values along axes that go by powers of ten, so that all that is drawn is linear.
+/// Replaces values along logarithmic axes by decimal logarithms, so that all drawing is linear.
 Plot by_powers_of_ten(Plot plot) {
   const auto log = [](double& value) { value = value > 0.0 ? std::log10(value) : std::numeric_limits<double>::quiet_NaN(); };
   const auto log_of_both = [&](std::optional<std::pair<double, double>>& range) {
@@ -263,13 +263,13 @@ Plot by_powers_of_ten(Plot plot) {
   return plot;
 }
 
-/// A series with the name and looks of a kind of mark, at the top of the area.
+/// Marks of one kind, as a series at the top of the area.
 struct Signs {
   std::string kind;
   std::vector<double> xs;  ///< in the x axis' own unit
 };
 
-/// The marks by kind; those that would fall on one pixel are one.
+/// Marks by kind; marks on one pixel are merged.
 std::vector<Signs> signs_of(const Plot& plot, const Area& area, float scale) {
   std::vector<Signs> kinds;
   for (const Mark& mark : plot.marks) {
@@ -282,7 +282,7 @@ std::vector<Signs> signs_of(const Plot& plot, const Area& area, float scale) {
   return kinds;
 }
 
-/// A text with its middle at a place of a scene.
+/// Text centred at a position of a scene.
 class LabelItem : public vtkContextItem {
  public:
   static LabelItem* New();
@@ -342,7 +342,7 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
   set_ticks(chart->GetAxis(vtkAxis::BOTTOM), area.x, area.place.GetWidth(), scale);
   set_ticks(chart->GetAxis(vtkAxis::LEFT), area.y, area.place.GetHeight(), scale);
 
-  // The marks' lines are drawn first, so that the curves lie over them; their signs are drawn last.
+  // Lines of the marks first, beneath the curves; their signs last.
   const std::vector<Signs> kinds = signs_of(plot, area, scale);
   for (const Signs& kind : kinds) {
     for (const double x : kind.xs) {
@@ -392,7 +392,7 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
   legend->GetBrush()->SetColor(255, 255, 255, 0);
 }
 
-/// Half the width and height, each pixel the mean of four.
+/// Halves width and height, averaging four pixels each.
 Picture halved(const Picture& fine) {
   Picture picture{.width_px = fine.width_px / 2, .height_px = fine.height_px / 2, .rgb = {}};
   picture.rgb.resize(static_cast<std::size_t>(picture.width_px) * picture.height_px * 3);
@@ -411,7 +411,7 @@ Picture halved(const Picture& fine) {
   return picture;
 }
 
-/// The sheet in a scene of `scale` times width × height pixels.
+/// Fills a scene of `scale` times width × height pixels with the sheet.
 void fill(vtkContextScene* scene, const Sheet& sheet, int width_px, int height_px, float scale) {
   const int columns = std::max(1, sheet.columns);
   const int rows = std::max(1, (static_cast<int>(sheet.panels.size()) + columns - 1) / columns);
@@ -470,7 +470,7 @@ std::string svg_of(const Sheet& sheet, int width_px, int height_px, const std::s
   vtkNew<vtkContextScene> scene;
   fill(scene, sheet, width_px, height_px, 1.0f);
 
-  vtkNew<vtkGenericOpenGLRenderWindow> window;  // nothing is drawn in it: items ask their scene for a renderer
+  vtkNew<vtkGenericOpenGLRenderWindow> window;  // unused, but items need a renderer of their scene
   vtkNew<vtkRenderer> renderer;
   window->SetSize(width_px, height_px);
   window->AddRenderer(renderer);
@@ -490,7 +490,7 @@ std::string svg_of(const Plot& plot, int width_px, int height_px, const std::str
 
 Picture picture_of(const Sheet& sheet, int width_px, int height_px) {
   detail::QuietVtk quiet;
-  // Drawn at twice the size and averaged: smooth lines on every driver. Other factors do not fit `halved`.
+  // Supersampled twice: smooth lines on every driver. Other factors do not fit `halved`.
   constexpr int fine = 2;
   detail::OffscreenWindow window(fine * width_px, fine * height_px);
   vtkRenderer* renderer = window.white();

@@ -36,13 +36,13 @@ using detail::View;
 
 // [1] Points of a drawn path. More: slower; fewer: fast motion has corners.
 constexpr std::size_t most_path_points = 4000;
-// What was felt counts as at least this large. Less: the tremor of a resting hand fills the picture; more: small motions are
-// hard to see.
+// Smallest extent assumed for a path. Less: the tremor of a resting hand fills the picture; more: small motions are hard to
+// see.
 constexpr double least_felt_m = 0.02;
 constexpr Color probe_color{detail::probe_color[0], detail::probe_color[1], detail::probe_color[2]};
 constexpr Color limited_color{0.25, 0.80, 1.0};
 
-/// What was seen along the picture's right, up and towards the viewer.
+/// Extent along the picture's right, up and towards the viewer.
 struct Seen {
   Vec3 low{1e300, 1e300, 1e300};
   Vec3 high{-1e300, -1e300, -1e300};
@@ -63,7 +63,7 @@ struct Seen {
     high = {std::max(high.x, other.high.x), std::max(high.y, other.high.y), std::max(high.z, other.high.z)};
   }
   bool any() const { return low.x <= high.x; }
-  /// Half the longer side of what is seen on the picture.
+  /// Half the longer side in the picture.
   double radius_m() const { return any() ? 0.5 * std::max(high.x - low.x, high.y - low.y) : 0.0; }
   Vec3 centre() const { return 0.5 * (low + high); }
 };
@@ -73,7 +73,7 @@ Seen shared(const Seen& a, const Seen& b) {
           {std::min(a.high.x, b.high.x), std::min(a.high.y, b.high.y), std::min(a.high.z, b.high.z)}};
 }
 
-/// What the renderer shows, by the points of its shapes.
+/// Extent of the renderer's shapes, by their points.
 Seen seen_in(vtkRenderer& renderer, const View& view) {
   Seen seen;
   vtkActorCollection& actors = *renderer.GetActors();
@@ -107,7 +107,7 @@ View looking(const ScenePictureOptions& options) {
   return view;
 }
 
-/// Places the view so that `seen` fills the scene's part of the picture.
+/// Adjusts the view so that `seen` fills the scene's part of the picture.
 void frame(View& view, const Seen& seen, const ScenePictureOptions& options, const Layout& layout, double margin_px) {
   struct Free {
     double left, right, bottom, top;  // [1] of width and height
@@ -140,7 +140,7 @@ void look(vtkRenderer& renderer, const View& view, double reach_m) {
   camera.SetClippingRange(0.5 * reach_m, 3.5 * reach_m);
 }
 
-/// What can be drawn of a path.
+/// Points of a path without non-finite values.
 std::vector<PathPoint> usable(std::span<const PathPoint> path) {
   std::vector<PathPoint> points;
   for (const PathPoint& point : path) {
@@ -151,7 +151,7 @@ std::vector<PathPoint> usable(std::span<const PathPoint> path) {
   return points;
 }
 
-/// The part of a path before and after a moment during which the proxy stays within `near_m` of its place at that moment.
+/// Part of a path around a moment in which the proxy stays within `near_m` of its position then.
 std::vector<PathPoint> stretch_about(const std::vector<PathPoint>& path, const Moment& moment, double near_m) {
   const auto away_m = [&](const PathPoint& point) {
     return distance(point.probe_m, moment.probe_m) + distance(point.proxy_m, moment.proxy_m);
@@ -163,8 +163,8 @@ std::vector<PathPoint> stretch_about(const std::vector<PathPoint>& path, const M
   return {begin, std::find_if(here, path.end(), is_far)};
 }
 
-/// The path as a line of about `most_path_points` points at most, each at least `apart_m` from the one before. Where points are
-/// left out, the one before them shows their largest force.
+/// Reduces the path to about `most_path_points` points, each at least `apart_m` from its predecessor, which takes over the
+/// largest force of omitted points.
 std::vector<PathPoint> thinned(std::span<const PathPoint> path, double apart_m, Vec3 PathPoint::*place) {
   const std::size_t stride = path.size() / most_path_points + 1;
   std::vector<PathPoint> thin;
@@ -203,11 +203,11 @@ void draw_path(vtkRenderer* renderer, std::span<const PathPoint> path, const Col
   detail::draw_tubes(renderer, bands, 1.2 * radius_m, 0.5);
 }
 
-/// Draws the path and says what its colours mean.
+/// Draws the path, with legend and colour bar.
 void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double unit_m, detail::LayerSigns& signs) {
   double most_n = 0.0;
-  double cut_n = 0.0;    // the largest of the forces that the guard shortened, after it
-  double asked_n = 0.0;  // and before it
+  double cut_n = 0.0;    // largest force limited by the guard, after …
+  double asked_n = 0.0;  // … and before
   for (const PathPoint& point : path) {
     most_n = std::max(most_n, norm(point.force_n));
     if (!point.limited) continue;
@@ -229,7 +229,7 @@ void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double un
   }
 }
 
-/// Writes "proxy" and "probe" beside their balls, to either side of the spring so that the words do not lie on it.
+/// Writes "proxy" and "probe" beside their balls, on either side of the spring, so that the texts do not cover it.
 void name_ends(Canvas& canvas, const View& view, const Moment& moment) {
   const double em = canvas.em_px();
   const double dx = view.x_px(moment.probe_m) - view.x_px(moment.proxy_m);
@@ -273,7 +273,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   for (const ViewLayer& layer : layers) data.add(view, detail::in_hand_frame(scene.field(layer.field).field, map)->bounds_m());
   if (!data.any() && !felt.any()) data.add(view, Box{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}});
 
-  // All of the data where that leaves what was felt large enough to see, otherwise its surroundings.
+  // All of the data if that leaves the path large enough, otherwise its surroundings.
   const double felt_m = felt.any() ? std::max(felt.radius_m(), least_felt_m) : 0.0;
   const auto around_felt = [&] {
     const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * felt_m, 5.0 * felt_m);
@@ -308,7 +308,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   if (!close) {
     Seen drawn = seen_in(*solid, view);
     drawn.add(seen_in(*shells, view));
-    drawn = shared(shown, drawn);  // what is drawn may be smaller than the boxes of the fields
+    drawn = shared(shown, drawn);  // drawn shapes may be smaller than the fields' boxes
     if (felt.any()) drawn.add(felt);
     if (drawn.any()) frame(view, drawn, options, layout, margin_px);
   }
@@ -316,7 +316,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   if (close) felt_path = stretch_about(felt_path, *moment, 1.6 * unit_m);
   if (!felt_path.empty()) show_path(solid, felt_path, unit_m, signs);
 
-  // Three layers, from the back: what is opaque, what is translucent, and the moment with all that explains the picture.
+  // From back to front: opaque layers, translucent layers, moment and annotations.
   solid->SetBackground(detail::ground_color.red, detail::ground_color.green, detail::ground_color.blue);
   shells->PreserveDepthBufferOn();
   window.vtk()->SetNumberOfLayers(3);
@@ -347,7 +347,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   detail::draw_scale_bar(canvas, layout, view, map.scale, file_unit_m(scene));
   detail::draw_explanations(canvas, layout, signs.legend, signs.bars);
   Picture picture = window.draw();
-  // The lowest bit of each value is rounding of the light: nobody sees it, and it makes the file a quarter larger.
+  // The lowest bit is rounding noise of the lighting: invisible, but a quarter of the file.
   for (std::uint8_t& value : picture.rgb) value |= 1U;
   return picture;
 }

@@ -28,10 +28,10 @@
 namespace palpa::detail {
 namespace {
 
-// As in pictures (scene_picture.cpp): what was felt counts as at least this large.
+// Smallest extent assumed for a path, as in scene_picture.cpp.
 constexpr double least_felt_m = 0.02;
 
-/// What an actor shows: the lines that its tubes are made of, or its surface.
+/// Data of an actor: the lines inside its tubes, or its surface.
 vtkPolyData* data_of(vtkActor& actor, bool& lines) {
   if (auto* tubes = vtkTubeFilter::SafeDownCast(actor.GetMapper()->GetInputAlgorithm())) {
     tubes->Update();
@@ -51,9 +51,9 @@ vtkSmartPointer<vtkPolyData> triangles_of(vtkPolyData* data) {
   return triangles->GetOutput();
 }
 
-/// The surface with about `share` of its triangles.
+/// Surface with about `share` of the triangles.
 vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
-  vtkNew<vtkPolyData> bare;  // without normals and colours, which are later taken from the fine surface
+  vtkNew<vtkPolyData> bare;  // normals and colours are taken from the fine surface later
   bare->SetPoints(surface->GetPoints());
   bare->SetPolys(surface->GetPolys());
   vtkNew<vtkQuadricDecimation> decimation;
@@ -67,7 +67,7 @@ Vec3 vector_at(vtkDataArray& array, vtkIdType i) {
   return {array.GetComponent(i, 0), array.GetComponent(i, 1), array.GetComponent(i, 2)};
 }
 
-/// Copies points that some cell uses; normals and colours are those of `fine` nearby.
+/// Copies the points that cells use, with normals and colours of the nearest point of `fine`.
 class PointCopy {
  public:
   PointCopy(vtkPolyData& from, vtkPolyData& fine, Shape& to) : from_(from), fine_(fine), to_(to) {
@@ -121,7 +121,7 @@ void add_triangles(vtkPolyData& data, vtkPolyData& fine, Shape& shape) {
   }
 }
 
-/// A surface of a layer, drawn whole and as triangles.
+/// Surface of a layer, drawn and as triangles.
 struct Surface {
   vtkPolyData* drawn;  // a shell is drawn twice
   vtkSmartPointer<vtkPolyData> triangles;
@@ -129,7 +129,7 @@ struct Surface {
   bool is_level;
 };
 
-/// The shape without points: what its layer says of it.
+/// Shape without points, with its layer's attributes.
 Shape shape_of(const LayerActor& drawn) {
   Shape shape{.layer = drawn.layer, .words = drawn.words, .bar = drawn.bar, .color = {}};
   if (drawn.style) {
@@ -168,7 +168,7 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
       continue;
     }
     surfaces.push_back({data, triangles_of(data), std::move(shape), drawn.style.has_value()});
-    if (drawn.style)  // what a shell's points hold are opacities for one viewpoint only
+    if (drawn.style)  // a shell's scalars are opacities for one viewpoint
       surfaces.back().triangles->GetPointData()->SetScalars(nullptr);
     all += static_cast<std::size_t>(surfaces.back().triangles->GetNumberOfPolys());
   }

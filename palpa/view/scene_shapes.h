@@ -1,4 +1,4 @@
-// The layers of a scene as triangles and lines, for others to draw: a report's page turns them.
+// Layers of a scene as triangles and lines, for other renderers: a report's interactive view.
 #pragma once
 
 #include <array>
@@ -13,33 +13,33 @@
 
 namespace palpa::detail {
 
-/// A surface of triangles, or a bundle of lines, in the hand frame.
+/// Triangulated surface, or bundle of lines, in the hand frame.
 struct Shape {
-  std::size_t layer = 0;           ///< number in the scene's layers (`layers_of`)
-  std::string words;               ///< as in a picture's legend; empty: a colour bar explains it
-  std::optional<std::size_t> bar;  ///< number in SceneShapes::bars of that colour bar
-  Color color;                     ///< of all of it, where `colors` is empty
+  std::size_t layer = 0;           ///< index in the scene's layers (`layers_of`)
+  std::string words;               ///< as in a picture's legend; empty: has a colour bar
+  std::optional<std::size_t> bar;  ///< index of its colour bar in SceneShapes::bars
+  Color color;                     ///< of the whole shape, if `colors` is empty
   double opacity = 1.0;
   std::vector<Vec3> points_m;
-  std::vector<Vec3> normals;  ///< [1] outwards, one for each point of a surface; empty: none
-  std::vector<Color> colors;  ///< one for each point, or empty
+  std::vector<Vec3> normals;  ///< [1] outward, per point of a surface; or empty
+  std::vector<Color> colors;  ///< per point, or empty
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<std::uint32_t> line_points;  ///< [points] in each line, one line after the other
+  std::vector<std::uint32_t> line_points;  ///< [points] in each line, in order
 };
 
 struct SceneShapes {
   std::vector<Shape> shapes;
   std::vector<ColorBar> bars;
-  bool has_cloud = false;  ///< a layer is drawn as a cloud, which has no shape
+  bool has_cloud = false;  ///< a layer is a cloud, which has no shape
 };
 
-/// The scene's layers as `scene_picture` draws them, at the moment `at`; surfaces last, in the order of their layers.
-/// \param near            hand frame: what is farther is left out
-/// \param most_triangles  [triangles] of all surfaces together; larger ones are made coarser, > 0
-/// Throws LoadError on a layer of the wrong kind of field. One thread at a time; a second waits.
+/// The scene's layers as `scene_picture` draws them, at time `at`; surfaces last, in the order of their layers.
+/// \param near            hand frame: the rest is cut off
+/// \param most_triangles  [triangles] of all surfaces together; above, they are simplified, > 0
+/// Throws LoadError on a layer of the wrong kind of field. One thread at a time; others block.
 SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles);
 
-/// The box in the hand frame that is worth showing: of the scene's layers, the part around what was felt.
+/// Box to show, hand frame: the part of the scene's layers around the felt positions.
 Box worth_showing(const Scene& scene, const std::vector<Vec3>& felt_m);
 
 }  // namespace palpa::detail

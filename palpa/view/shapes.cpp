@@ -28,8 +28,8 @@ struct Lamp {
   Vec3 from;
   double strength;
 };
-// The main lamp is above the viewer's left, a weak one to the right, so that shapes are seen. Their strengths add up to 1: a
-// patch that faces the viewer has its own colour.
+// Main lamp above the viewer's left, a weak one to the right for relief. The strengths add up to 1: a patch that faces the
+// viewer has its own colour.
 constexpr Lamp lamps[] = {{{-0.5, 0.7, 1.0}, 0.7}, {{0.8, -0.3, 0.7}, 0.3}};
 
 }  // namespace

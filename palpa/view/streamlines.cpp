@@ -9,7 +9,7 @@
 namespace palpa::detail {
 namespace {
 
-/// The direction of the field; none where it has no data or is slower than `least`.
+/// Direction of the field; none without data, or if slower than `least`.
 std::optional<Vec3> direction_at(const Field& field, const Vec3& x_m, double least, double* speed = nullptr) {
   const VectorSample sample = field.vector(x_m);
   const double length = norm(sample.value);
@@ -18,8 +18,8 @@ std::optional<Vec3> direction_at(const Field& field, const Vec3& x_m, double lea
   return sample.value / length;
 }
 
-/// The line from `start_m`, without `start_m` itself, along the field or, for `step_m` < 0, against it. It ends where it comes
-/// back to `start_m`: `closed` is true then.
+/// Line from `start_m`, excluding it, along the field or, for `step_m` < 0, against it. Ends when it returns to `start_m`, with
+/// `closed` set.
 Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, double step_m, double longest_m, double least,
                      bool& closed) {
   Streamline line;
@@ -50,7 +50,7 @@ Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, do
   return line;
 }
 
-/// Remembers which cells of a lattice streamlines run through.
+/// Set of lattice cells crossed by streamlines.
 class SeedLattice {
  public:
   explicit SeedLattice(double cell_m) : cell_m_(cell_m) {}
@@ -98,8 +98,8 @@ std::vector<Vec3> grid_positions(const Box& box, int longest) {
 
 namespace {
 
-/// How fast the flow turns about its own direction [1/s], where it turns more than it strains; 0 elsewhere. In shear layers and
-/// at walls, which are no vortices, it turns about a direction across the flow.
+/// Rotation rate about the flow's own direction [1/s], where rotation exceeds strain; 0 elsewhere. Excludes shear layers and
+/// walls, where the flow rotates about a direction across it.
 double swirl(const VectorSample& flow) noexcept {
   const Mat3& j = flow.jacobian;
   const double trace = j.row[0].x + j.row[1].y + j.row[2].z;
@@ -121,7 +121,7 @@ class Grown {
   Grown(const Field& field, const Box& box, double step_m, double least)
       : field_(field), box_(box), side_m_(largest_component(box.size_m())), step_m_(step_m), least_(least) {}
 
-  /// Adds lines from seeds in their order, none from near another line, until there are `most`; false if there are more.
+  /// Adds lines from seeds in order, at a distance from all others, up to `most`; false if more remain.
   bool grow(std::vector<Streamline>& lines, const std::vector<Seed>& seeds, std::size_t most, double apart_m) const {
     SeedLattice lattice(apart_m);
     for (const Streamline& line : lines) {
@@ -170,14 +170,14 @@ std::vector<Streamline> streamlines(const Field& field, const Box& box, std::siz
   }
   std::stable_sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) { return a.speed > b.speed; });
   if (seeds.empty()) return {};
-  const double fast = seeds[seeds.size() / 200].speed;  // not the very fastest: measured data have outliers
+  const double fast = seeds[seeds.size() / 200].speed;  // a quantile: measured data have outliers
   std::erase_if(seeds, [&](const Seed& seed) { return seed.speed < 0.2 * fast; });
 
   const double side_m = largest_component(box.size_m());
   const double step_m = std::clamp(0.5 * field.spacing_m(), side_m / 2000.0, side_m / 150.0);
   const Grown grown(field, box, step_m, 0.05 * fast);
-  // [rad] Turn while the flow crosses the box that makes a vortex. Less: bends draw lines to themselves; more: weak vortices
-  // get none of their own.
+  // [rad] Rotation while the flow crosses the box that counts as a vortex. Less: bends attract lines; more: weak vortices get
+  // no lines of their own.
   constexpr double turns = 3.0;
   std::vector<Seed> in_vortices = seeds;
   std::erase_if(in_vortices, [&](const Seed& seed) { return seed.swirl * side_m < turns * fast; });

@@ -1,4 +1,4 @@
-// Streamlines of any vector field, evenly apart.
+// Evenly spaced streamlines of any vector field.
 #pragma once
 
 #include <vector>
@@ -13,16 +13,16 @@ struct StreamPoint {
 };
 using Streamline = std::vector<StreamPoint>;
 
-/// At most `most` streamlines within `box`, both ways from seeds on a regular grid; none starts near another. At most half of
-/// them begin in vortices, where the flow turns while it crosses the box, the strongest first; these lie closer together, so
-/// that they wind about a core. The others begin where the field is fastest. Integrated by a Runge-Kutta method of fourth order
-/// along the direction of the field, in steps of about half its spacing. The same field gives the same lines.
+/// At most `most` streamlines within `box`, both ways from seeds on a regular grid, none starting near another. At most half of
+/// them start in vortices, where the flow rotates while it crosses the box, the strongest first, with smaller distances, so
+/// that they wind about a core; the others start where the field is fastest. Fourth-order Runge-Kutta along the direction of
+/// the field, in steps of about half its spacing. Deterministic.
 std::vector<Streamline> streamlines(const Field& field, const Box& box, std::size_t most);
 
-/// The part that two boxes share; of no size where they share none.
+/// Intersection of two boxes; of zero size if they are disjoint.
 Box shared_part(const Box& a, const Box& b) noexcept;
 
-/// Positions of a regular grid over the box, its cells' middles, `longest` along the longest side.
+/// Cell centres of a regular grid over the box, `longest` along its longest side.
 std::vector<Vec3> grid_positions(const Box& box, int longest);
 
 }  // namespace palpa::detail

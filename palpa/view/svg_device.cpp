@@ -27,7 +27,7 @@ namespace palpa::detail {
 
 namespace {
 
-/// Gathers elements in pixels from the upper left corner. Clips nothing; images and textures are left out.
+/// Collects SVG elements in pixels from the upper left corner. No clipping; images and textures are left out.
 class SvgDevice : public vtkContextDevice2D {
  public:
   static SvgDevice* New();
@@ -35,7 +35,7 @@ class SvgDevice : public vtkContextDevice2D {
 
   void set_height(int height_px) { height_px_ = height_px; }
   const std::string& shapes() const { return shapes_; }
-  /// They lie over all shapes.
+  /// Lie over all shapes.
   const std::string& texts() const { return texts_; }
 
   void DrawPoly(float* points, int n, unsigned char* colors, int components) override;
@@ -60,7 +60,7 @@ class SvgDevice : public vtkContextDevice2D {
   void PushMatrix() override;
   void PopMatrix() override;
 
-  // Nothing here depends on these: pen and brush are those of the base.
+  // Unused: pen and brush belong to the base.
   void DrawImage(float[2], float, vtkImageData*) override {}
   void DrawImage(const vtkRectf&, vtkImageData*) override {}
   void SetColor4(unsigned char[4]) override {}
@@ -222,7 +222,7 @@ void SvgDevice::DrawString(float* point, const vtkStdString& string) {
   const int across = look->GetJustification();
   const int up = look->GetVerticalJustification();
   const auto [x, y] = place(point[0], point[1]);
-  // Arial's capitals are 0.72 of its size high: half of that puts their middle on the point.
+  // Arial's capitals are 0.72 of its size high: half of that centres them on the point.
   texts_ +=
       text("<text transform=\"translate(%.1f,%.1f)%s\" dy=\"%s\" font-size=\"%d\"%s text-anchor=\"%s\" fill=\"#%02x%02x%02x\">",
            x, y, look->GetOrientation() != 0.0 ? " rotate(-90)" : "",
@@ -246,7 +246,7 @@ void SvgDevice::ComputeStringBounds(const vtkStdString& string, float bounds[4])
   vtkNew<vtkTextProperty> look;
   look->ShallowCopy(this->TextProp);
   look->SetOrientation(0.0);
-  constexpr int dots_per_inch = 72;  // a point is a pixel
+  constexpr int dots_per_inch = 72;  // one typographic point is one pixel
   int box[4] = {0, 0, 0, 0};
   vtkTextRenderer::GetInstance()->GetBoundingBox(look, string, box, dots_per_inch);
   bounds[0] = static_cast<float>(box[0]);

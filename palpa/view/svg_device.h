@@ -1,5 +1,5 @@
-// What VTK's charts paint, as SVG. VTK's own device writes its numbers through streams, which obey the locale of the program;
-// texts in points instead of pixels; and dots of wide pens 0 long.
+// SVG from VTK's charts. VTK's own device prints numbers in the program's locale, texts in points instead of pixels, and dots
+// of wide pens with length 0.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace palpa::detail {
 struct SvgElements {
   std::string shapes, texts;
 };
-/// Paints a scene. Clips nothing; images and textures are left out.
+/// Renders a chart's scene. No clipping; images and textures are left out.
 SvgElements svg_elements(vtkContextScene& scene, int height_px);
 
 }  // namespace palpa::detail

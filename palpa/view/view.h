@@ -1,14 +1,14 @@
-// Which part of the hand frame a picture shows, and from where.
+// Viewpoint and extent of a picture, in the hand frame.
 #pragma once
 
 #include "palpa/solver/vec3.h"
 
 namespace palpa::detail {
 
-/// A parallel projection of the hand frame onto a picture.
+/// Parallel projection of the hand frame onto a picture.
 struct View {
-  Vec3 centre_m;        ///< in the middle of the picture
-  Vec3 right{1, 0, 0};  ///< unit vectors of the hand frame: the picture's right and up, and to the viewer
+  Vec3 centre_m;        ///< centre of the picture
+  Vec3 right{1, 0, 0};  ///< unit vectors in the hand frame: the picture's right and up, and to the viewer
   Vec3 up{0, 1, 0};
   Vec3 towards{0, 0, 1};
   double half_height_m = 0.1;

@@ -1,4 +1,4 @@
-// Where to look from at what was felt.
+// Viewpoints for pictures of a path or a moment.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,10 +10,10 @@
 namespace palpa {
 namespace {
 
-// A force above this is contact. Less: rounding counts; more: light touches do not.
+// Smallest force of a contact. Less: rounding counts; more: light contacts do not.
 constexpr double contact_n = 1e-3;
 
-/// What lies between a place and the viewer: the surfaces that a picture of the scene shows.
+/// Occlusion by the surfaces of a scene's picture.
 class Sight {
  public:
   Sight(const Scene& scene, DataTime at) {
@@ -28,7 +28,7 @@ class Sight {
     }
   }
 
-  /// How much of a thing at `p_m` is seen [1], 0…1, by a viewer in the direction `towards`.
+  /// Visibility of a position from direction `towards` [1], 0…1.
   double clear(const Vec3& p_m, const Vec3& towards) const {
     double clear = 1.0;
     for (const Surface& surface : surfaces_) {
@@ -41,7 +41,7 @@ class Sight {
   struct Surface {
     FieldPtr field;
     double level;
-    double hides;  ///< [1] how much it hides of what lies behind: 1 if opaque, little if translucent
+    double hides;  ///< [1] share of the background that it hides: 1 if opaque, little if translucent
   };
 
   static bool hides(const Surface& surface, const Vec3& p_m, const Vec3& towards) {
@@ -61,7 +61,7 @@ class Sight {
   std::vector<Surface> surfaces_;
 };
 
-/// Directions to a viewer who sits before the data and may lean to the sides, up and down; the default view first.
+/// Directions to a viewer in front of the data who may lean to the sides, up and down; the default view first.
 std::vector<Vec3> viewpoints() {
   constexpr double degree = std::numbers::pi / 180.0;
   std::vector<Vec3> directions{normalized(ScenePictureOptions{}.from)};
@@ -74,7 +74,7 @@ std::vector<Vec3> viewpoints() {
   return directions;
 }
 
-/// The best of the viewpoints by `worth`, which counts less the further they are from the default view.
+/// Best viewpoint by `worth`, weighted down with distance from the default view.
 template <class Worth>
 Vec3 best_viewpoint(Worth worth) {
   const std::vector<Vec3> directions = viewpoints();
@@ -90,9 +90,9 @@ Vec3 best_viewpoint(Worth worth) {
   return best;
 }
 
-/// Whether the hand stayed in a plane across the line of sight of a user who looks straight on.
+/// True if the hand stayed in a plane across the line of sight of a user who looks straight on.
 bool is_across(std::span<const PathPoint> path) {
-  // [1] Depth over the longest side. More: motion in depth is not seen; less: tremor tilts the picture of a plane motion.
+  // [1] Depth over the longest side. More: motion in depth is invisible; less: tremor tilts the picture of a plane motion.
   constexpr double flat = 0.02;
   Vec3 low{1e300, 1e300, 1e300};
   Vec3 high = -low;
@@ -119,7 +119,7 @@ ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path
     options.from = {0, 0, 1};
     return options;
   }
-  // [1] Places of the path in contact that are tried, from every viewpoint. More: slower; fewer: a worse viewpoint.
+  // [1] Contact positions tried from each viewpoint. More: slower; fewer: a worse viewpoint.
   constexpr std::size_t most = 48;
   std::vector<Vec3> felt;
   for (const PathPoint& point : path) {
@@ -146,8 +146,8 @@ ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path
 }
 
 ScenePictureOptions close_up(const Scene& scene, const Moment& moment) {
-  // [rad] Angle wanted between the spring and the line of sight. More: planes, which lie across the spring, are seen edge-on;
-  // less: the spring, and lines along it, are seen end-on.
+  // [rad] Wanted angle between spring and line of sight. More: planes, which lie across the spring, appear edge-on; less: the
+  // spring, and lines along it, appear end-on.
   constexpr double oblique = std::numbers::pi / 3.0;
   const Vec3 spring = normalized(moment.probe_m - moment.proxy_m);
   const Sight sight(scene, scene.time.at(moment.time_s));

@@ -28,14 +28,14 @@ using detail::Canvas;
 using detail::ColorMap;
 using detail::Side;
 
-/// How a slice lies in the picture: two axes of the world, each with the direction that it is seen in.
+/// Orientation of a slice in the picture: two axes of the world with signs.
 struct Cut {
   const char* name;
   int across, right, up;       ///< axes of the world: 0, 1, 2
   double right_sign, up_sign;  ///< [1] 1 or -1
 };
 
-// As a radiologist looks: from the feet, from the front, from the patient's left.
+// Radiological convention: from the feet, from the front, from the patient's left.
 constexpr std::array<Cut, 3> medical_cuts{{{"axial", 2, 0, 1, 1, -1}, {"coronal", 1, 0, 2, 1, 1}, {"sagittal", 0, 1, 2, 1, 1}}};
 constexpr std::array<Cut, 3> plain_cuts{
     {{"across z", 2, 0, 1, 1, 1}, {"across y", 1, 0, 2, 1, 1}, {"across x", 0, 1, 2, 1, 1}}};
@@ -52,7 +52,7 @@ std::string direction_words(bool medical, int axis, double sign) {
 
 std::string millimetre_words(double m) { return detail::text("%.1f mm", 1e3 * std::abs(m)); }
 
-/// The window for a second look: bone after windows of soft parts, soft tissue after bone and lung.
+/// Second window: bone after windows of soft parts, soft tissue after bone and lung.
 CtWindow beside(const CtWindow& window) {
   if (window.width >= 1000.0) return {"soft tissue", 40, 400};
   return {"bone", 400, 1800};
@@ -82,17 +82,17 @@ void paste(Picture& onto, const Picture& part, int left, int top) {
     }
 }
 
-/// Where things are, in pixels from the upper left corner.
+/// Rectangle in pixels from the upper left corner.
 struct Place {
   int left, top, width, height;
 };
 
-/// What the colours of slices stand for.
+/// Colours of slices.
 struct Shades {
   ColorMap colors;
   std::string words;        ///< beside the bar: "brain window"; may be empty
-  bool labels = false;      ///< values name parts: blends of two values mean nothing
-  bool directions = false;  ///< red, green and blue are the lengths of a direction's x, y and z
+  bool labels = false;      ///< values name parts: never blended
+  bool directions = false;  ///< red, green and blue are the magnitudes of a direction's x, y and z
 };
 
 Shades ct_shades(const CtWindow& window, double water) {
@@ -101,11 +101,11 @@ Shades ct_shades(const CtWindow& window, double water) {
           detail::text("%s window, W %g L %g", window.name, window.width, window.level)};
 }
 
-/// How far a label's colour reaches to either side of its number. 0.5: the colours of two neighbours meet at one point of the
-/// map, which is ambiguous; less: colours between labels are blends.
+/// Width of a label's colour to either side of its number. 0.5: adjacent colours meet at one ambiguous point of the map; less:
+/// colours between labels are blends.
 constexpr double half_label = 0.4999;
 
-/// A colour for each label: hues a golden angle apart, so that neighbours differ, in turn dark and light; the background is
+/// Colour map of labels: hues a golden angle apart, so that neighbours differ, alternately dark and light; the background is
 /// nearly black.
 ColorMap label_colors(const LabelMap& map) {
   std::map<double, std::string> colors{{map.background, "#101010"}};
@@ -127,7 +127,7 @@ ColorMap label_colors(const LabelMap& map) {
   return ColorMap(points);
 }
 
-/// How a field is shown first, and, of a CT, in which other window as well.
+/// First colours of a field, and the second window of a CT.
 struct Shown {
   Shades first;
   std::optional<Shades> second;
@@ -205,7 +205,7 @@ class Slices {
       const double x = p.left + 0.5 * p.width, y = up_px(p.top + 0.5 * p.height);
       const double at_m = part(box_.centre_m(), cut.across);
       const double unit_m = largest_component(box_.size_m());
-      const bool is_zero = std::abs(at_m) < 1e-6 * unit_m;  // but for rounding
+      const bool is_zero = std::abs(at_m) < 1e-6 * unit_m;  // up to rounding
       const std::string where = medical_ ? direction_words(true, cut.across, at_m) + " " + millimetre_words(at_m)
                                          : std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
                                                (is_zero ? "0" : detail::length_words(std::abs(at_m), unit_m, file_unit_m_));
@@ -221,7 +221,7 @@ class Slices {
   void paint(Picture& picture) const {
     for (std::size_t c = 0; c < 3; ++c) paint(picture, cuts_[c], places_[c], shades_, px_per_m_);
   }
-  /// The first of the slices once more, in other shades, as large as fits into a place.
+  /// The first slice again, in other colours, as large as fits.
   void paint_again(Picture& picture, const Shades& shades, const Place& within) const {
     const Cut& cut = cuts_[0];
     const double width_m = part(box_.size_m(), cut.right), height_m = part(box_.size_m(), cut.up);
@@ -247,7 +247,7 @@ class Slices {
           const ScalarSample sample = field_.scalar(shades.labels ? nearest_voxel(at_m) : at_m);
           inside = sample.inside, color = shades.colors.at(sample.value).color;
         } else {
-          // Neighbouring directions may have opposite signs: their blend would mean nothing.
+          // Adjacent directions may have opposite signs: do not blend.
           const VectorSample sample = field_.vector(shades.directions ? nearest_voxel(at_m) : at_m);
           inside = sample.inside;
           color = shades.directions
@@ -259,7 +259,7 @@ class Slices {
       }
   }
 
-  /// Where the voxel nearest to a place lies; the place itself where planes are at uneven distances.
+  /// Centre of the nearest voxel; the position itself if planes are unevenly spaced.
   Vec3 nearest_voxel(const Vec3& at_m) const {
     const GridView* grid = grid_behind(field_);
     if (!grid || grid->geometry.is_rectilinear()) return at_m;
@@ -298,7 +298,7 @@ Picture histogram_picture(const Statistics& values, const std::string& label, in
   return picture_of(plot, width_px, height_px);
 }
 
-/// A vector field where its vectors agree with those around them, without what is noise.
+/// Vector field restricted to positions where it is coherent with its neighbourhood; the rest is noise.
 class CoherentFlow : public Field {
  public:
   explicit CoherentFlow(FieldPtr flow) : flow_(std::move(flow)), coherence_(derived(Derivation::coherence, flow_)) {}
@@ -318,7 +318,7 @@ class CoherentFlow : public Field {
   FieldPtr flow_, coherence_;
 };
 
-/// The field without what is noise, where a first scene of it masks noise.
+/// The field without noise, if a suggested scene would mask noise.
 FieldPtr without_noise(const Volume& one, const Statistics& values) {
   const FieldPtr& flow = one.fields.front().field;
   const detail::FirstFlow speeds = detail::first_flow(values);
@@ -327,7 +327,7 @@ FieldPtr without_noise(const Volume& one, const Statistics& values) {
   return places.noisy ? std::make_shared<CoherentFlow>(flow) : flow;
 }
 
-/// The field as streamlines, as a scene shows it to a user. \param values  its statistics
+/// Streamlines of the field, as in a scene. \param values  its statistics
 Picture streamline_picture(const Volume& volume, std::size_t field, const Statistics& values, int width_px, int height_px) {
   Scene scene;
   Volume one = volume;
@@ -385,7 +385,7 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   canvas.text(canvas.fitted(title, width - 2.0 * em, 1.1, true), 0.5 * width, height - 1.1 * em, Side::middle, 1.1, true);
   slices.draw_words(canvas);
 
-  // The bar that explains the colours, and the scale of the slices, in one row below them.
+  // Colour bar and scale bar, in one row below the slices.
   const double row_y = height - lower_top + 1.6 * em, bar_left = 0.36 * width, bar_width = 0.28 * width;
   const ColorMap& colors = slices.shades().colors;
   const double to_label = as.first.labels ? half_label : 0.0;

@@ -1,5 +1,4 @@
-// Actors for the felt state at a moment, for any renderer: proxy, probe, the spring between them, primitives. Header-only, for
-// any VTK of the user.
+// Actors of a moment, for any renderer: proxy, probe, spring, primitives. Header-only, for any VTK of the user.
 #pragma once
 
 #include <vtkActor.h>
@@ -35,7 +34,7 @@ namespace detail {
 /// Red, green, blue [1].
 using FeltColor = std::array<double, 3>;
 inline constexpr FeltColor probe_color{0.45, 0.45, 0.48}, proxy_color{0.08, 0.08, 0.10}, spring_color{0.35, 0.35, 0.38};
-/// Color of mode number `mode`: Okabe and Ito's set, safe for colour blindness.
+/// Color of mode index `mode`: Okabe and Ito's colour-blind-safe set.
 inline FeltColor felt_color(std::size_t mode) {
   constexpr unsigned bytes[] = {0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9};
   const unsigned color = bytes[mode % std::size(bytes)];
@@ -45,21 +44,21 @@ inline FeltColor felt_color(std::size_t mode) {
 }  // namespace detail
 
 /// Actors of a moment: a plane as a disc with its normal, a line as a rod, a point as a ball, a directed force as an arrow, in
-/// the colour of its mode; the proxy, the probe, and the pull of the spring between them.
+/// the colour of its mode; proxy, probe, and the spring between them.
 ///
-/// Two threads: the loop of a live session writes its latest state (`observer`: no lock, no allocation), and the window's
-/// thread reads it when it draws. Neither blocks.
+/// Two threads: the loop of a live session publishes its latest state (`observer`: no lock, no allocation), and the window's
+/// thread reads it for drawing. Neither blocks.
 class FeltActors {
  public:
   /// [1] Primitives drawn. More: they hide each other.
   static constexpr std::size_t most_primitives = 24;
 
-  /// \param renderer       draws them from the first `show` on
+  /// \param renderer       draws the actors from the first `show` on
   /// \param view_half_height_hand_m         [hand m] unit of sizes: half the height of the picture
   /// \param hand_to_world  hand frame to the renderer's world: `scene.hand_to_world()` if that is the data's
   FeltActors(vtkRenderer* renderer, double view_half_height_hand_m, const Similarity& hand_to_world = {})
       : renderer_(renderer), view_half_height_hand_m_(view_half_height_hand_m), map_(hand_to_world) {
-    // Unit shapes along y, from the origin: each actor scales and rotates one.
+    // Unit shapes along y, from the origin: actors scale and rotate them.
     vtkNew<vtkSphereSource> ball;
     ball->SetRadius(1.0);
     ball->SetThetaResolution(sides);
@@ -87,23 +86,23 @@ class FeltActors {
   FeltActors(const FeltActors&) = delete;
   FeltActors& operator=(const FeltActors&) = delete;
 
-  // ---- the window's thread ----
+  // ---- called by the window's thread ----
 
-  /// Removes them from the renderer, where they stay otherwise.
+  /// Removes the actors from the renderer; the destructor does not.
   void remove() {
     for (Pool& pool : pools_) {
       for (const auto& actor : pool.actors) renderer_->RemoveActor(actor);
       pool.actors.clear();
     }
   }
-  /// Shows the loop's latest state. Returns whether it was new: whether to render.
+  /// Shows the loop's latest state. True: it was new, so render.
   bool update() {
     if (!latest_.is_fresh()) return false;
     const Snapshot& now = latest_.take();
     show(now.probe_m, now.proxy_m, {now.primitives.data(), now.count});
     return true;
   }
-  /// Shows the loop's latest state from now on in the interactor's window, some sixty times a second; slow pictures take at
+  /// Shows the loop's latest state in the interactor's window from now on, about 60 times a second; slow rendering takes at
   /// most half of the time, so that the mouse stays responsive.
   /// \param interactor  initialised
   void follow(vtkRenderWindowInteractor* interactor) {
@@ -114,7 +113,7 @@ class FeltActors {
     interactor->AddObserver(vtkCommand::TimerEvent, command_);
     interactor->CreateRepeatingTimer(period_ms);
   }
-  /// Shows this moment, hand frame.
+  /// Shows a moment, hand frame.
   void show(const Vec3& probe_m, const Vec3& proxy_m, std::span<const PlacedPrimitive> primitives) {
     for (Pool& pool : pools_) pool.used = 0;
     double most_n = least_n;
@@ -128,15 +127,15 @@ class FeltActors {
     }
   }
 
-  // ---- the loop's thread ----
+  // ---- called by the loop's thread ----
 
-  /// Callback for a LiveLoop after each tick; these actors must outlive it.
+  /// Callback for a LiveLoop after each tick; the actors outlive it.
   TickObserver observer() {
     return [this](const TickFrame& frame, const Session& session) { give(frame, session); };
   }
   /// Publishes a tick's state. Allocates nothing.
   void give(const TickFrame& frame, const Session& session) noexcept {
-    constexpr unsigned one_in = 8;  // [ticks] screens show sixty pictures a second
+    constexpr unsigned one_in = 8;  // [ticks] suffices for screens at 60 Hz
     if (given_++ % one_in != 0) return;
     Snapshot now{.probe_m = frame.result.probe_m, .proxy_m = frame.result.proxy_m};
     if (!session.sub_steps().empty()) {
@@ -149,9 +148,9 @@ class FeltActors {
 
  private:
   static constexpr int sides = 32;         // of round shapes. More: slower; fewer: visible corners
-  static constexpr double least_n = 1e-3;  // less: the primitive counts as without force
+  static constexpr double least_n = 1e-3;  // below: drawn as without force
 
-  /// Actors of a shape, at their largest simultaneous number.
+  /// Actors of a shape, as many as were ever shown at once.
   struct Pool {
     vtkNew<vtkPolyDataMapper> mapper;
     std::vector<vtkSmartPointer<vtkActor>> actors;
@@ -206,7 +205,7 @@ class FeltActors {
     put(pools_[2], to_m - head_m * along, head_m * along, 2.2 * radius_m, color, 1.0);
   }
 
-  /// Shows an actor of a shape: its y axis along `way_m`, of that length, and of this thickness.
+  /// Shows an actor of a shape: y axis along `way_m` with its length, thickness `radius_m`.
   void put(Pool& pool, const Vec3& from_m, const Vec3& way_m, double radius_m, const detail::FeltColor& color, double opacity) {
     if (pool.used == pool.actors.size()) {
       const auto made = vtkSmartPointer<vtkActor>::New();

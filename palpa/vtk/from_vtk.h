@@ -34,16 +34,16 @@
 
 namespace palpa {
 
-/// Properties of the data that VTK lacks, and options of the conversion.
+/// Properties that VTK data lack, and conversion options.
 struct FromVtkOptions {
-  double metres_per_unit = 1.0;  ///< [m] VTK has no unit of length; 0.001 for millimetres. > 0
-  bool copy = false;             ///< copies the voxels: the program may change its own afterwards
+  double metres_per_unit = 1.0;  ///< [m] unit of length of the data; 0.001 for millimetres. > 0
+  bool copy = false;             ///< copy the voxels: the program may change its own afterwards
   ReadOptions read{};            ///< for data that need resampling
 };
 
 namespace detail {
 
-/// Points and cells of a VTK grid, each as a grid of voxels.
+/// Points and cells of a VTK grid, each as voxels.
 struct VtkGrids {
   GridGeometry points, cells;
 };
@@ -54,7 +54,7 @@ inline bool hides(vtkUnsignedCharArray* ghosts, unsigned char kind) {
   }
   return false;
 }
-/// Whether points or cells are blank, which voxels cannot represent: all have values.
+/// True if points or cells are blank, which voxels cannot represent.
 inline bool has_blanks(vtkDataSet& data) {
   return hides(data.GetPointGhostArray(), vtkDataSetAttributes::HIDDENPOINT) ||
          hides(data.GetCellGhostArray(), vtkDataSetAttributes::HIDDENCELL);
@@ -96,7 +96,7 @@ inline VtkGrids grids_of(vtkRectilinearGrid& grid, double metres_per_unit) {
   return {rectilinear_geometry(points_m), rectilinear_geometry(middles_m)};
 }
 
-/// Type of voxels for VTK's numbers, in place or copied.
+/// Voxel type for VTK's numbers, used in place or copied.
 struct VtkNumbers {
   VoxelType type;
   bool as_they_are;
@@ -124,7 +124,7 @@ inline std::optional<VtkNumbers> numbers_of(int vtk_type) {
 
 template <class T>
 std::shared_ptr<const void> copy_of(vtkDataArray& array) {
-  constexpr double exact = 9007199254740992.0;  // 2^53: larger whole numbers are not all doubles
+  constexpr double exact = 9007199254740992.0;  // 2^53: larger integers are not exact as doubles
   const vtkIdType tuples = array.GetNumberOfTuples();
   const int components = array.GetNumberOfComponents();
   auto values = std::make_shared<std::vector<T>>(static_cast<std::size_t>(tuples * components));
@@ -140,7 +140,7 @@ std::shared_ptr<const void> copy_of(vtkDataArray& array) {
   return {values, values->data()};
 }
 
-/// Numbers of an array, in place if possible.
+/// Numbers of an array as voxels, in place if possible.
 inline Voxels voxels_of(vtkDataArray& array, const VtkNumbers& numbers, bool copy) {
   Voxels voxels{.type = numbers.type, .components = array.GetNumberOfComponents(), .data = {}};
   if (numbers.as_they_are && !copy && array.HasStandardMemoryLayout()) {
@@ -159,7 +159,7 @@ inline Voxels voxels_of(vtkDataArray& array, const VtkNumbers& numbers, bool cop
   return voxels;
 }
 
-/// Reason why an array cannot be felt, half a sentence; empty: it can.
+/// Reason why an array cannot be felt, half a sentence; empty: none.
 inline std::string why_not_felt(vtkAbstractArray& array, const std::string& name, std::int64_t tuples) {
   const int components = array.GetNumberOfComponents();
   if (!vtkDataArray::SafeDownCast(&array) || !numbers_of(array.GetDataType())) return "it holds no numbers";
@@ -238,7 +238,7 @@ inline Volume resampled(vtkDataSet& data, const FromVtkOptions& options) {
   try {
     volume = read_volume(file, read);
   } catch (const LoadError& error) {
-    // The temporary name means nothing to the user.
+    // the temporary name is internal
     std::string what = error.what();
     if (const std::string place = file.string() + ": "; what.rfind(place, 0) == 0) what.erase(0, place.size());
     throw LoadError(what);
@@ -251,15 +251,15 @@ inline Volume resampled(vtkDataSet& data, const FromVtkOptions& options) {
 
 }  // namespace detail
 
-/// Volume of VTK data: every array of one or three numbers of its points and cells is a field under its own name.
+/// Volume of VTK data: every array of one or three numbers of its points and cells becomes a field of that name.
 ///
 /// vtkImageData and vtkRectilinearGrid become grids on the arrays in place, in constant time, if their memory layout is that of
-/// voxels (not `copy`; 8-bit unsigned, 16-bit, int, float, double; not arrays of structures, which are copied). The arrays are
-/// kept for the lifetime of the fields, and must not change meanwhile: pass a copy if the pipeline continues (`copy`). Cells
-/// become voxels at their centres. Other data (curvilinear, unstructured, with blank points or cells) are processed like a
-/// file: by palpa-read (see read_volume.h), which resamples them and reports the error (`resampling`, `warnings`). Ghost cells
-/// that repeat a neighbour's are ordinary data. Allocates; one thread at a time per data set. Throws LoadError, a line, whose
-/// place is the data's class.
+/// voxels (not `copy`; 8-bit unsigned, 16-bit, int, float, double; not arrays of structures, which are copied). The fields keep
+/// the arrays alive; the arrays must not change: use `copy` if the pipeline continues. Cells become voxels at their centres.
+/// Other data (curvilinear, unstructured, with blank points or cells) are processed like a file: by palpa-read (see
+/// read_volume.h), which resamples them and reports the error (`resampling`, `warnings`). Ghost cells that repeat a neighbour's
+/// are ordinary data. Allocates; one thread at a time per data set. Throws LoadError, one line, beginning with the data's
+/// class.
 inline Volume from_vtk(vtkDataSet* data, const FromVtkOptions& options = {}) {
   if (!data) throw LoadError("vtkDataSet: is none; give one that its filter has updated");
   const std::string place = std::string(data->GetClassName()) + ": ";

@@ -21,8 +21,8 @@
 namespace palpa {
 
 /// Moves a `MouseHand` with the mouse over the picture, by the distance at the camera's focal point, and by 2 mm per notch of
-/// the wheel away from the eye, or back. While a button is pressed the interactor's style has the mouse, to rotate the view,
-/// and the hand rests; the wheel always moves the hand. Window's thread; allocates at construction only.
+/// the wheel away from the eye, or back. While a button is pressed, the interactor's style rotates the view, and the hand
+/// rests; the wheel always moves the hand. Window's thread; allocates at construction only.
 class MousePointer {
  public:
   /// [hand m] motion per notch of the wheel. More: a skull takes a few jumps; less: many notches.
@@ -30,7 +30,7 @@ class MousePointer {
 
   /// \param interactor     with its style set
   /// \param renderer       with the camera
-  /// \param pointer        must outlive this object
+  /// \param pointer        outlives this
   /// \param hand_to_world  hand frame to the renderer's world: `scene.hand_to_world()` if that is the data's
   MousePointer(vtkRenderWindowInteractor* interactor, vtkRenderer* renderer, MouseHand& pointer,
                const Similarity& hand_to_world)

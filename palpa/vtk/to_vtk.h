@@ -139,7 +139,7 @@ inline vtkSmartPointer<vtkImageData> to_vtk(const Field& field, const std::strin
   return image;
 }
 
-/// Felt path as a line through the proxy's positions [m] and a vertex at each, with every column as an array, like
+/// Felt path as a line through the proxy's positions [m] with a vertex at each, and every column as an array; the data of
 /// `palpa export … .vtp`. Allocates; any thread.
 inline vtkSmartPointer<vtkPolyData> to_vtk(const FeltPath& path) {
   auto line = vtkSmartPointer<vtkPolyData>::New();
@@ -174,8 +174,7 @@ inline vtkSmartPointer<vtkPolyData> to_vtk(const FeltPath& path) {
   return line;
 }
 
-/// Transfer function as VTK's, to display as it is felt: opacity by strength. Steps become as steep as doubles allow.
-/// Allocates; any thread.
+/// Transfer function as VTK's, to display strength as opacity. Steps become as steep as doubles allow. Allocates; any thread.
 /// \param factor  [1/N] or [1] of the results: 1 / 5 N makes 5 N opaque
 inline vtkSmartPointer<vtkPiecewiseFunction> to_vtk(const TransferFunction& curve, double factor = 1.0) {
   auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
@@ -198,11 +197,11 @@ inline vtkSmartPointer<vtkPiecewiseFunction> to_vtk(const TransferFunction& curv
   return function;
 }
 
-/// VTK's function as a transfer function: straight pieces unchanged, bent ones (midpoint, sharpness) as 32 straight ones.
-/// Beyond its points it is 0 if the function does not clamp. If it does, the results of its ends extend, which must be equal,
-/// as a transfer function has only one.
-/// Throws std::invalid_argument, with a sentence, on a function without points, one that clamps to two results, and on points
-/// that TransferFunction refuses. Allocates; any thread.
+/// VTK's function as a transfer function: straight pieces unchanged, bent pieces (midpoint, sharpness) as 32 straight pieces.
+/// Beyond its points it is 0 without clamping; with clamping it is the result of its ends, which must be equal, as a transfer
+/// function has only one.
+/// Throws std::invalid_argument, with a sentence, on a function without points, on two different ends with clamping, and on
+/// points that TransferFunction refuses. Allocates; any thread.
 /// \param factor  [N] or [1] of VTK's values: 5 N for an opacity of 1
 inline TransferFunction transfer_function_from_vtk(vtkPiecewiseFunction& function, double factor = 1.0) {
   constexpr int pieces = 32;  // of a bent piece. More: slower lookups; fewer: corners are felt
@@ -211,7 +210,7 @@ inline TransferFunction transfer_function_from_vtk(vtkPiecewiseFunction& functio
   std::vector<TransferFunction::Point> points;
   double before[4] = {};
   for (int n = 0; n < count; ++n) {
-    double node[4];  // value, result, midpoint and sharpness of the piece behind it
+    double node[4];  // value, result, midpoint and sharpness of the following piece
     function.GetNodeValue(n, node);
     if (n > 0 && (before[2] != 0.5 || before[3] != 0.0)) {
       for (int i = 1; i < pieces; ++i) {

@@ -8,8 +8,8 @@
     for n in range(100):
         tick = session.tick((0, 0.02, 0.05 - 0.0001 * n), 1e-3)     # tick.proxy_m, tick.force_n, tick.error_bound_m
 
-Numbers carry their unit in their name; lengths are metres. Wrong input raises an exception with one line that says what would
-be right: LoadError and SceneError of files and scenes, else TypeError and ValueError.
+Numbers have their unit in their name; lengths are metres. Wrong input raises an exception of one line with the remedy:
+LoadError and SceneError for files and scenes, else TypeError and ValueError.
 """
 
 import os as _os
@@ -18,7 +18,7 @@ import sys as _sys
 
 
 def _why_not_here():
-    """Why the module that binds the library cannot be loaded by this interpreter; empty: not known."""
+    """Reason why this interpreter cannot load the binding module; empty: unknown."""
     import importlib.machinery
     import importlib.util
     import re
@@ -43,7 +43,7 @@ def _why_not_here():
 
 
 def _check_numpy(of, pybind11):
-    """Raises ImportError beside a numpy that the module cannot read: pybind11 knows numpy 2 from its version 2.12 on."""
+    """Raises ImportError for a numpy that the module cannot read: pybind11 supports numpy 2 from its version 2.12 on."""
     if int(of.split(".")[0]) >= 2 and tuple(map(int, pybind11.split(".")[:2])) < (2, 12):
         raise ImportError(f"palpa was built with pybind11 {pybind11}, which reads arrays of numpy 1 only, and this is numpy {of}; "
                           "install \"numpy<2\", or build palpa with pybind11 2.12 or later", name="palpa")
@@ -64,7 +64,7 @@ except ImportError as _error:
 if _palpa.version != __version__:
     raise ImportError(f"palpa: the module is of version {_palpa.version}, the package of {__version__}; install both anew")
 
-# In a build folder the reader of files lies in bin beside this package's folder; installed, the library knows where.
+# In a build folder palpa-read is in bin beside this package's folder; installed, the library has its path.
 _reader = _pathlib.Path(__file__).absolute().parents[2] / "bin" / "palpa-read"
 if _reader.exists():
     _os.environ.setdefault("PALPA_READER", str(_reader))
@@ -83,17 +83,17 @@ from ._trace import LawComparison, Replay, Trace, compare_laws, run
 from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_vtk
 
 _make_classes(_sys.modules[__name__])
-# Rows of `ticks` hold the status as a number: one compares with the other.
+# Rows of `ticks` hold the status as a number, which compares with a TickStatus.
 TickStatus.__eq__ = lambda status, other: int(status) == (int(other) if isinstance(other, TickStatus) else other)
 TickStatus.__ne__ = lambda status, other: int(status) != (int(other) if isinstance(other, TickStatus) else other)
 Session.ticks, Session.modes = _ticks, _modes_of_session
 Volume.fields = property(lambda volume: _Named("the volume", "field", volume._fields()), doc="its fields by name")
-Session.scene = property(lambda session: Scene(_of=session._scene()), doc="the scene that is felt: a copy")
+Session.scene = property(lambda session: Scene(_of=session._scene()), doc="a copy of its scene")
 
 for _thing in list(vars().values()):
     if isinstance(_thing, type) and _thing.__module__ == "palpa._palpa" and not issubclass(_thing, Exception):
         _say_what_cannot_be_set(_thing)
-for _name, _thing in list(vars().items()):  # known by their public name
+for _name, _thing in list(vars().items()):  # public names in messages
     if getattr(_thing, "__module__", "").startswith("palpa._"):
         try:
             _thing.__module__ = "palpa"

@@ -1,4 +1,4 @@
-"""What is wrong with a call of C++ that fits no signature, as one sentence."""
+"""One-sentence errors for calls of C++ that match no signature."""
 
 import re
 
@@ -8,7 +8,7 @@ _takes = {"float": "a number", "int": "a whole number", "bool": "True or False",
 
 
 def _parameters(doc, name):
-    """(name, annotation, default or None, keyword only) of each, of the first signature in a docstring."""
+    """(name, annotation, default or None, keyword only) for each parameter of a docstring's first signature."""
     line = re.search(rf"^{re.escape(name)}\((.*?)\)(?: ->.*)?$", doc or "", re.M)
     parameters, keyword_only = [], False
     depth, piece, pieces = 0, "", []
@@ -29,7 +29,7 @@ def _parameters(doc, name):
 
 
 def _fits(annotation, value):
-    """Whether a value may be what an annotation of pybind11's says; True where that is not known."""
+    """True if a value may match an annotation of pybind11, or the annotation is unknown."""
     if annotation == "bool":
         return isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
     if annotation == "float":
@@ -45,7 +45,9 @@ def _fits(annotation, value):
 
 
 def sentence(called, doc, given, named):
-    """called: Session.tick; Scene for its constructor, Field() for a call of one, Scene.title = for an assignment.
+    """Error of a call.
+
+    called: Session.tick; Scene for its constructor, Field() for a call of an object, Scene.title = for an assignment.
     given, named: its arguments, without self."""
     if called.endswith(" ="):
         annotation = re.search(r"arg\d+: ([\w.]+)\) -> None", doc or "")

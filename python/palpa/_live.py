@@ -1,4 +1,4 @@
-"""Live scenes: felt in real time on a thread of their own, which waits for nobody."""
+"""Live scenes, rendered in real time on a thread of their own, which never blocks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ._scene import PalpaWarning, Scene
 from ._trace import Trace, _hand_given, _in_python, _new_folder
 
 _running = weakref.WeakSet()
-# Those that cannot be taken, that neither end nor stop a program, and faults, after which nothing of Python runs.
+# Signals that cannot be caught, that neither end nor stop a program, and faults, after which Python cannot run.
 _not_handled = {getattr(signal, "SIG" + name) for name in
                 "KILL STOP CONT CHLD URG WINCH SEGV BUS FPE ILL TRAP SYS ABRT".split()}
 
@@ -29,17 +29,17 @@ _not_handled = {getattr(signal, "SIG" + name) for name in
 @atexit.register
 def _stop_all():
     for live in list(_running):
-        if live._live.is_forked():  # by the process that it belongs to
+        if live._live.is_forked():  # its own process stops it
             continue
         try:
             live.stop()
-        except Exception:  # the others have to be stopped as well
+        except Exception:  # the others must be stopped, too
             sys.excepthook(*sys.exc_info())
 
 
 def _handle_signals():
-    """From now on what ends or stops the program waits until a device in Python has no force. The library's own handlers cannot: they
-    run within the very thread that has the interpreter, which the device's code needs. Those of the program are left alone."""
+    """Delays signals that end or stop the program until a Python device has no force. The library's own handlers cannot: they
+    run in the thread that holds the interpreter, which the device's code needs. Handlers of the program stay."""
     if threading.current_thread() is threading.main_thread():
         for number in signal.valid_signals() - _not_handled:
             if signal.getsignal(number) == signal.SIG_DFL:
@@ -50,13 +50,13 @@ def _at_rest(number, _):
     def as_the_system_does():
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
-        signal.signal(number, _at_rest)  # a program that was stopped goes on
+        signal.signal(number, _at_rest)  # a stopped program may continue
 
     _palpa.with_motors_at_rest(as_the_system_does)
 
 
 class Live(Strict):
-    """A scene that is being felt. Made by palpa.live; `with` ends it. Any thread may ask and change."""
+    """A scene that runs in real time, from palpa.live; `with` ends it. Any thread may read and change it."""
 
     def __init__(self, _live: Any, _folder: Any, _temporary: Any, _device: Device | None = None) -> None:
         self._live, self._folder, self._temporary, self._trace, self._told = _live, _folder, _temporary, None, ()
@@ -65,7 +65,7 @@ class Live(Strict):
         self._tell(4)
 
     def _tell(self, stacklevel):
-        """Warns of what was not told yet."""
+        """Raises new messages as warnings."""
         told = tuple(_in_python(sentence) for sentence in self._live.told())
         fresh = [sentence for sentence in told if sentence not in self._told]
         self._told = (*self._told, *fresh)
@@ -74,7 +74,7 @@ class Live(Strict):
 
     @property
     def scene(self) -> Scene:
-        """the scene as it was set last, a copy; set another one to change what is felt from the next tick on"""
+        """a copy of the scene set last; assign a scene to change it from the next tick on"""
         return Scene(_of=self._live.scene())
 
     @scene.setter
@@ -83,33 +83,33 @@ class Live(Strict):
 
     @property
     def is_running(self) -> bool:
-        """its loop is not over"""
+        """True until its loop ends"""
         return not self._live.has_ended()
 
     def latest(self) -> dict[str, Any]:
-        """The latest tick: a dict with tick, t_s, probe_m, proxy_m, force_n, command_n, guard, guard_cause, status, and fault: what
-        the device says is wrong with it, or None."""
+        """The latest tick: a dict with tick, t_s, probe_m, proxy_m, force_n, command_n, guard, guard_cause, status, and fault:
+        the device's fault, or None."""
         return self._live.latest()
 
     def primitives(self) -> list[dict[str, Any]]:
-        """What the modes placed in one of the latest ticks, to be drawn: a dict each with kind, mode (its number), position_m,
+        """The primitives of one of the latest ticks, for drawing: a dict each with kind, mode (its index), position_m,
         direction, strength_n, force_n, hand frame."""
         return self._live.primitives()
 
     def statistics(self) -> dict[str, Any]:
-        """How its loop keeps time: a dict with ticks, missed, unrecorded, scenes, and times in microseconds."""
+        """Timing of its loop: a dict with ticks, missed, unrecorded, scenes, and times in microseconds."""
         return self._live.statistics()
 
     def panic(self) -> None:
-        """No force from the next tick on, until `resume`."""
+        """Removes the force from the next tick on, until `resume`."""
         self._live.panic()
 
     def resume(self) -> None:
-        """Lets it go on after a panic, with the gate and the ramp of a start."""
+        """Resumes after a panic, with the gate and the ramp of a start."""
         self._live.resume()
 
     def stop(self) -> Trace:
-        """Ends it: the motors have no force. Returns its Trace. Raises LoadError where recording failed on the way."""
+        """Ends the run: the motors have no force. Returns its Trace. Raises LoadError if recording has failed."""
         if self._trace is None:
             try:
                 lost = self._live.finish()
@@ -133,19 +133,19 @@ class Live(Strict):
         return self
 
     def __exit__(self, *error: object) -> None:
-        if not self._live.is_forked():  # it goes on in the process that it belongs to
+        if not self._live.is_forked():  # it runs on in its own process
             self.stop()
 
 
 def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | MouseHand | Device | None = None,
          rate_hz: float = 1000.0, duration_s: float | None = None, out: str | PathLike | None = None, hold: str | None = None,
          place: str | None = None, fit: bool | None = None) -> Live:
-    """Feels a scene in real time and records it: a Live, at once.
+    """Runs a scene in real time and records it; returns a Live at once.
 
-    device: of a person's hand, as `palpa devices` calls it; a palpa.MouseHand, the mouse of a window; or a palpa.Device, driven by
-    Python behind the guard. Or hand: a simulated or recorded one, as of palpa.run, which holds `device`; place, hold, fit: as
-    there. rate_hz: [Hz] 100 to 20000. duration_s: [s] None: until it is stopped; of a simulated hand 10 s.
-    Raises SceneError for a scene with modes in Python: they cannot keep time.
+    device: name of a haptic device, as listed by `palpa devices`; a palpa.MouseHand, the mouse of a window; or a palpa.Device,
+    driven by Python behind the guard. Or hand: a simulated or recorded hand, as in palpa.run, which holds `device`; place,
+    hold, fit: as there. rate_hz: [Hz] 100 to 20000. duration_s: [s] None: until stopped; 10 s with a simulated hand.
+    Raises SceneError for a scene with modes in Python: they are too slow for real time.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"'scene' takes a palpa.Scene, not {type(scene).__name__}")

@@ -1,4 +1,4 @@
-"""Modes: those that Palpa brings, those of plug-ins, and one's own in Python or C."""
+"""Modes: built-in, from plug-ins, and user-defined in Python or C."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from ._parameters import Parameters, Strict, class_name, make_class
 class Mode:
     """A mode: reads fields at the proxy and places primitives.
 
-    One's own in Python is a class that derives from this one:
+    A mode in Python is a class derived from this:
 
         class Ridge(palpa.Mode):
-            fields = ("field",)             # which attributes name fields that it reads
+            fields = ("field",)             # attributes with names of the fields to read
 
             def __init__(self, field, strength_n=0.5):
                 self.field, self.strength_n = field, strength_n
 
-            def place(self, here, out):     # may be called any number of times: it remembers nothing
+            def place(self, here, out):     # stateless: called any number of times
                 sample = here.scalar(self.field)
                 if sample.inside:
                     out.point(0, here.proxy_m, here.newtons(self.strength_n))
 
-    `here` is a palpa.Here, `out` a palpa.Out. A primitive that cannot be used (a direction that is not of unit length, what is
-    not a number, a negative strength, a drag away from here.proxy_m) raises ValueError, with the mode's name; with
-    `strict = False` in the class it is left out, counted in Tick.dropped and told once by Session.events, as of a mode in C++.
-    It can be felt by a Session and by palpa.run, not in real time: for that a palpa.CFunction takes a function of C.
+    `here` is a palpa.Here, `out` a palpa.Out. An invalid primitive (a direction that is not of unit length, NaN, a negative
+    strength, a drag away from here.proxy_m) raises ValueError, with the mode's name; with `strict = False` in the class it is
+    dropped, counted in Tick.dropped and reported once in Session.events, as for a mode in C++.
+    Usable in a Session and in palpa.run, not in real time: for that a palpa.CFunction takes a C function.
     """
 
     fields: tuple[str, ...] = ()
@@ -57,16 +57,16 @@ class _ListedMode(Parameters, Mode):
 
 
 class CFunction(Strict, Mode):
-    """A mode that is a function of C, `int place(const double* in, double* out)`, for the speed of a live scene.
+    """A mode that is a C function, `int place(const double* in, double* out)`, fast enough for a live scene.
 
-    function : what has an `address` (a numba.cfunc), a function pointer of ctypes, or an address as an int
-    scalars, vectors : names of the fields that it reads, at most 8 together
-    `in`: the proxy, the probe and the place of the samples [m], 3 numbers each; the time step [s]; the coupling's stiffness
-    [N/m]; then of each scalar field inside (1 or 0), value, gradient (3) [unit/m]; of each vector field inside, value (3),
-    Jacobian (9).
+    function : an object with an `address` (a numba.cfunc), a function pointer of ctypes, or an address as an int
+    scalars, vectors : names of the fields to read, at most 8 together
+    `in`: proxy, probe and sample positions [m], 3 numbers each; time step [s]; coupling stiffness [N/m]; then of each scalar
+    field inside (1 or 0), value, gradient (3) [unit/m]; of each vector field inside, value (3), Jacobian (9).
     `out`: room for 16 rows of 9: kind (0 point, 1 line, 2 plane, 3 directed force), position (3) [m], direction (3), strength
-    [N], drag [N*s/m]. Returns how many rows it filled; of more than 16 the others are not felt, and a PalpaWarning says so.
-    What cannot be used is left out, counted in Tick.dropped. Masks and the fade at the edges of data act on strengths and drags.
+    [N], drag [N*s/m]. Returns the number of rows; rows beyond 16 are dropped with a PalpaWarning.
+    Invalid primitives are dropped and counted in Tick.dropped. Masks and the fade at the edges of data act on strengths and
+    drags.
     """
 
     function: Any
@@ -100,7 +100,7 @@ class CFunction(Strict, Mode):
 
 
 def _names_of(names, attribute):
-    """Names of fields, each a text: of a text alone every letter would be one."""
+    """Names of fields as a tuple; refuses a single text, each letter of which would be a name."""
     if isinstance(names, str) or not all(isinstance(name, str) for name in names):
         raise TypeError(f"'{attribute}' takes names of fields, ('ct',), not {names!r}")
     return tuple(names)
@@ -110,7 +110,7 @@ classes = {}  # by mode type
 
 
 def make_classes(module):
-    """Classes of the mode types that have none yet."""
+    """Makes the missing classes of mode types."""
     made = []
     for mode_type, summary, keys in _palpa.mode_types():
         if mode_type not in classes:
@@ -121,7 +121,7 @@ def make_classes(module):
     return made
 
 
-plugins = []  # the files that they came from
+plugins = []  # files of loaded plug-ins
 
 
 def load_plugin(file: str | PathLike) -> list[type[Mode]]:
@@ -139,6 +139,6 @@ def load_plugin(file: str | PathLike) -> list[type[Mode]]:
 
 
 def mode_of(part):
-    """The object of a mode in a scene, which changes there with it; None for one in Python or C."""
+    """Object of a mode in a scene, which shares its parameters; None for a mode in Python or C."""
     cls = classes.get(part.type())
     return cls._of(part) if cls else None

@@ -1,4 +1,4 @@
-"""Classes made from the lists of parameters that scene files are read by: nothing of them is written twice."""
+"""Classes generated from the parameter lists that scene files are read by."""
 
 import inspect
 from collections.abc import Mapping
@@ -7,9 +7,9 @@ from . import _palpa
 
 
 class Strict:
-    """Has the attributes of its class and no others: one with a typo raises AttributeError."""
+    """Has only the attributes of its class: setting any other raises AttributeError."""
 
-    _elsewhere = ()  # (what holds it, names): attributes of its parts that are looked for here
+    _elsewhere = ()  # (holder, names): attributes of its parts, for suggestions
 
     def __setattr__(self, name, value):
         of_class = getattr(type(self), name, None)
@@ -27,7 +27,7 @@ class Strict:
 
 
 def say_what_cannot_be_set(cls):
-    """Has a class of C++ say so in a sentence."""
+    """Gives a C++ class one-sentence errors for attributes that cannot be set."""
 
     def __setattr__(self, name, value):
         try:
@@ -44,7 +44,7 @@ def say_what_cannot_be_set(cls):
 
 
 class Parameters:
-    """Something with a list of parameters: attributes of the same names, units and defaults as in C++ and in scene files."""
+    """Object with a list of parameters: attributes with the names, units and defaults of C++ and scene files."""
 
     __slots__ = ("_part",)
     _keys = ()
@@ -113,7 +113,7 @@ def _there_are(name, names, elsewhere=()):
 
 
 class Named(Mapping):
-    """Things by their names, read-only; a name that is not there raises KeyError with the one that was probably meant."""
+    """Read-only mapping by name; a missing name raises KeyError with the closest name."""
 
     def __init__(self, of, kind, things):
         self._of, self._kind, self._things = of, kind, dict(things)
@@ -136,14 +136,14 @@ class Named(Mapping):
 
 
 class _Sentence(str):
-    """Shown by KeyError as it is, without quotes."""
+    """Text that KeyError prints without quotes."""
 
     def __repr__(self):
         return str(self)
 
 
 def _attribute_of(key):
-    """A list of a mode has the plural of its key in scene files, as in C++: [[mode.level]] is `levels`."""
+    """Attribute of a key: the plural for a list, as in C++: [[mode.level]] is `levels`."""
     name, annotation = key[0], key[1]
     return name + "s" if annotation == "list" else name
 
@@ -167,9 +167,9 @@ def _property_of(key, item_class, annotation):
 
 
 def make_class(name, base, summary, keys, new_part, module="palpa", qualname=None):
-    """A class with a property for each key, keyword arguments and a docstring.
+    """Class with a property for each key, keyword arguments and a docstring.
 
-    new_part() makes a part with the defaults.
+    new_part() returns a part with the defaults.
     """
     qualname = qualname or name
     namespace = {"__slots__": (), "__module__": module, "__qualname__": qualname, "_keys": keys}

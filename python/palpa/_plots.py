@@ -1,4 +1,4 @@
-"""Plots and pictures for notebooks: by matplotlib, where that is there."""
+"""Plots and pictures for notebooks, by matplotlib if installed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy
 
-# As in pictures and reports: Okabe and Ito's set, for all kinds of eyes.
+# As in pictures and reports: Okabe and Ito's colour-blind safe set.
 _colors = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 
 
@@ -18,7 +18,7 @@ def _figure(width, height):
         raise ImportError("plots are made by matplotlib, which is not there; install python3-matplotlib") from None
 
     class Shown(Figure):
-        """A figure that a notebook shows, whatever else is set up there."""
+        """Figure that a notebook shows with any matplotlib backend."""
 
         def _repr_png_(self):
             return png_of(self)
@@ -49,7 +49,7 @@ def trace_figure(trace: Any) -> Any:
 
 
 def scene_figure(scene: Any) -> Any:
-    """Three slices through the middle of the scene's first volume, with the levels that its modes hold as lines."""
+    """Three slices through the middle of the scene's first volume, with the levels of its modes as lines."""
     name, volume = next(iter(scene.volumes.items()))
     field = next(iter(volume.fields.values()))
     levels = sorted({level.value for mode in scene.modes.values() if hasattr(mode.mode, "levels")
@@ -82,7 +82,7 @@ def png_of(figure: Any) -> bytes:
 
 
 def png_or_none(make: Any, what: Any) -> bytes | None:
-    """What a notebook shows; None, so that it shows the words, where there is no matplotlib or nothing to draw."""
+    """PNG for a notebook; None, so that it shows text, without matplotlib or anything to draw."""
     try:
         return png_of(make(what))
     except (ImportError, StopIteration):

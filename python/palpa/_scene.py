@@ -1,4 +1,4 @@
-"""Scenes, volumes and what they are made of."""
+"""Scenes and volumes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _part_property(cls, name, doc):
 
 
 class SceneMode(Strict):
-    """A mode of a scene. What is changed here is changed in the scene."""
+    """A mode of a scene. Changes apply to the scene."""
 
     def __init__(self, scene: Scene, name: str) -> None:
         self._scene, self._name = scene, name
@@ -58,17 +58,17 @@ class SceneMode(Strict):
 
     @property
     def name(self) -> str:
-        """how events, tables and traces call it"""
+        """its name in events, tables and traces"""
         return self._name
 
     @property
     def mode(self) -> Mode | None:
-        """the mode itself; None for one that is written in Python or C"""
+        """the mode itself; None for a mode in Python or C"""
         return mode_of(self._scene._mode(self._name))
 
     @property
     def enabled(self) -> bool:
-        """False: it stays silent"""
+        """False: it places no primitives"""
         return self._scene._is_enabled(self._name)
 
     @enabled.setter
@@ -101,16 +101,16 @@ def _masks(given):
 
 
 def _of_coupling(name):
-    """A key of the coupling as a property of the scene."""
+    """Property of a scene for a key of its coupling."""
     return property(lambda scene: getattr(scene.coupling, name), lambda scene, value: setattr(scene.coupling, name, value),
                     doc=getattr(CouplingOptions, name).__doc__)
 
 
 class Scene(_palpa.Scene, Strict):
-    """A scene: volumes, modes, coupling, workspace, law. All that a session needs but the device.
+    """A scene: volumes, modes, coupling, workspace, law; everything for a session except the device.
 
-    Keyword arguments are those of CouplingOptions: palpa.Scene(stiffness_n_per_m=400). They are attributes as well:
-    scene.stiffness_n_per_m is scene.coupling.stiffness_n_per_m. An attribute that there is not raises AttributeError.
+    Keyword arguments are those of CouplingOptions: palpa.Scene(stiffness_n_per_m=400). They are attributes, too:
+    scene.stiffness_n_per_m is scene.coupling.stiffness_n_per_m. An unknown attribute raises AttributeError.
     """
 
     _elsewhere = (("workspace", Workspace._attributes), ("time", TimeOptions._attributes))
@@ -135,10 +135,10 @@ class Scene(_palpa.Scene, Strict):
 
     def add(self, name: str, what: Volume | Mode, *, masks: Iterable[Mask] = (), enabled: bool = True,
             filter: str | None = None) -> str:
-        """Adds a volume, or a mode whose fields are there; returns the name of the volume's first field, or the mode's.
+        """Adds a volume, or a mode after its fields; returns the name of the volume's first field, or the mode's name.
 
-        filter: of a volume, "trilinear", "smooth" or "cubic"; None: the default of its voxels.
-        masks, enabled: of a mode. The scene holds a copy of it: scene.modes[name].mode changes it there.
+        filter: for a volume, "trilinear", "smooth" or "cubic"; None: the default of its voxels.
+        masks, enabled: for a mode. The scene holds a copy: change it by scene.modes[name].mode.
         """
         if not isinstance(name, str):
             raise TypeError(f"Scene.add: 'name' takes a text, not {type(name).__name__}")
@@ -158,21 +158,21 @@ class Scene(_palpa.Scene, Strict):
     def add_array(self, name: str, array: ndarray, spacing_m: float | Sequence[float] | None = None, *,
                   origin_m: Sequence[float] | None = None, axes: ArrayLike | None = None, unit: str = "",
                   copy: bool = False, filter: str | None = None) -> str:
-        """Adds an array as a volume, read where it is; returns the name of its field. See palpa.array_volume."""
+        """Adds an array as a volume, without a copy; returns the name of its field. See palpa.array_volume."""
         return self.add(name, _array_volume(array, spacing_m, origin_m, axes, unit, copy), filter=filter)
 
     @property
     def volumes(self) -> Mapping[str, Volume]:
-        """its volumes by name, with the filter through which they are felt"""
+        """its volumes by name, with their interpolation filters"""
         return Named("the scene", "volume", self._volumes())
 
     @property
     def modes(self) -> Mapping[str, SceneMode]:
-        """its modes by name: a SceneMode each"""
+        """its modes by name, as SceneMode"""
         return Named("the scene", "mode", {name: SceneMode(self, name) for name in self._mode_names()})
 
     def copy(self) -> Scene:
-        """A scene of its own, with the same voxels."""
+        """An independent scene that shares the voxels."""
         return Scene(_of=self)
 
     __copy__ = copy
@@ -182,7 +182,7 @@ class Scene(_palpa.Scene, Strict):
         return self.copy()
 
     def plot(self) -> Any:
-        """A figure of matplotlib: three slices through the middle of its first volume, with the levels that are felt as lines.
+        """A figure of matplotlib: three slices through the middle of its first volume, with the levels of its modes as lines.
         Raises ImportError without matplotlib."""
         return scene_figure(self)
 
@@ -195,17 +195,16 @@ class Scene(_palpa.Scene, Strict):
 
 def array_volume(array: ndarray, spacing_m: float | Sequence[float] | None = None, *, origin_m: Sequence[float] | None = None,
                  axes: ArrayLike | None = None, unit: str = "", copy: bool = False) -> Volume:
-    """A volume of one field that reads a numpy array where it is, in no time: its range is read when a scene needs it.
+    """A volume of one field that reads a numpy array in place, at once: its range is computed when a scene needs it.
 
     array: indexed [z, y, x], or [z, y, x, component] with 3 components; uint8, int16, uint16, int32, float32 or float64 in any
-    order of its axes, also reversed, as long as the voxels are close to one another. It is kept, and no longer writeable from
-    then on, nor what it is a view of: its range is read once. Views of it that were made before stay writeable: nothing may be
-    written through them.
-    spacing_m: [m] between voxels, one number or along x, y, z; left out it is 1, with a PalpaWarning. origin_m: [m] of the voxel
-    [0, 0, 0]; None: the middle of the array lies in the world's origin. axes: shape (3, 3), its columns the directions of x, y,
-    z in the world, as ITK and VTK have them, each of length 1; None: the world's own. unit: a label.
-    copy: True reads a copy, which may then be of other types and orders as well.
-    NaN and infinity are voxels without data, and so are those that a masked array masks, of which a copy is read.
+    order of its axes, also reversed, if the voxels are contiguous. The volume keeps it and makes it and its bases read-only,
+    because its range is computed once. Earlier views of it stay writeable: do not write through them.
+    spacing_m: [m] between voxels, one number or along x, y, z; default 1, with a PalpaWarning. origin_m: [m] of the voxel
+    [0, 0, 0]; None: the array is centred at the world's origin. axes: shape (3, 3), columns of length 1, the directions of x,
+    y, z in the world, as in ITK and VTK; None: the world's axes. unit: a label.
+    copy: True reads a copy, from any numeric type and order.
+    NaN and infinity are voxels without data, as are masked voxels of a masked array, which is copied.
     """
     return _array_volume(array, spacing_m, origin_m, axes, unit, copy)
 
@@ -230,16 +229,16 @@ def _array_volume(given, spacing_m, origin_m, axes, unit, copy):
                          "directions, of length 1, and 'spacing_m' says the distances")
     volume = _palpa.array_volume(array, broadcast_to(spacing, 3), directions.ravel().tolist(), origin_m, None, unit, copy)
     if array is not given and not copy and not ma.is_masked(given):
-        given.flags.writeable = False  # what is read is a view of it
+        given.flags.writeable = False  # the volume reads a view of it
     return volume
 
 
-# Of a direction of which a file has six digits. More: distances are wrong; less: directions of files are refused.
+# For directions with six digits, as in files. More: distances are wrong; less: directions of files are refused.
 _length_tolerance = 1e-5
 
 
 def _without_masked(array):
-    """A view of the array; where something is masked a copy with NaN there, which is no data."""
+    """View of the array; if voxels are masked, a copy with NaN in them, which is no data."""
     if not ma.is_masked(array):
         return array.data
     if array.dtype.kind not in "buif":
@@ -249,10 +248,10 @@ def _without_masked(array):
 
 
 def read_volume(path: str | PathLike | Sequence[str | PathLike], **how: object) -> Volume:
-    """Opens a file, several that belong together (a list), or a folder, in a process of its own.
+    """Opens a file, a list of related files, or a folder, in a separate process.
 
-    how: what the file leaves open, as [volume.NAME] of a scene file has it (docs/scene.md): length_unit, frame, series, type,
-    dims, spacing_m, …; `as_` for `as`. Raises LoadError.
+    how: properties that the file leaves open, as in [volume.NAME] of a scene file (docs/scene.md): length_unit, frame, series,
+    type, dims, spacing_m, …; `as_` for `as`. Raises LoadError.
     """
     try:
         return _palpa.read_volume(paths(path, "path"), {name.rstrip("_"): value for name, value in how.items()})
@@ -261,7 +260,7 @@ def read_volume(path: str | PathLike | Sequence[str | PathLike], **how: object) 
 
 
 def paths(given, name):
-    """A path, or several of them, as a list."""
+    """A path or several paths as a list."""
     several = [given] if isinstance(given, (str, PathLike)) else list(given) if isinstance(given, Iterable) else [None]
     if not all(isinstance(each, (str, PathLike)) for each in several):
         raise TypeError(f"'{name}' takes a path or a list of paths, not {type(given).__name__}")
@@ -271,7 +270,7 @@ def paths(given, name):
 def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), sets: Mapping[str, object] | None = None) -> Scene:
     """Reads a scene file. Raises SceneError with file, line and column.
 
-    data: folders that are searched for its files. sets: values of keys, {"coupling.stiffness_n_per_m": 300}.
+    data: folders to search for its files. sets: values of keys, {"coupling.stiffness_n_per_m": 300}.
     """
     if not isinstance(path, (str, PathLike)):
         raise TypeError(f"'path' takes the path of a scene file, not {type(path).__name__}")
@@ -285,7 +284,7 @@ def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), set
 
 
 def _in_toml(key, value):
-    """A value as a scene file has it."""
+    """A value in TOML."""
     if isinstance(value, (ndarray, generic)):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
@@ -302,4 +301,4 @@ Scene.__init__.__signature__ = inspect.Signature([
 
 
 class PalpaWarning(UserWarning):
-    """Something that is probably not what was meant."""
+    """Warning of probably unintended input or results."""

@@ -1,4 +1,4 @@
-"""What a session felt along a path: a row for each tick, and what its modes did."""
+"""Ticks of a session along a path, with the forces of its modes and its events."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ._parameters import Named
 
 
 class Ticks(numpy.ndarray):
-    """The ticks of a path: a structured array, a row each, with what the modes did beside it.
+    """The ticks of a path: a structured array, a row per tick, with the modes' forces and the events as attributes.
 
     Its fields: t_s [s] since the first of these ticks; probe_m, proxy_m, proxy_velocity_m_per_s, force_n, 3 numbers each;
     error_bound_m, sub_steps, iterations, status (a palpa.TickStatus as a number: rows["status"] == palpa.TickStatus.resting),
     dropped; and the energy of each tick, stored_j … ticks_j (palpa.Energy).
     """
 
-    mode_force_n: Any  # by mode its part of the force on the proxy [N], shape (n, 3)
-    events: Any  # what happened: (tick, kind, subject, value) each, tick counting from 0
+    mode_force_n: Any  # by mode its force on the proxy [N], shape (n, 3)
+    events: Any  # (tick, kind, subject, value) each, tick counting from 0
 
     @classmethod
     def _of(cls, rows, forces, names, events):
@@ -30,7 +30,7 @@ class Ticks(numpy.ndarray):
         made.events = events
         return made
 
-    def __array_finalize__(self, of):  # a part of the rows has neither
+    def __array_finalize__(self, of):  # a slice of the rows has neither
         self.mode_force_n = self.events = None
 
     def __getattr__(self, name: str) -> Any:
@@ -40,7 +40,7 @@ class Ticks(numpy.ndarray):
 
     @property
     def statuses(self) -> list[_palpa.TickStatus]:
-        """the status of each tick, as Tick.status has it"""
+        """the status of each tick, as in Tick.status"""
         return [_palpa.TickStatus(int(status)) for status in self["status"]]
 
     def frame(self) -> Any:
@@ -61,14 +61,14 @@ class Ticks(numpy.ndarray):
 
 
 def ticks(self: _palpa.Session, positions_m: ArrayLike, dt_s: ArrayLike) -> Ticks:
-    """A tick for each row of positions_m, shape (n, 3), at the speed of C++: other threads go on meanwhile.
+    """A tick for each row of positions_m, shape (n, 3), at the speed of C++; other Python threads continue meanwhile.
 
     dt_s: [s] one time step for all, or shape (n,); above 0 and at most 1, else ValueError.
-    Returns palpa.Ticks, a structured array, with `mode_force_n` and `events` of all ticks beside it.
+    Returns palpa.Ticks, a structured array, with attributes `mode_force_n` and `events` of all ticks.
     """
     return Ticks._of(*self._ticks(positions_m, dt_s))
 
 
 def modes(self: _palpa.Session) -> Mapping[str, _palpa.ModeForce]:
-    """Who pushed in the last tick: a ModeForce for each mode, by name."""
+    """Forces of the last tick: a ModeForce for each mode, by name."""
     return Named("the session", "mode", self._modes())

@@ -1,4 +1,4 @@
-"""Traces: recordings of what was felt, as arrays."""
+"""Traces: recordings of sessions, as arrays."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from ._scene import PalpaWarning, Scene, paths
 
 
 class Replay(NamedTuple):
-    """How two traces compare: `same` to the bit, else `where` they first differ; `ticks` that were compared; `cut`: why these
-    are not all, or empty."""
+    """Comparison of two traces: `same` to the bit, else `where` they first differ; number of compared `ticks`; `cut`: reason
+    why these are not all, or empty."""
 
     same: bool
     where: str
@@ -43,7 +43,8 @@ _texts = frozenset("status guard guard_cause mode kind subject value stop state"
 
 
 def _table(path):
-    """A file of a trace as a structured array, up to its last whole line. NAME_x_U, NAME_y_U, NAME_z_U become one field NAME_U."""
+    """File of a trace as a structured array, up to its last whole line. NAME_x_U, NAME_y_U, NAME_z_U become one field
+    NAME_U."""
     text = path.read_text(encoding="utf-8")
     rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
     names, rows = rows[0], rows[1:]
@@ -74,8 +75,8 @@ def _table(path):
 class Trace(Strict):
     """A recording: a folder with one table per file (docs/trace.md).
 
-    A temporary one goes with its object; `with` or `close` lets it go earlier. warnings: what is to be known of it, a sentence
-    each: how a recorded hand was moved, why nothing was felt, …
+    A temporary trace is deleted with its object; `with` or `close` deletes it earlier. warnings: a sentence each: how a
+    recorded hand was placed, why nothing was felt, …
     ticks, modes, events, timing, balances, primitives, … are structured arrays: trace.ticks["force_n"] has the shape (n, 3).
     """
 
@@ -91,7 +92,7 @@ class Trace(Strict):
             raise _palpa.LoadError(f"{self.folder}: is no trace; a trace is a folder with a trace.toml in it")
 
     def close(self) -> None:
-        """Removes a temporary trace now; of one in a folder that was named, and of later calls, nothing."""
+        """Deletes a temporary trace now; does nothing for a trace in a named folder, or if called again."""
         if self._temporary is not None:
             self._temporary.remove()
 
@@ -103,12 +104,12 @@ class Trace(Strict):
 
     @property
     def header(self) -> dict[str, Any]:
-        """what trace.toml says of it: a dict"""
+        """contents of trace.toml: a dict"""
         return tomllib.loads((self.folder / "trace.toml").read_text(encoding="utf-8"))
 
     @property
     def summary(self) -> dict[str, Any] | None:
-        """the numbers of the run that made it, as `palpa run --json` has them; None for a trace that was opened"""
+        """the numbers of its run, as in `palpa run --json`; None for a trace that was opened"""
         return self._summary
 
     @property
@@ -135,28 +136,28 @@ class Trace(Strict):
         return sorted(path.stem for path in self.folder.glob("*.csv"))
 
     def frame(self, name: str = "ticks") -> Any:
-        """A table as a DataFrame of pandas, a column for each of the file's."""
+        """A table as a DataFrame of pandas, with the file's columns."""
         import pandas
 
         return pandas.read_csv(self.folder / f"{name}.csv", float_precision="round_trip")
 
     def export(self, file: str | PathLike, *, replace: bool = False) -> None:
-        """Writes what was felt, where it was felt in the data, for other programs: by the ending .vtp (ParaView), .csv, .h5 or
-        .mrk.json (3D Slicer). replace: a file of that name may go. Raises LoadError."""
+        """Writes the trace's path and forces in the data's world for other programs: by the ending .vtp (ParaView), .csv, .h5
+        or .mrk.json (3D Slicer). replace: overwrites an existing file. Raises LoadError."""
         _palpa.export_trace(self.folder, file, replace)
 
     def replay(self, *, data: Sequence[str | PathLike] = ()) -> Replay:
-        """Feels it again with its recorded hand and compares: a Replay. Raises LoadError where its scene cannot be loaded."""
+        """Repeats the run with its recorded hand and compares: a Replay. Raises LoadError if its scene cannot be loaded."""
         return Replay(*_palpa.replay(self.folder, paths(data, "data"), list(plugins)))
 
     def compare(self, other: Trace | str | PathLike) -> Replay:
-        """Where another trace first differs, over all tables but timing: a Replay."""
+        """Compares with another trace, all tables but timing: a Replay."""
         other = other.folder if isinstance(other, Trace) else Path(other)
         return Replay(*_palpa.compare_traces(self.folder, other), "")
 
     def plot(self) -> Any:
-        """A figure of matplotlib: the force of the spring, what reached the hand and each mode's part over time, with lines where
-        something began to hold or gave way; and how far probe and proxy are apart. Raises ImportError without matplotlib."""
+        """A figure of matplotlib: the spring's force, the force on the hand and each mode's part over time, with lines at
+        contacts and break-throughs; and the distance between probe and proxy. Raises ImportError without matplotlib."""
         return trace_figure(self)
 
     def _repr_png_(self):
@@ -176,8 +177,8 @@ class Trace(Strict):
 
 
 class _Temporary:
-    """A temporary folder that goes with its object, or at the end, in the process that made it: one that was forked from that has
-    a copy of the object, but not the folder."""
+    """Temporary folder, deleted with its object or at exit, only by the process that made it: a forked process has a copy of
+    the object, but does not own the folder."""
 
     def __init__(self):
         import tempfile
@@ -197,7 +198,7 @@ def _remove(folder, made_by):
 
 
 def _new_folder(out):
-    """The folder of a new trace, and the temporary one that it lies in where none is named."""
+    """Folder of a new trace, and, if none is named, its temporary parent."""
     if out is not None:
         if not isinstance(out, (str, os.PathLike)):
             raise TypeError(f"'out' takes the path of a folder that is made, not {type(out).__name__}")
@@ -207,12 +208,12 @@ def _new_folder(out):
 
 
 def _in_python(sentence):
-    """A sentence that names options of the program, with the keywords of Python in their place."""
+    """Sentence with the program's options replaced by Python keywords."""
     return re.sub(r"--hand-(place|hold) (\w+)", r"\1='\2'", sentence)
 
 
 def _tell(told):
-    """Warns of each; returns them as the words of Python."""
+    """Raises sentences as warnings; returns them with Python keywords."""
     told = tuple(_in_python(sentence) for sentence in told)
     for sentence in told:
         warnings.warn(sentence, PalpaWarning, stacklevel=3)
@@ -220,7 +221,7 @@ def _tell(told):
 
 
 def _hand_given(hand, dt_s, rate_hz, place, fit):
-    """What is said of a hand to the library: a simulated one, a file, or positions."""
+    """Options for the library from a hand: simulated, a file, or positions."""
     is_word = isinstance(hand, (str, os.PathLike))
     if fit is not None:
         if place is not None:
@@ -232,7 +233,7 @@ def _hand_given(hand, dt_s, rate_hz, place, fit):
         if dt_s is not None:
             raise TypeError("'dt_s' is the time step of an array of positions; a file has its own times")
         return dict(hand=str(hand), place=place, rate_hz=1000.0 if rate_hz is None else rate_hz)
-    positions_m = _palpa.numbers_of(hand)  # NaN where it is masked: the hand is not known to be anywhere
+    positions_m = _palpa.numbers_of(hand)  # NaN where masked: the position is unknown
     if positions_m is None or positions_m.ndim != 2 or positions_m.shape[1] != 3:
         raise TypeError("'hand' takes 'sim:…', the path of a recorded hand, or an array of positions [m] of shape (n, 3), not "
                         + (f"an array of shape {positions_m.shape}" if isinstance(hand, numpy.ndarray) and positions_m is not None
@@ -249,18 +250,18 @@ def run(scene: Scene | str | PathLike, hand: str | PathLike | numpy.typing.Array
         duration_s: float | None = None, rate_hz: float | None = None, out: str | PathLike | None = None, hold: str | None = None,
         device: str | None = None, place: str | None = None, primitives: bool = False, data: Sequence[str | PathLike] = (),
         fit: bool | None = None) -> Trace:
-    """Feels a scene with a hand and records it: a Trace.
+    """Runs a scene with a hand and records it: a Trace.
 
     scene: a Scene, or the path of a scene file. hand: "sim:press", "sim:stroke", "sim:circle", "sim:helix", "sim:random", with
-    keys behind a comma (docs/hands.md); the path of a recorded hand; or positions [m] of shape (n, 3) in the hand frame, with
+    keys after a comma (docs/hands.md); the path of a recorded hand; or positions [m] of shape (n, 3) in the hand frame, with
     dt_s [s], a tick each and never moved.
-    place: where a recorded hand lies, "fitted" (where it feels most; the default, but of columns as our own ticks.csv has them),
-    "centred" or "as_recorded". duration_s: [s] None: the recording's, or 10. rate_hz: [Hz] 1 to 100000; None: 1000, of positions
-    1 / dt_s. out: the trace's folder, which must not exist; None: a temporary one that goes with the Trace. hold: "rigid",
-    "relaxed", "firm". device: what a simulated hand holds, "touch", … primitives: record sub-steps and primitives, too.
-    fit: earlier versions' word for `place`.
-    What is to be known of the run is a PalpaWarning, and in trace.warnings: a hand that was moved, nothing felt, …
-    Ctrl-C ends it; what was recorded in `out` up to there is complete.
+    place: placement of a recorded hand, "fitted" (with most contact; the default, except for ticks.csv of a trace), "centred"
+    or "as_recorded". duration_s: [s] None: the recording's, or 10. rate_hz: [Hz] 1 to 100000; None: 1000, for positions 1 /
+    dt_s. out: the trace's folder, which must not exist; None: a temporary folder, deleted with the Trace. hold: "rigid",
+    "relaxed", "firm". device: device of a simulated hand, "touch", … primitives: records sub-steps and primitives, too.
+    fit: name of `place` in earlier versions.
+    Remarks on the run are PalpaWarnings, also in trace.warnings: a hand that was moved, nothing felt, …
+    Ctrl-C ends it; the recording in `out` up to then is complete.
     """
     given = _hand_given(hand, dt_s, rate_hz, place, fit)
     if not isinstance(scene, (Scene, str, PathLike)):
@@ -277,9 +278,9 @@ def run(scene: Scene | str | PathLike, hand: str | PathLike | numpy.typing.Array
 class LawComparison(Strict):
     """Laws of earlier systems against the exact one, under one hand.
 
-    ticks, balances, left_out: how many were compared, and sub-steps that could not be.
-    posed_m: by law, the errors [m] of its answers to the very same balances, rising.
-    alone_n: by law, the differences of force [N] when it feels the scene by itself, rising.
+    ticks, balances, left_out: numbers of compared ticks and balances, and of sub-steps that could not be compared.
+    posed_m: by law, its errors [m] on the exact law's balances, in rising order.
+    alone_n: by law, its force differences [N] when it runs the scene alone, in rising order.
     """
 
     ticks: int
@@ -302,7 +303,7 @@ class LawComparison(Strict):
 
 def compare_laws(scene: Scene, positions_m: numpy.typing.ArrayLike, dt_s: float,
                  laws: Sequence[str] | None = None) -> LawComparison:
-    """Feels a scene with the exact law under positions_m, shape (n, 3), one tick of dt_s [s] each; poses every balance to each
-    of `laws` as well, then lets each feel the scene by itself. None: all of palpa.laws(). A LawComparison."""
+    """Runs a scene with the exact law at positions_m, shape (n, 3), a tick of dt_s [s] each; solves every balance by each of
+    `laws`, too, then runs the scene with each law alone. None: all of palpa.laws(). A LawComparison."""
     laws = _palpa.laws()[1:] if laws is None else [laws] if isinstance(laws, str) else list(laws)
     return LawComparison(_palpa.compare_laws(scene, positions_m, dt_s, laws))

@@ -1,4 +1,4 @@
-"""To and from VTK's own Python module, whichever is there: through views of numpy, without a copy where that can be."""
+"""Conversion to and from VTK's Python module, through numpy views, without a copy if possible."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ._trace import Trace
 
 
 def _numbers(array):
-    """An array of VTK as one of numpy, a view where its numbers lie close together; None where it holds none."""
+    """A VTK array as a numpy array, a view if contiguous; None if it holds no numbers."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     if not array.IsA("vtkDataArray"):
@@ -32,7 +32,7 @@ def _numbers(array):
 
 
 def _why_not(array, name, places):
-    """Why an array of VTK is not felt, half a sentence; empty: it is."""
+    """Reason why a VTK array is unusable, half a sentence; empty: usable."""
     components = array.GetNumberOfComponents()
     if not array.IsA("vtkDataArray"):
         return "it holds no numbers"
@@ -53,7 +53,7 @@ def _has_blanks(data):
 
 
 def _places(data, metres_per_unit):
-    """Where points and cells of a grid lie: for each its shape (z, y, x) and what _palpa.array_volume is told of it."""
+    """Positions of a grid's points and cells: for each the shape (z, y, x) and arguments of _palpa.array_volume."""
     if data.IsA("vtkRectilinearGrid"):
         along = [metres_per_unit * numpy.array(_numbers(axis), float).ravel()
                  for axis in (data.GetXCoordinates(), data.GetYCoordinates(), data.GetZCoordinates())]
@@ -129,12 +129,12 @@ def _resampled(data, metres_per_unit):
 
 
 def from_vtk(data: Any, *, metres_per_unit: float = 1.0, copy: bool = False) -> Volume:
-    """A volume of a data set of VTK's: every array of one or three numbers of its points and cells is a field.
+    """A volume from a VTK data set: every point or cell array of one or three components is a field.
 
-    vtkImageData and vtkRectilinearGrid are read where they are, in no time; their arrays are kept, and must not change while
-    they are felt: copy=True where the pipeline goes on. What else there is (curvilinear, unstructured, with blank points or
-    cells) is resampled by palpa-read, like a file of it, and `warnings` tell the error.
-    metres_per_unit: [m] VTK says no unit of length: 0.001 where the program's is the millimetre.
+    vtkImageData and vtkRectilinearGrid are read in place, at once; their arrays are kept, and must not change while in use:
+    copy=True if the pipeline continues. Other data sets (curvilinear, unstructured, with blank points or cells) are resampled
+    by palpa-read, like a file, and `warnings` report the error.
+    metres_per_unit: [m] VTK has no unit of length: 0.001 for millimetres.
     Raises LoadError, one line.
     """
     if not hasattr(data, "IsA") or not data.IsA("vtkDataSet"):
@@ -201,7 +201,7 @@ def _function_of(strength, factor):
     if points and points[0][1] != outside:
         function.AddPoint(math.nextafter(points[0][0], -math.inf), factor * outside)
     for value, result in points:
-        last = math.nextafter(value, math.inf) if value == last else value  # VTK has one point at one value
+        last = math.nextafter(value, math.inf) if value == last else value  # VTK has one point per value
         function.AddPoint(last, factor * result)
     if points and points[-1][1] != outside:
         function.AddPoint(math.nextafter(last, math.inf), factor * outside)
@@ -210,9 +210,9 @@ def _function_of(strength, factor):
 
 
 def to_vtk(what: Field | Volume | Trace | Strength, *, name: str = "value", samples: int = 128, factor: float = 1.0) -> Any:
-    """A field, or the first of a volume, as vtkImageData: its voxels, or of a formula `samples` along its longest side. A trace
-    as vtkPolyData: the proxy's path with every column as an array. A strength as vtkPiecewiseFunction, times `factor` [1/N].
-    All of them copies."""
+    """A field, or a volume's first field, as vtkImageData: its voxels or, for a formula, `samples` along its longest side. A
+    trace as vtkPolyData: the proxy's path with every column as an array. A strength as vtkPiecewiseFunction, times `factor`
+    [1/N]. All results are copies."""
     if isinstance(what, Volume):
         name, what = next(iter(what.fields.items()))
     if isinstance(what, Field):
@@ -225,13 +225,13 @@ def to_vtk(what: Field | Volume | Trace | Strength, *, name: str = "value", samp
 
 
 def strength_from_vtk(function: Any, of: str, *, factor: float = 1.0) -> Strength:
-    """A vtkPiecewiseFunction as a strength of the field `of`: `factor` [N] where VTK has 1. Straight pieces stay as they are,
-    bent ones become 32. Beyond its points it is 0 where the function does not clamp, else what its ends are, which must be
-    alike. Raises ValueError."""
+    """A vtkPiecewiseFunction as a strength of the field `of`: `factor` [N] per 1 in VTK. Straight pieces are kept, a curved
+    piece becomes 32. Beyond its points it is 0 without clamping, else the value of its ends, which must be equal. Raises
+    ValueError."""
     count = function.GetSize()
     if count == 0:
         raise ValueError("vtkPiecewiseFunction: has no points; add one")
-    pieces = 32  # of a bent piece. More: more points for each look; fewer: corners are felt
+    pieces = 32  # per curved piece. More: slower evaluation; fewer: corners are felt
     points, node = [], [0.0] * 4
     for n in range(count):
         before, node = node, [0.0] * 4
@@ -257,18 +257,18 @@ def _map_of(hand_to_world):
     return matrix
 
 
-# [m] More than any hand's reach. More: lengths of the world pass, and a ball fills the picture; less: pictures from afar do not.
+# [m] Above any hand's reach. More: lengths of the world pass, and a ball fills the picture; less: distant views are refused.
 _widest_unit_m = 0.5
 
 
 class FeltActors(Strict):
-    """What is felt, for anybody's vtkRenderer: proxy, probe, the spring between them, primitives (planes as discs, lines as
-    rods, points as balls, directed forces as arrows, in the colour of their mode).
+    """Actors for any vtkRenderer: proxy, probe, the spring between them, primitives (planes as discs, lines as rods, points as
+    balls, directed forces as arrows, in the colour of their mode).
 
-    view_half_height_hand_m: [m of the hand] half the height of the picture, as 0.08; what sizes are shares of: a ball has 0.02 of it. It lies
-    above 0 and is at most 0.5: no hand's reach is wider. A length of the world is divided by the scale of hand_to_world, which
-    is the length of one of its first three columns. hand_to_world: shape (4, 4), scene.hand_to_world() where the renderer shows
-    the data's world; None: it shows the hand frame.
+    view_half_height_hand_m: [m of the hand] half the height of the picture, such as 0.08; the unit of sizes: a ball has 0.02 of
+    it. Above 0, at most 0.5: no hand's reach is wider. To convert a length of the world, divide it by the scale of
+    hand_to_world, the length of any of its first three columns. hand_to_world: shape (4, 4), scene.hand_to_world() if the
+    renderer shows the data's world; None: it shows the hand frame.
     """
 
     _colors = (0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x56B4E9)
@@ -296,7 +296,7 @@ class FeltActors(Strict):
             self._mappers.append(mapper)
 
     def update(self, live: Any) -> bool:
-        """Shows the latest tick of a palpa.Live; its loop never waits for it. False: there was nothing new."""
+        """Shows the latest tick of a palpa.Live, without blocking its loop. False: no new tick."""
         seen = live.latest()
         if seen["tick"] == self._tick:
             return False
@@ -305,8 +305,8 @@ class FeltActors(Strict):
         return True
 
     def follow(self, live: Any, interactor: Any) -> None:
-        """From now on shows the latest tick of a palpa.Live in the window of an interactor that is initialised, some sixty times a
-        second; where a picture takes longer, half of the time, so that the mouse is listened to as well."""
+        """From now on shows the latest tick of a palpa.Live in the window of an initialised interactor, some sixty times a
+        second; slower renderings take at most half of the time, so that mouse events are handled, too."""
         rests_until_s = 0.0
 
         def draw_if_due(*_):
@@ -320,7 +320,7 @@ class FeltActors(Strict):
         interactor.CreateRepeatingTimer(16)
 
     def show(self, probe_m: Any, proxy_m: Any, primitives: Iterable[dict[str, Any]] = ()) -> None:
-        """Shows this moment, hand frame; primitives as Live.primitives() has them."""
+        """Shows these positions, hand frame; primitives as from Live.primitives()."""
         primitives = list(primitives)
         probe_m, proxy_m = numpy.asarray(probe_m, float), numpy.asarray(proxy_m, float)
         self._used = [0, 0, 0]
@@ -336,7 +336,7 @@ class FeltActors(Strict):
                 actor.VisibilityOff()
 
     def remove(self) -> None:
-        """Takes its actors out of the renderer."""
+        """Removes its actors from the renderer."""
         for actors in self._actors:
             for actor in actors:
                 self._renderer.RemoveActor(actor)
@@ -371,7 +371,7 @@ class FeltActors(Strict):
             self._put(2, to_m - head_m * along, head_m * along, 2.2 * radius_m, color)
 
     def _put(self, shape, from_m, way_m, radius_m, color, opacity=1.0):
-        """Shows one more actor of a shape: its y axis along way_m, as long as that, and so thick."""
+        """Shows a further actor of a shape, scaled along its y axis to way_m and across to radius_m."""
         from vtkmodules.vtkCommonMath import vtkMatrix4x4
         from vtkmodules.vtkRenderingCore import vtkActor
 
@@ -400,11 +400,11 @@ class FeltActors(Strict):
 
 
 class MousePointer(Strict):
-    """Moves a palpa.MouseHand as the mouse moves over the picture, as far as that is at the camera's focal point, and with each
-    notch of the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn
-    the view, and the hand rests; the wheel is the hand's alone. Keep it while it is to work.
+    """Moves a palpa.MouseHand with the mouse over the picture, by the distance at the camera's focal point, and by 2 mm per
+    notch of the wheel away from the viewer, or back. While a button is pressed the interactor's style uses the mouse to rotate
+    the view, and the hand rests; the wheel moves only the hand. Keep a reference to it while in use.
 
-    interactor: has its style already. renderer: whose camera is looked through. hand_to_world: as of FeltActors.
+    interactor: with its style set. renderer: of the camera in use. hand_to_world: as for FeltActors.
     """
 
     _notch_m = 0.002
@@ -417,11 +417,11 @@ class MousePointer(Strict):
         self._last_px = None
         for event in ("MouseMoveEvent", "LeaveEvent"):
             interactor.AddObserver(event, self._follow)
-        for event in ("MouseWheelForwardEvent", "MouseWheelBackwardEvent"):  # in place of what the style makes of the wheel
+        for event in ("MouseWheelForwardEvent", "MouseWheelBackwardEvent"):  # in place of the style's use of the wheel
             style.AddObserver(event, self._follow)
 
     def _follow(self, _, event):
-        if event == "LeaveEvent":  # the mouse may come back anywhere
+        if event == "LeaveEvent":  # the mouse may return anywhere
             self._last_px = None
             return
         camera, style = self._renderer.GetActiveCamera(), self._interactor.GetInteractorStyle()

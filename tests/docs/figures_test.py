@@ -10,9 +10,17 @@ np = pytest.importorskip("numpy")
 pytest.importorskip("matplotlib")
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools" / "figures"))
 import common  # noqa: E402
+import design_figures as design  # noqa: E402
 import paper_figures as paper  # noqa: E402
 import path_figures as path  # noqa: E402
 import theory_figures as theory  # noqa: E402
+
+
+@pytest.mark.parametrize("row", design.tick_rows + design.voxel_rows, ids=lambda row: row[1])
+def test_design_each_step_is_a_function_of_its_source(row):
+    _, function, _, source = row
+    file = next(f for f in (common.root / "palpa" / source, common.root / source) if f.exists())
+    assert function.split("::")[-1] in file.read_text() or function in ("protocol", "palpa-read")
 
 
 @pytest.mark.parametrize("kind", ["point", "line", "plane", "directed"])
@@ -138,8 +146,8 @@ def test_steps_through_the_proxy_leak_no_more_than_proven_and_others_do():
     assert (leak_j > bound_j).sum() > 50
 
 
-names = ["fig1-primitives", "fig2-balance", "fig3-plane", "fig4-friction", "fig5-constraints", "fig6-laws", "path-drift",
-         "path-groove", "path-order", "path-wall", "theory-bound", "theory-energy", "theory-passivity", "theory-sum",
+names = ["design-tick", "design-voxel", "fig1-primitives", "fig2-balance", "fig3-plane", "fig4-friction",
+         "fig5-constraints", "fig6-laws", "path-drift", "path-groove", "path-order", "path-wall", "theory-bound", "theory-energy", "theory-passivity", "theory-sum",
          "theory-sweeps"]
 
 
@@ -158,6 +166,6 @@ def test_figures_are_well_formed_and_label_their_axes_with_units(name, tmp_path)
     assert png.startswith(b"\x89PNG\r\n")
     drawn = xml.etree.ElementTree.fromstring(svg)
     texts = ["".join(each.itertext()) for each in drawn.iter("{http://www.w3.org/2000/svg}text")]
-    assert any(" / " in text for text in texts) or name in ("fig2-balance", "fig3-plane", "theory-sum")
+    assert any(" / " in text for text in texts) or name in ("design-tick", "design-voxel", "fig2-balance", "fig3-plane", "theory-sum")
     description = drawn.find(".//{http://purl.org/dc/elements/1.1/}description")
     assert len(description.text) > 40, "the caption"

@@ -51,13 +51,23 @@ const later = (act) => new Promise((done) => setTimeout(() => { act(); setTimeou
 )";
 }
 
+/// A trace of three seconds and its report, made once for all tests.
+struct Recording : StudyFolder {
+  Recording() {
+    run(options("trace", 3.0));
+    html = report_html(folder / "trace");
+  }
+  std::string html;
+};
+
 class Browser : public StudyTest {
  protected:
   void SetUp() override {
     if (!has_browser()) GTEST_SKIP() << "no chromium; install the package chromium to look at reports in a browser";
-    run(options("trace", 3.0));
-    html = report_html(folder / "trace");
+    if (!recording) recording = std::make_unique<Recording>();
+    html = recording->html;
   }
+  static void TearDownTestSuite() { recording.reset(); }
 
   Shown open(const std::string& page, const std::vector<std::string>& options = {}) const {
     write("page.html", page);
@@ -108,6 +118,7 @@ class Browser : public StudyTest {
   }
 
   std::string html;
+  static inline std::unique_ptr<Recording> recording;
 };
 
 TEST_F(Browser, TurnsTheSceneAndBack) {
@@ -211,10 +222,10 @@ TEST_F(Browser, ShowsThePictureWithoutWebGl) {
 
 TEST_F(Browser, TwoTracesAreZoomedTogetherAndSayTheirNamesAtOnce) {
   RunOptions again = options("again", 3.0);
-  again.hand = (folder / "trace/ticks.csv").string();
+  again.hand = (recording->folder / "trace/ticks.csv").string();
   again.scene_options.sets.emplace_back("mode.skin.level.skin.strength_n", "0.2");
   run(again);
-  const std::string pair = report_html(folder / "trace", {.beside = folder / "again"});
+  const std::string pair = report_html(recording->folder / "trace", {.beside = folder / "again"});
   const std::string zoom = script_that(R"(
     told.curves = Plots.graphs.map((one) => one.values.textContent);
     await later(() => drag(document.querySelector('#plot-force canvas:last-of-type'), [150, 60], [200, 0], 10));

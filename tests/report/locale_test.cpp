@@ -41,10 +41,9 @@ field = "head"
 show = "slices"
 )";
 
-class Locale : public StudyTest, public testing::WithParamInterface<LocaleOf> {
- protected:
-  using Bytes = std::map<std::string, std::string>;
-  Locale() {
+/// Two traces, recorded once for all tests: the scene's, and one of a weaker skin under the same hand.
+struct Traces : StudyFolder {
+  Traces() {
     RunOptions primitives = options("recorded", 1.2345);
     primitives.primitives = true;
     run(primitives);
@@ -53,19 +52,35 @@ class Locale : public StudyTest, public testing::WithParamInterface<LocaleOf> {
     weaker.scene_options.sets.emplace_back("mode.skin.level.skin.strength_n", "0.25");
     run(weaker);
   }
+};
 
-  /// Expects equal output of `make` in the classic locale and with commas.
+class Locale : public StudyTest {
+ protected:
+  using Bytes = std::map<std::string, std::string>;
+
+  static void SetUpTestSuite() { traces = std::make_unique<Traces>(); }
+  static void TearDownTestSuite() { traces.reset(); }
+  static fs::path trace(const char* name) { return traces->folder / name; }
+
+  /// Expects equal output of `make` in the classic locale and with commas, set in each way.
   void is_the_same(const std::function<Bytes(const fs::path& folder)>& make) const {
     fs::create_directories(folder / "classic");
-    fs::create_directories(folder / "commas");
     const Bytes classic = make(folder / "classic");
-    Bytes commas;
-    {
-      const CommaLocale locale(GetParam(), folder / "locales");
-      commas = make(folder / "commas");
-    }
-    ASSERT_EQ(classic.size(), commas.size());
     EXPECT_FALSE(classic.empty());
+    for (const auto& [of, way] : {std::pair{LocaleOf::set_locale, "set_locale"}, std::pair{LocaleOf::use_locale, "use_locale"},
+                                  std::pair{LocaleOf::streams, "streams"}}) {
+      SCOPED_TRACE(way);
+      fs::create_directories(folder / way);
+      Bytes commas;
+      {
+        const CommaLocale locale(of, folder / "locales");
+        commas = make(folder / way);
+      }
+      are_the_same(classic, commas);
+    }
+  }
+  static void are_the_same(const Bytes& classic, const Bytes& commas) {
+    ASSERT_EQ(classic.size(), commas.size());
     for (const auto& [name, bytes] : classic) {
       ASSERT_TRUE(commas.contains(name)) << name;
       EXPECT_FALSE(bytes.empty()) << name;
@@ -86,13 +101,16 @@ class Locale : public StudyTest, public testing::WithParamInterface<LocaleOf> {
     }
     return files;
   }
+
+ private:
+  static inline std::unique_ptr<Traces> traces;
 };
 
-TEST_P(Locale, TextAndRounding) {
+TEST_F(Locale, TextAndRounding) {
   is_the_same([](const fs::path&) { return Bytes{{"text", detail::text("%.3f %g %d", 1234.5, 0.25, 1234567)}}; });
 }
 
-TEST_P(Locale, RunsAndTheirTraces) {
+TEST_F(Locale, RunsAndTheirTraces) {
   is_the_same([&](const fs::path& out) {
     for (const char* hand : {"sim:stroke", "sim:press,depth_m=0.0125"}) {
       RunOptions o = options("", 0.5);
@@ -104,7 +122,7 @@ TEST_P(Locale, RunsAndTheirTraces) {
       run(o);
     }
     RunOptions recorded = options("", 0.5);
-    recorded.hand = (folder / "recorded/ticks.csv").string();
+    recorded.hand = (trace("recorded") / "ticks.csv").string();
     recorded.out = out / "again";
     const RunResult felt = run(recorded);
     Bytes all = files_of(out);
@@ -120,18 +138,17 @@ TEST_P(Locale, RunsAndTheirTraces) {
   });
 }
 
-TEST_P(Locale, Reports) {
+TEST_F(Locale, Reports) {
   is_the_same([&](const fs::path& out) {
     Bytes all;
-    all["report.html"] = report_html(folder / "recorded", {.pictures = {}});
-    all["beside.html"] = report_html(folder / "recorded", {.beside = folder / "weaker"});
-    write_report(folder / "recorded", out / "page.html", {.pictures = out / "pictures"});
+    all["beside.html"] = report_html(trace("recorded"), {.beside = trace("weaker")});
+    write_report(trace("recorded"), out / "page.html", {.pictures = out / "pictures"});  // the page of report_html
     all.merge(files_of(out));
     return all;
   });
 }
 
-TEST_P(Locale, PicturesOfCloudsAndSlices) {
+TEST_F(Locale, PicturesOfCloudsAndSlices) {
   const Scene scene = parse_scene(std::string(phantom_scene) + seen_scene, "scene.toml", folder, {}, standard_modes()).scene;
   const std::vector<PathPoint> path{{{0, 0, 0.06}, {0, 0, 0.06}, {}}, {{0.01, 0, 0.04}, {0.01, 0, 0.045}, {0, 0, 1.25}}};
   is_the_same([&](const fs::path&) {
@@ -139,7 +156,7 @@ TEST_P(Locale, PicturesOfCloudsAndSlices) {
   });
 }
 
-TEST_P(Locale, PlotsOfAllKinds) {
+TEST_F(Locale, PlotsOfAllKinds) {
   is_the_same([](const fs::path&) {
     Plot plot{.title = "Force",
               .x_label = "time / s",
@@ -154,14 +171,14 @@ TEST_P(Locale, PlotsOfAllKinds) {
   });
 }
 
-TEST_P(Locale, ExportsOfTraces) {
+TEST_F(Locale, ExportsOfTraces) {
   is_the_same([&](const fs::path& out) {
-    for (const char* name : {"felt.vtp", "felt.csv", "felt.mrk.json", "felt.h5"}) export_trace(folder / "recorded", out / name);
+    for (const char* name : {"felt.vtp", "felt.csv", "felt.mrk.json", "felt.h5"}) export_trace(trace("recorded"), out / name);
     return files_of(out);
   });
 }
 
-TEST_P(Locale, MapsKeptWrittenAndDrawn) {
+TEST_F(Locale, MapsKeptWrittenAndDrawn) {
   const LoadedScene loaded = load_scene(folder / "scene.toml", volume_reader(), standard_modes());
   is_the_same([&](const fs::path& out) {
     ForceMap map(map_slice(1, 0.0015, 0.1234, 12));
@@ -177,7 +194,7 @@ TEST_P(Locale, MapsKeptWrittenAndDrawn) {
   });
 }
 
-TEST_P(Locale, ScenesWrittenAndRead) {
+TEST_F(Locale, ScenesWrittenAndRead) {
   is_the_same([&](const fs::path&) {
     const LoadedScene loaded = load_scene(folder / "scene.toml", volume_reader(), standard_modes());
     const std::string text = to_toml(loaded.scene);
@@ -186,7 +203,7 @@ TEST_P(Locale, ScenesWrittenAndRead) {
   });
 }
 
-TEST_P(Locale, WordsOfChecksLawsAndDevices) {
+TEST_F(Locale, WordsOfChecksLawsAndDevices) {
   const LoadedScene loaded = load_scene(folder / "scene.toml", volume_reader(), standard_modes());
   is_the_same([&](const fs::path& out) {
     const CheckReport report = check_quickly(loaded.scene, device_presets().front());
@@ -214,7 +231,7 @@ TEST_P(Locale, WordsOfChecksLawsAndDevices) {
 }
 
 #ifdef PALPA_READERS
-TEST_P(Locale, VolumesWrittenAndRead) {
+TEST_F(Locale, VolumesWrittenAndRead) {
   ReadOptions with;
   with.reader = fs::path(PALPA_READERS) / "palpa-read";
   const Volume ball = sampled(sphere_field(), 24);
@@ -238,13 +255,6 @@ TEST_P(Locale, VolumesWrittenAndRead) {
   });
 }
 #endif
-
-INSTANTIATE_TEST_SUITE_P(Ways, Locale, testing::Values(LocaleOf::set_locale, LocaleOf::use_locale, LocaleOf::streams),
-                         [](const auto& tested) {
-                           return std::string(tested.param == LocaleOf::set_locale   ? "SetLocale"
-                                              : tested.param == LocaleOf::use_locale ? "UseLocale"
-                                                                                     : "Streams");
-                         });
 
 }  // namespace locale_test
 }  // namespace palpa

@@ -111,9 +111,9 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
     here.stiffness_n_per_m = stiffness_n_per_m;
     for (const bool coulomb : {false, true}) {
       SurfaceAndFriction mode = skin(coulomb ? 0.0 : 0.2, coulomb ? 0.3 : 0.0, texture);
-      const Foot foot{.offset_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
+      const Contact foot{.offset_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
       if (coulomb) mode.levels[0].stiffness_n_per_m = 300.0;
-      here.feet = {&foot, coulomb ? 1u : 0u};
+      here.contacts = {&foot, coulomb ? 1u : 0u};
       mode.field = {"data", 0};
       mode.detail = {"data", 1};
       mode.static_friction_ratio = ratio;

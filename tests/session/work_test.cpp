@@ -134,7 +134,7 @@ TEST(Work, IsWhatIsReadOfTheDataOfAnyKind) {
     Session session(scene);
     test::HostileHand hand(random);
     int waiting = 0;
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < 600; ++i) {
       values = 0;
       const Tick t = session.tick({.position_m = hand.next()}, tick_s);
       ASSERT_LE(values, 2 * 2 * tick_work::values_each * t.work) << kind << ", " << i;

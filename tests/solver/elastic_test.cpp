@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "palpa/session/coulomb_friction.h"
-#include "palpa/session/elastic_contacts.h"
 #include "palpa/session/split.h"
 #include "tests/solver/solved.h"
 
@@ -206,26 +205,6 @@ TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
     });
     EXPECT_GT(sunk, 20) << name;
   }
-}
-
-TEST(Elastic, FeetAreKeptByPrimitiveAndFoundByMode) {
-  ElasticContacts feet;
-  EXPECT_EQ(feet.offset_m({3, 0}), Vec3{});
-  for (std::uint16_t mode = 0; mode < 5; ++mode) {
-    for (std::uint16_t slot = 0; slot < mode; ++slot) feet.put({{mode, slot}, {1.0 * mode, 1.0 * slot, 0.0}, 0.5});
-  }
-  EXPECT_EQ(feet.all().size(), 10u);
-  for (std::uint16_t mode = 0; mode < 6; ++mode) {
-    EXPECT_EQ(feet.of(mode).size(), mode < 5 ? mode : 0u);
-    for (const Foot& foot : feet.of(mode)) EXPECT_EQ(foot.id.mode, mode);
-  }
-  EXPECT_EQ(feet.offset_m({4, 2}), (Vec3{4.0, 2.0, 0.0}));
-  EXPECT_EQ(feet.offset_m({2, 2}), Vec3{});
-  for (std::uint16_t slot = 0; slot < 100; ++slot) feet.put({{9, slot}, {1.0, 1.0, 1.0}, 0.5});
-  EXPECT_EQ(feet.of(4).size(), 4u);
-  EXPECT_LT(feet.of(9).size(), 100u);
-  feet.clear();
-  EXPECT_TRUE(feet.all().empty());
 }
 
 TEST(Elastic, LetsFrictionKnowWhatItBears) {

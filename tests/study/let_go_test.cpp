@@ -32,6 +32,24 @@ TEST(LetGo, IsStableUpToTheBoundOfTheSampledLoop) {
   }
 }
 
+// An encoder makes a stable loop toggle by a few of its steps at single stiffnesses; these are no end of stability.
+TEST(LetGo, MoreDampingNeverHasASmallerLargestStiffnessUnderAnEncoder) {
+  for (const char* name : {"touch", "desktop", "omega"}) {
+    double before = 0.0;
+    for (const double damping : {0.5, 1.0, 2.0}) {
+      LetGoOptions options{.plant = device_plant(name), .damping_ns_per_m = damping, .rest_steps = 3.5};
+      options.plant.coulomb_friction_n = 0.0;
+      options.plant.damping_ns_per_m = 0.1;
+      options.plant.delay_ticks = 1;
+      const double k =
+          largest_stable_stiffness_n_per_m([&](double stiff) { return comes_to_rest(options, stiff); }, 40.0, 3000.0);
+      EXPECT_GT(k, before) << name << ", " << damping;
+      EXPECT_NEAR(k / ((damping + 0.1) / 1.5e-3), 0.85, 0.2) << name << ", " << damping << ": " << k;
+      before = k;
+    }
+  }
+}
+
 TEST(LetGo, TheBoundIsHalfATickOfDelayOrOneAndAHalf) {
   EXPECT_NEAR(bound_n_per_m(0.2, 0.2, 1e-3, false), 2.0 * 0.2 / 1e-3, 2.0);
   EXPECT_NEAR(bound_n_per_m(0.2, 0.2, 1e-3, true), 0.2 / 1.5e-3, 2.0);

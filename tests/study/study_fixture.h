@@ -44,14 +44,17 @@ field = "head"
 drag_ns_per_m = 0.5
 )";
 
-class StudyTest : public testing::Test {
- protected:
-  StudyTest() {
+/// A folder with the phantom's scene, and runs of it.
+class StudyFolder {
+ public:
+  StudyFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "palpa-study-test-XXXXXX").string();
     folder = ::mkdtemp(name.data());
     write("scene.toml", phantom_scene);
   }
-  ~StudyTest() override { std::filesystem::remove_all(folder); }
+  ~StudyFolder() { std::filesystem::remove_all(folder); }
+  StudyFolder(const StudyFolder&) = delete;
+  StudyFolder& operator=(const StudyFolder&) = delete;
 
   void write(const std::string& name, const std::string& text) const { std::ofstream(folder / name, std::ios::binary) << text; }
   std::string read(const std::filesystem::path& file) const {
@@ -79,5 +82,7 @@ class StudyTest : public testing::Test {
 
   std::filesystem::path folder;
 };
+
+class StudyTest : public testing::Test, protected StudyFolder {};
 
 }  // namespace palpa

@@ -4,6 +4,7 @@
 import sys
 
 import common
+import design_figures  # noqa: F401
 import paper_figures  # noqa: F401
 import path_figures  # noqa: F401
 import reproduction  # noqa: F401
