@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "palpa/base/printed.h"
 #include "palpa/data/length_unit.h"
 
 namespace palpa::app {
@@ -43,12 +44,8 @@ Unit unit_of(const Facts& facts) {
 std::string rounded_words(double value) {
   const double size = std::abs(value);
   if (size < 999.95 || size >= 1e9 || !std::isfinite(value)) return fmt::format("{:.4g}", value + 0.0);
-  std::string digits = fmt::format("{:.0f}", value);
-  if (size < 9999.5) return digits;
-  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > (value < 0.0 ? 1 : 0); at -= 3) {
-    digits.insert(static_cast<std::size_t>(at), " ");
-  }
-  return digits;
+  const std::string digits = fmt::format("{:.0f}", value);
+  return size < 9999.5 ? digits : detail::grouped(digits);
 }
 
 std::string rounded_words(double value, double span) { return rounded_words(std::abs(value) < 1e-7 * span ? 0.0 : value); }
