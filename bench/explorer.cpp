@@ -1,4 +1,4 @@
-// The window: how long a picture takes for each view, the start, and what the window costs the haptic loop.
+// The explorer's window: time of a picture for each view, start time, and cost for the haptic loop.
 //
 //   bench_explorer [FRAMES] [SECONDS]    on a display of its own, at 800 x 600 pixels of the view
 #include <QElapsedTimer>
@@ -25,7 +25,6 @@ Times times_of(std::vector<double> ms) {
   return {ms[ms.size() / 2], ms[ms.size() * 95 / 100]};
 }
 
-/// One picture on the screen, all of it.
 double picture_ms(View3D& view, double turn_deg) {
   QElapsedTimer timer;
   timer.start();
@@ -43,7 +42,7 @@ void frames(Driver& driver, const char* what, int count) {
   const std::clock_t before = std::clock();
   for (int i = 0; i < count; ++i) turning.push_back(picture_ms(view, 3.0));
   const double work_ms = 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC / count;
-  Driver::live(800);  // the fine picture
+  Driver::live(800);
   for (int i = 0; i < std::max(5, count / 4); ++i) resting.push_back(picture_ms(view, 0.0));
   const Times moves = times_of(turning), rests = times_of(resting);
   std::printf(
@@ -54,7 +53,7 @@ void frames(Driver& driver, const char* what, int count) {
   std::fflush(stdout);
 }
 
-/// The embedded head with so many samples along its longest side.
+/// The embedded head with this many samples along its longest side.
 std::filesystem::path head_of(int samples) {
   std::ifstream in(embedded("head_phantom.toml"));
   std::string text(std::istreambuf_iterator<char>(in), {});

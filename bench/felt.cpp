@@ -1,9 +1,9 @@
-// What is felt, in figures: of the four scenes with real data and of five that are suggested for files, one table each, and one
-// of the worst of all; with pictures where asked.
+// Force figures of the four scenes with real data and of five suggested scenes of files: a table for each, a table of the
+// worst, and optional pictures.
 //
 //   bench_felt [--part NAME]… [--scene NAME]… [--pictures FOLDER] DATA_FOLDER
 //
-// Without --part all parts, without --scene all scenes. The tables are Markdown: those of docs/felt.md.
+// Without --part all parts, without --scene all scenes. The tables are the Markdown of docs/felt.md.
 #include "bench/felt.h"
 
 #include <algorithm>

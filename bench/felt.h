@@ -1,4 +1,4 @@
-// The parts of bench_felt: each measures some figures of what is felt, of one scene or of devices alone.
+// The parts of bench_felt: figures of one scene or of devices alone.
 #pragma once
 
 #include <palpa/palpa.h>
@@ -15,42 +15,39 @@
 
 namespace palpa::bench {
 
-/// A figure as the table has it.
 struct Figure {
   std::string name;
   std::string measured;
-  std::string asked;  ///< empty: nothing is
+  std::string asked;  ///< empty: no limit
   bool met = true;
-  double badness = 0.0;  ///< [1] larger is worse: by which scenes are compared
-  bool applies = true;   ///< false: the scene has nothing that could be measured, and `measured` says what
+  double badness = 0.0;  ///< [1] larger is worse: ranks the scenes
+  bool applies = true;   ///< false: not measurable in this scene; `measured` has the reason
 };
 
-/// A scene with all that hands need to know of it.
+/// A scene and the data that its hands need.
 struct FeltScene {
   std::string name;
-  std::string origin;  ///< its file
+  std::string origin;
   Scene scene;
-  Encounter rigid, held;  ///< what a rigid hand, and a relaxed one, comes upon
+  Encounter rigid, held;  ///< first contact of a rigid and of a relaxed hand
   EdgesOfData edges;
   double spacing_m = 0.0;  ///< [m] of hand, between the samples of the first field
 };
-/// The scenes that are measured, by name.
 std::vector<std::string> felt_scene_names();
-/// Loads one of them; throws LoadError.
+/// Throws LoadError.
 FeltScene load_felt_scene(const std::string& name, const std::filesystem::path& scenes_folder,
                           const std::filesystem::path& data_folder);
 
 inline constexpr double rate_hz = 1000.0;
 
-/// In along the user's axis beside the place of the front, to 50 mm behind it.
+/// Press along the user's axis beside the front, to 50 mm behind it.
 std::shared_ptr<const Target> press_at(const Encounter& met, double u_m, double v_m, double speed_m_per_s);
 inline constexpr double press_depth_m = 0.05;
 double press_duration_s(const Encounter& met, double speed_m_per_s);
 
-/// What a rigid hand in a device of this kind feels of a scene.
+/// Run of a rigid hand in a device of this kind.
 FeltRun feel(const Scene& scene, const std::shared_ptr<const Target>& target, double duration_s, const DevicePlant& plant = {});
 
-/// The five devices.
 std::vector<DevicePlant> device_plants();
 
 std::vector<Figure> slides(const FeltScene& felt);

@@ -1,4 +1,4 @@
-// What levels feel like: how they break, how stiff they are, where they push.
+// Levels: break-through, stiffness and positions.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -21,12 +21,11 @@ const SurfaceAndFriction* surface_of(const SceneMode& mode) {
   return mode.enabled ? mode.mode.as<SurfaceAndFriction>() : nullptr;
 }
 
-/// A level of a mode while a press lies on it.
 struct Held {
   std::vector<double> depths_m, forces_n;
 };
 
-/// A straight line through points (least squares), and how well it fits.
+/// A least-squares line, and its quality of fit.
 struct Line {
   double slope_n_per_m = 0.0;
   double correlation = 0.0;  ///< [1]
@@ -47,8 +46,7 @@ Line line_through(const Held& held) {
   return xx > 0.0 && yy > 0.0 ? Line{xy / xx, xy / std::sqrt(xx * yy)} : Line{};
 }
 
-/// A slow press, level by level: the value of each that was met, with the longest stay on it. The depth is what the probe went
-/// against the force, so that a wall that stands aslant counts for what it is.
+/// A slow press: the longest stay on each level met, by value. Depth is along the force, for inclined walls.
 std::map<double, Held> levels_pressed(const Scene& scene, const FeltScene& felt, double u_m, double v_m) {
   constexpr double slow_m_per_s = 0.01;
   const auto hand = hand_device(press_at(felt.rigid, u_m, v_m, slow_m_per_s), Hold::rigid, {});
@@ -84,8 +82,7 @@ std::map<double, Held> levels_pressed(const Scene& scene, const FeltScene& felt,
   return all;
 }
 
-/// The stiffness [N/m] of a stay between a tenth and nine tenths of its largest force; 0 where it is too short or too bent to
-/// tell.
+/// Stiffness [N/m] between 10 % and 90 % of the stay's largest force; 0 if too short or not straight.
 double stiffness_n_per_m(const Held& held) {
   constexpr std::size_t least = 20;
   constexpr double straight = 0.99;
@@ -101,7 +98,7 @@ double stiffness_n_per_m(const Held& held) {
   return line.correlation >= straight ? line.slope_n_per_m : 0.0;
 }
 
-/// Presses in at nine places: the slopes [N/m] for each level that was met.
+/// Presses at nine positions: the slopes [N/m] on each level met.
 std::map<double, std::vector<double>> slopes_pressed(const Scene& scene, const FeltScene& felt) {
   std::map<double, std::vector<double>> found;
   const double beside_m = 0.5 * felt.rigid.radius_m;
@@ -115,7 +112,7 @@ std::map<double, std::vector<double>> slopes_pressed(const Scene& scene, const F
   return found;
 }
 
-/// The scene with nothing but one surface mode and these levels of it, without friction and damper: its force is the surface's.
+/// The scene with one surface mode and these levels only, without friction and damper: its force is the surface's.
 Scene bare_surface(const Scene& scene, const SceneMode& wanted, std::vector<SurfaceAndFriction::Level> levels) {
   Scene bare = scene;
   bare.coupling.damping_ns_per_m = 0.0;
@@ -129,7 +126,7 @@ Scene bare_surface(const Scene& scene, const SceneMode& wanted, std::vector<Surf
   return bare;
 }
 
-/// Each level alone, as rigid as the coupling and with two stiffnesses of its own: what is felt over what is given.
+/// Each level alone, rigid and with two stiffnesses of its own: measured over set stiffness.
 Figure felt_by_given(const FeltScene& felt) {
   const double k = felt.scene.coupling.stiffness_n_per_m;
   Figure figure{.name = "stiffness felt : given, each level alone", .asked = "1 +- 1 %", .applies = false};
@@ -227,7 +224,7 @@ std::vector<Figure> normals(const FeltScene& felt) {
   for (const SceneMode& mode : felt.scene.modes()) {
     const SurfaceAndFriction* surface = surface_of(mode);
     if (!surface) continue;
-    // Rigid: one that gives way pushes along the normal at its foot, not at the proxy.
+    // Rigid: an elastic level pushes along the normal at its foot, not at the proxy.
     std::vector<SurfaceAndFriction::Level> levels = surface->levels;
     for (SurfaceAndFriction::Level& level : levels) level.stiffness_n_per_m = std::nullopt;
     const Scene bare = bare_surface(felt.scene, mode, levels);
@@ -235,11 +232,11 @@ std::vector<Figure> normals(const FeltScene& felt) {
     const Similarity map = bare.hand_to_world();
     for (int d = 0; d < directions; ++d) {
       const HandSlide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
-      const auto hand = hand_device(slide.target, Hold::relaxed);  // one that stays on the surface
+      const auto hand = hand_device(slide.target, Hold::relaxed);  // stays on the surface
       for (const FeltTick& tick : feel(bare, *hand, slide.to_s).ticks) {
         const Vec3 normal = map.gradient_to_hand(field->scalar(map.to_world(tick.proxy_m)).gradient);
         if (tick.t_s < slide.from_s || norm(tick.force_n) < least_n || !(norm(normal) > 0.0)) continue;
-        // What is left of a broken level's force falls for milliseconds, and keeps its direction: no surface makes it.
+        // The rest of a broken level's force fades for milliseconds in its direction: no surface force.
         const double across = norm(cross(normalized(tick.force_n), normalized(normal)));
         angles_deg.push_back(std::asin(std::min(1.0, across)) * 180.0 / std::numbers::pi);
       }

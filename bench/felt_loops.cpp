@@ -1,4 +1,4 @@
-// Closed loops: five devices in three hands, and devices that are let go.
+// Closed loops: five devices in three hands, and released devices.
 #include <palpa/study/let_go.h>
 #include <palpa/study/spectrum.h>
 
@@ -19,9 +19,9 @@ constexpr const char* hands[] = {"let go", "relaxed", "firm"};
 
 /// The hand's force in the tactile band once it is still.
 double still_rms_n(const FeltScene& felt, const DevicePlant& plant, int hand, double beside_m) {
-  constexpr double duration_s = 1.1;  // of what is looked at
-  constexpr double landed_s = 1.2;    // it has landed, and has not yet slid away
-  constexpr double push_n = 0.3;      // less than any level of the scenes bears
+  constexpr double duration_s = 1.1;
+  constexpr double landed_s = 1.2;  // after landing, before sliding off
+  constexpr double push_n = 0.3;    // less than the strength of any level in the scenes
   double from_s = even_s;
   std::unique_ptr<SimulatedDevice> device;
   if (hand == 0) {
@@ -66,7 +66,7 @@ Figure without_friction(const FeltScene& felt, const std::string& name, std::spa
 }
 
 Figure with_friction(const FeltScene& felt, const std::string& name, std::span<const int> of_hands) {
-  constexpr double nothing_n = 1e-4;  // a tenth of a millinewton is nothing
+  constexpr double nothing_n = 1e-4;  // 0.1 mN counts as 0
   const Worst worst = worst_of(felt, of_hands, true);
   return {.name = name,
           .measured = text("%.2f mN, ", 1e3 * worst.rms_n) + worst.where,

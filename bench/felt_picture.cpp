@@ -1,4 +1,4 @@
-// The pictures of bench_felt: one sheet for each scene.
+// The pictures of bench_felt: a sheet for each scene.
 #include <palpa/report/signal.h>
 #include <palpa/study/spectrum.h>
 #include <palpa/view/plot.h>
@@ -11,7 +11,7 @@ namespace {
 
 using detail::text;
 
-/// Length of the command over time, from a moment on, which becomes 0.
+/// Magnitude of the command over time; time 0 is `from_s`.
 Series force_over_time(const FeltRun& run, const std::string& name, CurveColor color, double from_s) {
   Series series{.name = name, .color = color};
   for (const FeltTick& tick : run.ticks) {
@@ -22,7 +22,7 @@ Series force_over_time(const FeltRun& run, const std::string& name, CurveColor c
   return series;
 }
 
-/// Of the slides through the place the one that presses most while it stays on what it has met.
+/// Of the slides that stay on their surface, the slide with the largest force.
 HandSlide firmest_slide(const FeltScene& felt) {
   constexpr int directions = 8;
   HandSlide best = slide_over(felt.held, 0.0, 0.0, felt.held.depth_m);
@@ -41,7 +41,7 @@ HandSlide firmest_slide(const FeltScene& felt) {
   return best;
 }
 
-/// Events, and steps that no event tells of.
+/// Events, and force steps without an event.
 std::vector<Mark> marks_of(const FeltRun& run, const EdgesOfData& edges, double from_s) {
   std::vector<Mark> marks;
   for (const FeltTick& tick : run.ticks) {
@@ -72,7 +72,6 @@ Plot spectra(const FeltScene& felt, const HandSlide& slide, const FeltRun& smoot
   return plot;
 }
 
-/// Of five presses the one that meets most.
 Plot press(const FeltScene& felt) {
   constexpr double press_m_per_s = 0.02;
   const double beside_m = 0.5 * felt.rigid.radius_m, duration_s = press_duration_s(felt.rigid, press_m_per_s);
@@ -108,7 +107,7 @@ Plot held_still(const FeltScene& felt) {
     const auto hand = hand_device(hold_at(felt.held, 0.0, felt.held.depth_m, {}, duration_s), Hold::relaxed, plant);
     Series series = force_over_time(feel(felt.scene, *hand, duration_s), plant.name, colors[next++], even_s);
     double mean_n = 0.0;
-    if (next > 3) series.stroke = Stroke::dashed;  // where one lies on another, both are seen
+    if (next > 3) series.stroke = Stroke::dashed;  // curves that coincide stay visible
     for (const double force_n : series.ys) mean_n += force_n / static_cast<double>(series.ys.size());
     for (double& force_n : series.ys) force_n = 1e3 * (force_n - mean_n);
     plot.series.push_back(std::move(series));

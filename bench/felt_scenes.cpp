@@ -1,4 +1,4 @@
-// The scenes and the hands of bench_felt.
+// Scenes and hands of bench_felt.
 #include <palpa/file/read_volume.h>
 #include <palpa/scene/first_scene.h>
 
@@ -12,8 +12,7 @@
 namespace palpa::bench {
 namespace {
 
-/// Scenes that are suggested for files: floats that end in padding, floats, whole numbers that end in zeros, whole numbers,
-/// a flow on a grid that fills its box only in part.
+/// Suggested scenes of files: floats with padding, floats, integers with trailing zeros, integers, a flow in part of its box.
 struct Suggested {
   const char* name;
   const char* file;

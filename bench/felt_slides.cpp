@@ -1,4 +1,4 @@
-// What a hand that goes its own way feels: slides, tremor, ends of data.
+// Free and tremulous slides, and ends of data.
 #include <palpa/study/spectrum.h>
 
 #include <algorithm>
@@ -15,13 +15,12 @@ namespace {
 
 using detail::text;
 
-/// All slides of a scene together.
 struct Slides {
-  std::vector<std::vector<Vec3>> commands_n;  ///< in contact, away from events
-  double worst_n = 0.0;                       ///< [N] rms above 100 Hz, of a single slide
-  double felt_s = 0.0;                        ///< of all that was gone through
+  std::vector<std::vector<Vec3>> commands_n;
+  double worst_n = 0.0;  ///< [N] rms above 100 Hz, of a single slide
+  double felt_s = 0.0;
   std::map<StepCause, int> steps;
-  std::map<std::string, int> modes;  ///< whose force changed in steps that no event tells of
+  std::map<std::string, int> modes;  ///< with force steps without an event
 };
 
 void count_steps(const FeltRun& run, const FeltScene& felt, double from_s, Slides& into) {
@@ -42,7 +41,7 @@ void add_slide(const FeltScene& felt, const HandSlide& slide, Hold hold, Slides&
   for (std::vector<Vec3>& command_n : signals.command_n) into.commands_n.push_back(std::move(command_n));
 }
 
-/// Places of the hand where data begin or end, with the way that leads through them.
+/// A hand position where data begin or end, and the path through it.
 struct Crossing {
   Vec3 place_m, direction;
 };
@@ -69,7 +68,7 @@ std::vector<Crossing> ends_of_data(const EdgesOfData& edges) {
   return found;
 }
 
-/// The steepest change at ends of data, in N/ms; below 0 where there is no end within reach.
+/// The steepest change at ends of data, in N/ms; below 0 without an end within reach.
 double steepest_at_ends(const FeltScene& felt, Slides& into) {
   constexpr double half_m = 0.02, duration_s = 2.0 * half_m / slide_m_per_s;
   double steepest = -1.0;
@@ -96,11 +95,11 @@ std::string words_of_steps(const Slides& slides) {
   return untold + (told.empty() ? "" : "; with an event: " + told);
 }
 
-/// What is near an event of one of two runs counts in neither.
+/// Ticks near an event of either run count in neither.
 void leave_out_events(FeltRun& one, FeltRun& other) {
   const auto has_event = [](const FeltTick& tick) { return tick.onset || tick.broke_through || tick.told; };
   const auto near = static_cast<std::size_t>(after_break_through_s * rate_hz);
-  std::size_t quiet_from = 0;  // ticks before it are known
+  std::size_t quiet_from = 0;  // ticks before it are done
   for (std::size_t i = 0; i < one.ticks.size(); ++i) {
     if (!has_event(one.ticks[i]) && !has_event(other.ticks[i])) continue;
     const std::size_t end = std::min(i + near + 1, one.ticks.size());
@@ -116,8 +115,8 @@ std::vector<Figure> slides(const FeltScene& felt) {
   constexpr int directions = 8;
   constexpr double beside = 0.5, width = 1.122;  // the line at the voxel frequency is a third of an octave wide
   Slides all;
-  // A rigid hand goes its way; a relaxed one stays on what it has met, and is as rigid as the other above 20 Hz, where the
-  // arm's mass does not follow.
+  // A rigid hand keeps its path; a relaxed hand stays in contact, and is as rigid above 20 Hz, where the arm's mass does not
+  // follow.
   for (const double aside : {-beside, 0.0, beside}) {
     for (int d = 0; d < directions; ++d) {
       const double turn = d / static_cast<double>(directions), rigid_m = aside * felt.rigid.radius_m;
@@ -172,12 +171,11 @@ std::vector<Figure> tremor(const FeltScene& felt) {
     for (const double tremor_hz : {8.3, 10.1, 11.7}) {
       const auto target = hold_at(felt.rigid, 0.0, felt.rigid.depth_m, {tremor_m, tremor_hz}, duration_s);
       FeltRun without = feel(felt.scene, target, duration_s), with = feel(felt.scene, target, duration_s, encoder);
-      // Where friction turns round its force goes through zero, which is no lifting off: both runs count as far as nothing is
-      // met or broken.
+      // Friction's force crosses zero at a reversal without loss of contact: both runs count away from events.
       leave_out_events(without, with);
       const FeltSignals smooth = signals_of(without, even_s, duration_s), stepped = signals_of(with, even_s, duration_s);
       own_n = std::max(own_n, band_n(smooth.command_n));
-      // What the tremor makes by itself, where friction turns it round, is no doing of the encoder.
+      // The tremor's own reversals of friction are not the encoder's effect.
       const double force_n = band_n(stepped.command_n), of_tremor_n = band_n(smooth.command_n);
       if (const double spring_n = band_n(stepped.spring_n); spring_n > 0.0)
         worst = std::max(worst, std::sqrt(std::max(0.0, force_n * force_n - of_tremor_n * of_tremor_n)) / spring_n);

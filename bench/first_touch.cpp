@@ -1,9 +1,9 @@
-// What a new user does, on every set of a folder of data: a first scene, then each simulated hand and each recording, by the
-// program itself. Prints the table of docs/data.md; exit status 1 where a figure that it promises is missed.
+// A new user's path for each data set of a folder: a first scene, then each simulated hand and each recording, through the
+// program. Prints the table of docs/data.md; exit status 1 if a promised figure is missed.
 //
 //   bench_first_touch PALPA DATA [FILE…]
 //
-// PALPA is the program, DATA the shared data with its folder `trajectories`; FILEs are tried in place of the sets of DATA.
+// PALPA: the program. DATA: the shared data with its folder `trajectories`. FILEs replace the sets of DATA.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -26,7 +26,7 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-/// What a command prints; empty where it fails.
+/// Standard output of a command; empty on failure.
 std::string output_of(const std::vector<std::string>& words) {
   std::string command;
   for (const std::string& word : words) command += quoted(word) + " ";
@@ -43,7 +43,7 @@ struct Touch {
   bool ran = false;
   double contact_share = 0.0;  // [1] of the ticks
   double below_share = 0.0;    // [1] of the ticks, below the limit
-  bool said = true;            // where little was felt, a note says so
+  bool said = true;            // a note reports weak contact
 };
 Touch touch(const std::string& palpa, const std::string& scene, const std::vector<std::string>& hand) {
   std::vector<std::string> words{palpa, "run", scene, "--json"};

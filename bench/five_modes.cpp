@@ -11,7 +11,7 @@ bool huge_pages = false;
 
 namespace {
 
-constexpr double core_m = 0.060;  // radius of the vortex' core
+constexpr double core_m = 0.060;
 
 GridGeometry cube_of(int voxels) {
   const double step_m = edge_m / (voxels - 1);
@@ -31,7 +31,7 @@ std::shared_ptr<void> in_pages(std::size_t bytes) {
   return {memory, std::free};
 }
 
-/// A grid as a reader makes it: trilinear, until a scene chooses.
+/// A grid as a reader makes it: trilinear until a scene sets a filter.
 template <class T, int Components, class At>
 Volume volume_on(int voxels, VoxelType type, double scale, const char* unit, At at) {
   const GridGeometry geometry = cube_of(voxels);

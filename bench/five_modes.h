@@ -1,5 +1,4 @@
-// Five modes on three volumes, and a hand that feels all of them: a ball of int16 with friction, a pull, and a vortex of floats
-// with a rail, drag and a tube.
+// Five modes on three volumes under one hand: int16 ball with friction, a pull, float vortex with rail, drag and tube.
 #pragma once
 
 #include <palpa/palpa.h>
@@ -8,18 +7,18 @@
 
 namespace palpa::bench {
 
-inline constexpr double edge_m = 0.256;  // of every volume
-inline constexpr double ball_m = 0.060;  // radius of the solid
+inline constexpr double edge_m = 0.256;
+inline constexpr double ball_m = 0.060;
 inline constexpr double deep_m = 0.001;  // of the probe below the surface
 inline constexpr double hand_m_per_s = 0.1;
 
-extern bool huge_pages;  // of the voxels made from now on
+extern bool huge_pages;  // for voxels made later
 
-/// Depth in a ball, in steps of 1e-5 m: int16 as of a scanner.
+/// Depth in a ball in steps of 1e-5 m: int16, as a scanner stores it.
 Volume ball_on(int voxels);
-/// A vortex along z that drifts along it: its core is as wide as the ball.
+/// A vortex along z with a drift along it; its core is as wide as the ball.
 Volume flow_on(int voxels);
-/// What pulls: warm at one corner.
+/// Pull field: largest at one corner.
 Volume warmth_on(int voxels);
 
 struct Volumes {
@@ -28,10 +27,10 @@ struct Volumes {
 
 Scene in_reach(const Vec3& centre_m);
 SurfaceAndFriction skin_of(const FieldRef& body);
-/// \param filter  of all volumes; none: what each type of voxels has
+/// \param filter  of all volumes; none: the default of each voxel type
 Scene five_modes(const Volumes& volumes, std::optional<Filter> filter, const Vec3& centre_m = {});
 
-/// A probe that goes round the ball, deep_m below its surface, on great circles that turn.
+/// A probe on slowly turning great circles around the ball, deep_m below its surface.
 class Round {
  public:
   explicit Round(double reach_m) : reach_m_(reach_m) {}

@@ -1,4 +1,5 @@
-// Random hands against the guard: every command is judged by what docs/safety.md promises. And what a tick of the guard costs.
+// Random hands against the limiter: every command is checked against docs/safety.md; and the limiter's cost per tick.
+//
 //   bench_guard [TICKS [SEED]]
 #include <algorithm>
 #include <chrono>

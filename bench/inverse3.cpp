@@ -1,9 +1,9 @@
-// An Inverse3 from end to end: the loop, its link, and a stand-in for Haply's Inverse Service on this machine.
+// An Inverse3 end to end: the loop, its link, and a stand-in for Haply's Inverse Service on this machine.
 //
 //   bench_inverse3 SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
 //
-// The round trip is from a force that is written to a state that is read and was sent after it. Then the scene is felt for 60 s
-// at 1 kHz, while the stand-in's handle goes where the hand of the run would.
+// The round trip is from a written force to the receipt of a state sent after it. Then the scene runs for 60 s at 1 kHz, with
+// the stand-in's handle on the path of the run's hand.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

@@ -1,5 +1,4 @@
-// How far earlier systems' laws are from the exact balance, in a scene under a hand: the tables of
-// docs/laws.md.
+// Deviation of earlier systems' laws from the exact balance, in a scene under a hand: the tables of docs/laws.md.
 //
 //   bench_laws SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
 #include "palpa/study/compare_laws.h"

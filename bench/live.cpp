@@ -1,10 +1,10 @@
-// How a live loop keeps time: beside a bare loop that does nothing, with rehearsals and without, while the scene is changed,
-// and while the other processors are busy and the caches are not ours.
+// Timing of a live loop: against a bare loop, with and without rehearsals, under scene changes, and with busy processors and
+// foreign caches.
 //
 //   bench_live SCENE HAND DATA_FOLDER [SECONDS [RATE_HZ [loaded]]]
 //
-// SECONDS (60) are for each kind, in blocks of 5 s by turns, so that what else the machine does meets all alike. A trace is
-// written all the while.
+// SECONDS (60) are for each kind, in interleaved blocks of 5 s, so that other load of the machine meets all kinds alike. A
+// trace is written throughout.
 #include <time.h>
 #include <unistd.h>
 
@@ -37,8 +37,8 @@ constexpr double block_s = 5.0;
 struct Kind {
   const char* name;
   bool is_bare = false, rehearses = true;
-  double changes_per_s = 0.0;  // of a parameter
-  double swaps_per_s = 0.0;    // of a mode
+  double changes_per_s = 0.0;
+  double swaps_per_s = 0.0;
   std::vector<float> late_us{}, tick_us{};
   std::int64_t missed = 0, ticks = 0, scenes = 0;
   double jump_n = 0.0;  // the largest between two ticks
@@ -57,7 +57,6 @@ long resident_kib() {
   return 0;
 }
 
-/// Keeps a processor and the caches busy.
 class Load {
  public:
   explicit Load(bool is_wanted) {
@@ -96,7 +95,7 @@ void bare_block(Kind& kind, double rate_hz) {
   }
 }
 
-/// The recording from a later moment on, over and over.
+/// The recording from a later moment on, repeated.
 class Later final : public Target {
  public:
   Later(std::shared_ptr<const Target> target, double begin_s) : target_(std::move(target)), begin_s_(begin_s) {}
@@ -136,7 +135,7 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
     loop.run(stop, [&](const TickFrame& frame, const Session&) {
       kind.late_us.push_back(static_cast<float>(frame.late_us));
       kind.tick_us.push_back(static_cast<float>(frame.tick_us));
-      // What a hand does in a tick that was skipped is its own.
+      // The hand's own motion in a skipped tick does not count.
       if (frame.tick == last + 1) kind.jump_n = std::max(kind.jump_n, distance(frame.command_n, last_n));
       last_n = frame.command_n;
       last = frame.tick;
@@ -155,7 +154,6 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
   kind.scenes += account.scenes;
 }
 
-/// Mean time of the processor in a tick that follows the one before at once.
 double hot_mean_us(const PreparedRun& prepared, double seconds, double rate_hz) {
   const auto made = hand_at(prepared, 0.0);
   SimulatedDevice& hand = *made;

@@ -1,4 +1,4 @@
-// How fast a scene is felt at all places of a slice, on one core and on all: probe positions a second, points a second.
+// Throughput of a slice's map on one core and on all: probe positions and points per second.
 //
 //   bench_map SCENE [POINTS [DATA_FOLDER]]
 #include "palpa/study/map.h"

@@ -1,4 +1,4 @@
-// The parts of a tick, one at a time. Positions change from call to call, so nothing is predicted away.
+// Single parts of a tick, at changing positions against branch prediction.
 #include <benchmark/benchmark.h>
 #include <palpa/data/smooth_grid.h>
 #include <palpa/mode/crossings.h>
@@ -82,7 +82,7 @@ FieldPtr bench_grid(bool smooth) {
   return grids[smooth ? 1 : 0];
 }
 
-/// Reading all voxels of a grid for their range and that of its bricks.
+/// Reads all voxels of a grid for the value ranges of grid and bricks.
 void make_grid(benchmark::State& state, bool smooth) {
   const Voxels voxels = ball_in_noise(bench_voxels);
   for (auto _ : state) {
@@ -92,8 +92,8 @@ void make_grid(benchmark::State& state, bool smooth) {
 BENCHMARK_CAPTURE(make_grid, trilinear, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(make_grid, smooth, true)->Unit(benchmark::kMillisecond);
 
-/// A search for crossings along ways of so many voxels that meet none. `levels` about the value: on both sides of the
-/// ball's inside, where noise leaves no brick in doubt; or close to it, so that every cell must be looked at.
+/// A search along paths of this many voxels without a crossing. `levels` about the value: on both sides of the ball's inside,
+/// where noise leaves no brick in doubt; or close to it, so that every cell is checked.
 void first_crossing(benchmark::State& state, bool smooth, double voxels, bool bricks) {
   const std::vector<FieldPtr> fields{bench_grid(smooth)};
   Samples samples(fields, {});
@@ -125,7 +125,7 @@ BENCHMARK_CAPTURE(first_crossing, smooth_half_a_voxel_in_a_quiet_brick, true, 0.
 BENCHMARK_CAPTURE(first_crossing, smooth_half_a_voxel, true, 0.5, false);
 BENCHMARK_CAPTURE(first_crossing, smooth_100_voxels_over_bricks, true, 100.0, true);
 
-/// All pieces of a way of 100 voxels, one by one: what bricks save.
+/// All pieces of a path of 100 voxels: the savings by bricks.
 void all_pieces(benchmark::State& state, bool smooth, bool bricks) {
   const FieldPtr field = bench_grid(smooth);
   const ValueRange quiet = bricks ? ValueRange{300.0, 2000.0} : ValueRange{1.0, -1.0};
@@ -171,7 +171,7 @@ void tick(benchmark::State& state, double depth_m) {
 BENCHMARK_CAPTURE(tick, free_space, -1e-3);
 BENCHMARK_CAPTURE(tick, surface_and_friction_on_a_formula, 1e-3);
 
-/// A session goes on from where another one is, as a loop does that rehearses the next tick.
+/// State copy between sessions, as in a loop that rehearses the next tick.
 void copy_state_from(benchmark::State& state) {
   Scene scene;
   const FieldRef wall = scene.add("wall", plane_field());

@@ -1,9 +1,9 @@
-// How true the proxy's path is: every figure that the theory quotes of it, a table for each.
+// Accuracy of the proxy's path: a table for each figure that the theory quotes.
 //
 //   bench_path [--part NAME]… [--scene FILE]… [--count N] [DATA_FOLDER]
 //
-// Without --part all parts that need no data, and with a folder of data all. --count: strokes, places or ticks instead
-// of the part's own. Scenes are looked for in scenes/ beside the source.
+// Without --part all parts that need no data, and with a folder of data all. --count: strokes, places or ticks instead of the
+// part's own. Scenes are read from scenes/ beside the source.
 #include "bench/path.h"
 
 #include <palpa/base/load_error.h>

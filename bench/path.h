@@ -1,4 +1,4 @@
-// The parts of bench_path: each prints one table of what the proxy's path is measured by.
+// The parts of bench_path: each prints one table.
 #pragma once
 
 #include <filesystem>

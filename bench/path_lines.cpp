@@ -1,4 +1,4 @@
-// Along and across fields: drift of a follower, order of convergence, independence of the rate.
+// Along and across fields: drift of a follower, order of convergence, rate independence.
 #include <palpa/data/analytic.h>
 #include <palpa/file/read_volume.h>
 #include <palpa/scene/load_scene.h>

@@ -48,7 +48,7 @@ std::vector<Probe> recorded_probes(const std::string& file, const PathOptions& o
                  ? "sim:stroke"
                  : (options.data_folder / "trajectories/inverse3_woodcarving_20231121_102837.csv").string();
   run.hold = Hold::firm;
-  run.recording.center = true;  // the same place whatever the scene: figures are compared over versions
+  run.recording.center = true;  // independent of the scene: figures are compared over versions
   if (seconds > 0.0) run.duration_s = seconds;
   return felt_probes(run);
 }

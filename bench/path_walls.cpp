@@ -1,4 +1,4 @@
-// Walls: nothing passes what is stronger than the stroke.
+// Walls: none is passed by a stroke weaker than it.
 #include <palpa/file/read_volume.h>
 #include <palpa/scene/load_scene.h>
 

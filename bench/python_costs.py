@@ -1,8 +1,8 @@
-"""What Python costs: prints the figures.
+"""Costs of the Python binding.
 
     PYTHONPATH=build/release/python python3 bench/python_costs.py [build/bench/bin/bench_python_path]
 
-The argument: a C++ program that feels the same path (bench/python_path.cpp).
+The argument: a C++ program that runs the identical path (bench/python_path.cpp).
 """
 
 import subprocess
@@ -14,7 +14,7 @@ import numpy as np
 import palpa
 
 
-# Of the processor, so that what else runs does not count: of all threads together where there are several.
+# Processor time of all threads, independent of other load.
 clock = time.process_time
 
 

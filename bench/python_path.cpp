@@ -1,4 +1,5 @@
-// The path of python_costs.py, felt in C++: prints the time of a tick [us].
+// The path of python_costs.py in C++: prints the time of a tick [us].
+//
 //   bench_python_path TICKS
 #include <palpa/palpa.h>
 
@@ -21,7 +22,7 @@ int main(int count, char** arguments) {
   }
   std::vector<palpa::Tick> ticks(n);
   palpa::Session session(scene);
-  const std::clock_t begin = std::clock();  // of the processor, so that what else runs does not count
+  const std::clock_t begin = std::clock();  // processor time, independent of other load
   for (std::size_t i = 0; i < n; ++i) ticks[i] = session.tick({.position_m = path_m[i]}, 1e-3);
   const double took_us = 1e6 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   std::printf("%.4f\n", took_us / static_cast<double>(n));

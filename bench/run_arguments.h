@@ -1,4 +1,4 @@
-// What the benchmarks of a scene under a hand are called with.
+// Arguments of the benchmarks of a scene under a hand.
 #pragma once
 
 #include <palpa/palpa.h>
@@ -9,7 +9,7 @@
 #include "palpa/device/hand.h"
 #include "palpa/study/run.h"
 
-/// SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER], then `measure(options)`; the exit code.
+/// SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER], then `measure(options)`; returns the exit code.
 template <class Measure>
 int run_with_arguments(int argc, char** argv, const char* name, Measure measure) {
   if (argc < 3 || argc > 5) {
@@ -19,7 +19,7 @@ int run_with_arguments(int argc, char** argv, const char* name, Measure measure)
   palpa::RunOptions options;
   options.scene = argv[1];
   options.hand = argv[2];
-  options.recording.center = true;  // the same place whatever the scene: figures are compared over versions
+  options.recording.center = true;  // independent of the scene: figures are compared over versions
   if (argc > 3) {
     const std::string_view hold = argv[3];
     options.hold = hold == "firm" ? palpa::Hold::firm : hold == "relaxed" ? palpa::Hold::relaxed : palpa::Hold::rigid;

@@ -2,14 +2,13 @@
 //
 //   bench_solver [--problems 200] [--family NAME] [--part scenes|families]
 //
-// Times are of `Solver::solve` alone, by the clock named at the top, less what that clock costs by itself. Each problem
-// is timed 3 times and the best kept; median, p99 and maximum are then taken over problems, so that they tell of hard
-// problems, not of a noisy machine. Cold: the law has forgotten everything. Warm: it has just solved the same problem
-// with the probe 0.1 mm beside it (in the scenes: the tick before). Hot: the caches have just seen the problem. Evicted:
-// 64 MB of other memory have been touched after the problem was set up. --problems is per family and number of
-// primitives; a quarter of that at 64, a tenth at 1000, a twentieth with evicted caches.
+// Times are of `Solver::solve` alone, by the clock named at the top, less the clock's own time. Each problem is timed 3 times
+// and the best kept; median, p99 and maximum are over problems, so that they show hard problems, not a noisy machine. Cold: an
+// empty law. Warm: the law has just solved the problem with the probe 0.1 mm beside it (in the scenes: the tick before). Hot:
+// the problem is in the caches. Evicted: 64 MB of other memory were touched after the problem's set-up. --problems is per
+// family and number of primitives; a quarter of that at 64, a tenth at 1000, a twentieth with evicted caches.
 //
-// The exit status is 1 if a figure asked for is missed or a solve allocates.
+// The exit status is 1 if a required figure is missed or a solve allocates.
 #include <palpa/solver/solver.h>
 
 #include <algorithm>
@@ -41,7 +40,7 @@ constexpr int repeats = 3;
 constexpr int stages = 4;
 constexpr int most_primitives = 1000;
 constexpr std::array<int, 8> sizes{1, 2, 3, 5, 8, 16, 64, most_primitives};
-// Families as modes place primitives; the others each have one trouble.
+// Families as modes place primitives; each of the others has one difficulty.
 constexpr std::string_view ordinary[] = {"random", "haptic", "haptic_slipping"};
 
 struct Options {
@@ -76,7 +75,7 @@ class Values {
   }
   bool empty() const { return values_.empty(); }
   std::size_t size() const { return values_.size(); }
-  /// 0 to 1: the smallest value that so large a share does not exceed (detail::quantile may take the one below it).
+  /// 0 to 1: the smallest value that this share does not exceed (detail::quantile may return its predecessor).
   double quantile(double q) const {
     if (values_.empty()) return 0.0;
     if (!sorted_) std::sort(values_.begin(), values_.end());
@@ -92,7 +91,7 @@ class Values {
   mutable bool sorted_ = false;
 };
 
-/// All solves of one kind: how long, at which stage, with which bounds.
+/// All solves of one kind: times, stages, bounds.
 struct Tally {
   Values time_ns;
   std::array<Values, stages> stage_time_ns;
@@ -134,7 +133,6 @@ class Bench {
     for (std::size_t byte = 0; byte < other_.size(); byte += 64) ++other_[byte];
   }
 
-  /// One solve by `law`; its time [ns].
   double time_ns(Law& law, const Problem& problem, const Vec3& probe_m, Balance& balance) {
     const long before = test::allocations;
     const std::uint64_t begin = Clock::now();
@@ -145,7 +143,6 @@ class Bench {
     return std::max(0.0, clock_.ns_between(begin, end) - clock_.own_ns());
   }
 
-  /// The best of some cold solves.
   double cold_ns(Law& law, const Problem& problem, bool evicted, Balance& balance) {
     test::fill(set_, problem);
     double best = 1e300;
@@ -157,7 +154,7 @@ class Bench {
     return best;
   }
 
-  /// The best of some solves after one with the probe at `before_m`.
+  /// The best of some solves after a solve with the probe at `before_m`.
   double warm_ns(Law& law, const Problem& problem, const Vec3& before_m, bool evicted, Balance& balance) {
     test::fill(set_, problem);
     double best = 1e300;
@@ -191,7 +188,7 @@ class Bench {
     return cell;
   }
 
-  /// All ticks of a scene in their order, as often as a problem is timed; of each tick the best.
+  /// All ticks of a scene in order, repeated; of each tick the best.
   Cell measure(const Scene& scene) {
     Cell cell;
     Balance balance;
@@ -236,8 +233,6 @@ class Bench {
   long allocations_ = 0;
   long solves_ = 0;
 };
-
-// Tables
 
 void print_times_head(const char* first) {
   std::printf("%-38s %4s | %-26s | %-26s | %-26s | %-26s\n", first, "n", "hot cold", "hot warm", "evicted cold",
@@ -289,11 +284,8 @@ void print_rows(const char* first, const std::vector<Row>& rows) {
   for (const Row& row : rows) print_stages(row.name.c_str(), row.n, row.cell);
 }
 
-// Figures that were asked for
-
 class Figures {
  public:
-  /// A figure with its limit, both in `unit`.
   void at_most(const std::string& what, double value, double limit, const char* unit) {
     const bool met = value <= limit;
     char line[200];
@@ -312,8 +304,6 @@ class Figures {
   std::vector<std::string> lines_;
   int missed_ = 0;
 };
-
-// The parts of the run
 
 void measure_scenes(Bench& bench, Figures& figures) {
   std::vector<Row> rows;

@@ -1,4 +1,4 @@
-// A cheap clock for times of some tens of nanoseconds.
+// A cheap clock for tens of nanoseconds.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace palpa::bench {
 
-/// Counts, and how long a count is. On x86-64 the time-stamp counter (constant rate, calibrated against
-/// steady_clock), waiting for the instructions before it; elsewhere steady_clock itself.
+/// Counts and their length. On x86-64 the time-stamp counter (constant rate, calibrated against steady_clock), after the
+/// instructions before it; elsewhere steady_clock.
 class Clock {
  public:
   Clock() : ns_per_count_(calibrated()) {
@@ -38,9 +38,9 @@ class Clock {
     return ns_per_count_ * static_cast<double>(end - begin);
   }
 
-  /// What the clock itself adds to a time [ns]: the least seen between two readings.
+  /// The clock's own time [ns]: the least between two readings.
   double own_ns() const noexcept { return own_ns_; }
-  /// The least difference of two measured times seen [ns].
+  /// The least difference of two measured times [ns].
   double step_ns() const noexcept { return step_ns_; }
   static const char* name() noexcept {
 #if defined(__x86_64__)

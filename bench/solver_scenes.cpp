@@ -16,7 +16,7 @@ using test::Random;
 
 constexpr int ticks_per_scene = 6000;
 
-/// Where the hand is: some centimetres to and fro, at 0.1 m/s or so, in and out of whatever is there.
+/// Hand position: some centimetres to and fro at about 0.1 m/s, in and out of all contacts.
 Vec3 hand_m(double t_s) {
   constexpr double pi = std::numbers::pi;
   return {0.020 * std::sin(2 * pi * 0.71 * t_s), 0.015 * std::sin(2 * pi * 0.93 * t_s + 1.0),
@@ -41,13 +41,11 @@ class Placed {
     p.strength_n = strength_n;
     problem_.primitives.push_back(p);
   }
-  /// A corner of two facets.
   void groove(const Vec3& one, const Vec3& other, double strength_n) {
     add(PrimitiveKind::corner, one, strength_n);
     add(PrimitiveKind::corner, other, strength_n, 1.0);
     problem_.primitives.back().id = problem_.primitives[problem_.primitives.size() - 2].id;
   }
-  /// A plane and the line of its friction.
   void surface(const Vec3& normal, double strength_n, double friction_n, double phase) {
     add(PrimitiveKind::plane, normal, strength_n, phase);
     add(PrimitiveKind::line, normal, friction_n, phase);

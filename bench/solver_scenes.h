@@ -1,4 +1,4 @@
-// Six scenes under a moving hand, as the sequences of balance problems that they pose.
+// Six scenes under a moving hand, as sequences of balance problems.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,11 @@
 
 namespace palpa::bench {
 
-/// One scene: 6000 ticks at 1 kHz, k = 800 N/m. Every tick all primitives are placed at the proxy anew, with
-/// directions that turn slowly; the proxy is the exact balance of the tick before.
+/// One scene: 6000 ticks at 1 kHz, k = 800 N/m. Every tick places all primitives at the proxy (the exact balance of the tick
+/// before), with slowly turning directions.
 struct Scene {
   const char* name;
-  bool one_mode;  ///< what a single mode places: point, line, or plane and line with one direction
+  bool one_mode;  ///< primitives of a single mode: point, line, or plane and line with one direction
   int primitives = 0;
   std::vector<test::Problem> ticks;
 };

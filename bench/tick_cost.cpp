@@ -1,19 +1,19 @@
-// What bench_versions measures: one scene under one hand, whose way is recorded once and then felt by every version.
+// The measured program of bench_versions: one scene under one hand, whose path is recorded once and replayed in every version.
 //
 //   bench_tick_cost record SCENE HAND TICKS PROBES [DATA]     a firm hand's probes to the file PROBES
 //   bench_tick_cost hot SCENE PROBES [DATA]                   microseconds per tick of some passes, a line each
-//   bench_tick_cost count SCENE PROBES [DATA]                 the number of ticks that valgrind's callgrind is let see
+//   bench_tick_cost count SCENE PROBES [DATA]                 the number of ticks under valgrind's callgrind
 //   bench_tick_cost lines SCENE PROBES [DATA]                 the number of ticks that callgrind dumps one by one
 //   bench_tick_cost prefilter VOXELS                          milliseconds of the cubic filter's preparation, a line each
 //
-// SCENE is a file; "five", five modes on 256³ voxels under a hand that needs no name; or "empty:FILE", a file's scene with no
-// mode enabled. callgrind is to begin with --instr-atstart=no.
+// SCENE is a file; "five", five modes on 256³ voxels under a hand without a name; or "empty:FILE", a file's scene with no mode
+// enabled. callgrind must begin with --instr-atstart=no.
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
 #include <time.h>
 #if __has_include(<valgrind/callgrind.h>)
 #include <valgrind/callgrind.h>
-#else  // counts cannot be had then
+#else  // no counts without valgrind's header
 #define CALLGRIND_START_INSTRUMENTATION
 #define CALLGRIND_STOP_INSTRUMENTATION
 #define CALLGRIND_DUMP_STATS
@@ -44,7 +44,7 @@ constexpr std::string_view disabled = "empty:";
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// What this thread has used of a core: who else runs on it does not count.
+/// This thread's processor time, independent of other load.
 double thread_seconds() {
   timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

@@ -1,11 +1,11 @@
-// How long a tick takes: five modes at once on volumes of 256³, with caches evicted and under a recorded hand, and one surface
-// on volumes of 128³ to 1024³.
+// Time of a tick: five modes on volumes of 256³, with caches evicted and under a recorded hand, and one surface on volumes of
+// 128³ to 1024³.
 //
 //   bench_tick_speed [--part evicted|hot|sizes]… [--ticks N] [--hand FILE] [--pages small|huge]
 //
-// Without --part: evicted, sizes, and with a hand hot. --ticks: evicted ticks of each table's row instead of 2000. --hand:
-// a recorded hand (hand.h), held firmly. --pages: of the voxels. Pins itself to the core it starts on. Times are those of the
-// cycle counter; a tick in which the process was switched out or had a page fault is counted apart.
+// Without --part: evicted, sizes, and with a hand hot. --ticks: evicted ticks of each table's row instead of 2000. --hand: a
+// recorded hand (hand.h), held firmly. --pages: of the voxels. Pins itself to its first core. Times are by the cycle counter;
+// ticks with a context switch or a page fault are counted apart.
 #include <palpa/device/hand.h>
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
@@ -46,7 +46,7 @@ const char* interpolants_of(std::optional<Filter> filter) {
   return filter ? "trilinear; what is derived (q, smooth) is smooth" : "int16 smooth, float trilinear; q and smooth smooth";
 }
 
-/// 64 MiB in small pages: writing to it puts everything else, code too, out of the caches and the translations of addresses.
+/// 64 MiB in small pages: a write evicts all other memory, code too, from caches and TLB.
 class Other {
  public:
   Other() : data_(static_cast<unsigned char*>(std::aligned_alloc(1 << 21, bytes))) {

@@ -1,9 +1,9 @@
-// How many ticks per second a scene under a hand takes, headless, with no trace.
+// Ticks per second of a scene under a hand, headless, with no trace.
 //
 //   bench_ticks SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
 //
-// All figures come from one run of this program: the scene's ticks, the same hand with no mode enabled,
-// and the scene's ticks after the caches were filled with something else.
+// All figures come from one run of this program: the scene's ticks, the hand's with no mode enabled, and the scene's with
+// evicted caches.
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
 
@@ -42,7 +42,7 @@ double seconds_per_tick(const Scene& scene, const Hand& hand) {
   return best_s;
 }
 
-/// Times of single ticks, spread over the path, each after the caches have been evicted.
+/// Times of single ticks, spread over the path, each with evicted caches.
 std::vector<double> cold_ticks_us(const Scene& scene, const Hand& hand) {
   std::vector<unsigned char> other(std::size_t{64} << 20);
   const std::size_t every = std::max<std::size_t>(1, hand.probes.size() / 300);

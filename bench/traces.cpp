@@ -1,6 +1,6 @@
-// What traces prove of their balances, by the formula of docs/trace.md alone; and how two traces of one hand differ.
+// Bounds of the balances in traces, by the formula of docs/trace.md alone; and differences between two traces of one hand.
 //
-//   bench_traces FOLDER…               traces that were recorded with --primitives: one line each
+//   bench_traces FOLDER…               traces recorded with --primitives: one line each
 //   bench_traces --compare OLD NEW     largest and p99 change of the proxy, the force and the probe per tick
 #include <palpa/palpa.h>
 
@@ -35,7 +35,7 @@ void print_check_header() {
   std::printf("%-28s %9s %7s %10s %11s %11s %12s %13s\n", "", "", "", "worst", "worst [m]", "worst [m]", "rows", "worst");
 }
 
-/// True where no balance is further from its claim than rounding explains.
+/// True if no balance exceeds its bound by more than rounding.
 bool check(const fs::path& trace) {
   std::int64_t balances = 0, capped = 0, promise_nothing = 0, within = 0, beyond = 0;
   Worst claimed, recomputed, above, ratio;
@@ -78,7 +78,6 @@ struct Row {
   double bound_m = 0.0;
 };
 
-/// ticks.csv, a row at a time.
 class Ticks {
  public:
   explicit Ticks(const fs::path& trace) : rows_(trace / "ticks.csv") {}
@@ -95,7 +94,7 @@ class Ticks {
   test::CsvRows rows_;
 };
 
-/// How a vector of each tick changed between the traces.
+/// Change of a vector between the traces, over the ticks.
 class Change {
  public:
   void take(const Vec3& before, const Vec3& after, const Row& old_row, const Row& new_row) {

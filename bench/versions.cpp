@@ -1,19 +1,19 @@
-// What a tick costs in this version beside an earlier one, in one run: instructions and distinct lines of code (64 bytes) per
-// tick, by valgrind's callgrind; time of hot ticks; time to prepare the cubic filter. All as ratios of this to the earlier. And
-// how true the path is: the tables of bench_path, one version's below the other's, at the sizes that the promises are for.
+// Cost of a tick in this version over an earlier version, in one run: instructions and distinct lines of code (64 bytes) per
+// tick, by valgrind's callgrind; time of hot ticks; time to prepare the cubic filter. And the accuracy of the path:
+// bench_path's tables of both versions, at the sizes of the promises.
 //
 //   bench_versions BASE_BUILD THIS_BUILD DATA [--part instructions|lines|hot|prefilter|path]… [--rounds N]
 //
-// The builds are folders in which bench_tick_cost, bench_path and palpa-read were built alike, optimised. The earlier version
-// is built with these benchmarks, since it is to do the same:
+// Both builds are folders with bench_tick_cost, bench_path and palpa-read, built alike and optimised. The earlier version is
+// built with these benchmarks, for equal work:
 //
 //   git worktree add ../palpa-f5900ca f5900ca
 //   git -C ../palpa-f5900ca checkout THIS_BRANCH -- bench tests
 //   cd ../palpa-f5900ca && cmake --preset bench -DPALPA_VIEW=OFF && cmake --build build/bench --target bench_tick_cost
 //   palpa-read
 //
-// Scenes are those of the earlier version, BASE_BUILD/../../scenes; DATA holds the shared sets and `trajectories`. The hand of
-// real data is firm on a recording and its way as the earlier version felt it; both versions then feel that way.
+// Scenes are the earlier version's, BASE_BUILD/../../scenes; DATA holds the shared sets and `trajectories`. The hand of real
+// data is firm on a recording; both versions replay its path in the earlier version.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -66,7 +66,6 @@ void run(const std::vector<std::string>& words) {
   if (std::system(command_of(words).c_str()) != 0) fail(words);
 }
 
-/// The numbers that a command prints, one a line.
 std::vector<double> numbers_of(const std::vector<std::string>& words) {
   std::vector<double> numbers;
   std::FILE* pipe = ::popen(command_of(words).c_str(), "r");
@@ -85,7 +84,7 @@ std::vector<std::string> under_callgrind(const fs::path& out, bool addresses) {
   return words;
 }
 
-/// What callgrind counted in a run: the last line "summary: N" or "totals: N".
+/// Callgrind's count of a run: the last line "summary: N" or "totals: N".
 double instructions_in(const fs::path& out) {
   std::ifstream file(out);
   double found = 0.0;
@@ -134,7 +133,6 @@ void print_ratio(const std::string& name, double base, double here) {
   std::fflush(stdout);
 }
 
-/// The passes of both versions, in turn.
 void print_times(const Options& options, const std::string& name, const std::vector<std::string>& words) {
   std::vector<double> times[2];
   for (int round = 0; round < options.rounds; ++round) {

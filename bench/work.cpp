@@ -1,5 +1,5 @@
-// Largest work of a tick: hostile scenes and hands (tests/session/hostile_scene.h), the units of work that their ticks
-// took, and their time, of the thread's processor.
+// Largest work of a tick: hostile scenes and hands (tests/session/hostile_scene.h), the work units of their ticks, and their
+// processor time.
 //
 //   bench_work [SCENES [TICKS]]
 #include <palpa/palpa.h>

@@ -4,7 +4,7 @@
 //     <!-- generated: scene -->          the keys of scene files
 //     <!-- generated: trace -->          the columns of a trace's files
 //     <!-- generated: mode TYPE -->      the parameters of a mode
-//     <!-- generated: limits -->         what files may ask for
+//     <!-- generated: limits -->         limits of files
 //     <!-- end generated -->
 // With --check nothing is written: exit 1 names every page that is not current.
 
@@ -43,7 +43,7 @@ std::string table(const std::string& what) {
   throw std::runtime_error("no table '" + what + "'; there are: scene, trace, limits, mode TYPE");
 }
 
-/// The page with its tables made anew; `seen` gathers which tables it has.
+/// The page with new tables; `seen` collects the page's tables.
 std::string made_anew(const std::string& page, std::set<std::string>& seen) {
   std::string out;
   std::size_t at = 0;

@@ -1,11 +1,11 @@
-# What ./demo and ./test share: getting packages, building. Sourced by them, never run by itself.
-# Wants from the script that sources it: $root (the repository), $command and $arguments (how the user called
-# it), $assume_yes (true or false) and $preset (for words about building by hand).
+# Shared parts of ./demo and ./test: package installation and build. Sourced by them, never run by itself. Needs from the
+# sourcing script: $root (the repository), $command and $arguments (the user's call), $assume_yes (true or false) and $preset
+# (for messages on a build by hand).
 # shellcheck shell=bash disable=SC2154
 
 added_list=$root/build/packages-added.txt  # beside the build folders, so that no rebuild clears it
 jobs=$(nproc)
-launcher=()  # put before what compiles and tests
+launcher=()  # prefix of compile and test commands
 
 say() { printf '%s\n' "$*"; }
 fail() {
@@ -13,11 +13,11 @@ fail() {
   exit 2
 }
 
-# Whether root's commands run without a password: as root, or by sudo.
+# True if root's commands run without a password: as root, or by sudo.
 is_root_at_hand() { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }
 
-# Goes on only with a yes. Without a terminal no answer means yes where root's commands need no password, as in a container or
-# on a CI machine; elsewhere it ends with the line that helps.
+# Continues only with a yes. Without a terminal no answer means yes where root's commands need no password, as in a container or
+# on a CI machine; elsewhere it ends with a line of help.
 ask() {
   if $assume_yes; then return; fi
   if [ ! -t 0 ]; then
@@ -36,7 +36,7 @@ ask() {
   esac
 }
 
-# The packages of the groups named, from packages.txt.
+# The packages of the named groups, from packages.txt.
 packages_of() {
   awk -v wanted=" $* " '/^\[/ { on = index(wanted, " " substr($0, 2, length($0) - 2) " ") } /^[a-z]/ && on { print $1 }' \
     "$root/packages.txt"
@@ -44,8 +44,8 @@ packages_of() {
 
 installed_packages() { dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' | awk '$1 == "ii" { print $2 }' | LC_ALL=C sort -u; }
 
-# What apt would do for these packages. Asks apt for addresses only: the one question that never installs,
-# whatever apt's configuration says, and needs no rights.
+# Apt's plan for these packages. Requests addresses only: the one command that never installs, under any configuration of apt,
+# and needs no rights.
 plan_for() { LC_ALL=C apt-get install --print-uris --no-install-recommends "$@" 2>&1; }
 
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
@@ -57,7 +57,7 @@ record_added_packages() {
   mv "$added_list.new" "$added_list"
 }
 
-# Makes sure that the packages of the groups named are there; says what that takes and asks first.
+# Installs missing packages of the named groups; lists them and asks for confirmation first.
 install_packages() {
   local wanted missing plan count download disk before updated=false log=$root/build/apt.log
   mapfile -t wanted < <(packages_of "$@")
@@ -93,9 +93,9 @@ $(printf '%s\n' "$plan" | grep '^E:')"
 
   mkdir -p "$root/build"
   before=$(installed_packages)
-  trap 'record_added_packages "$before"' EXIT  # also when interrupted half-way
+  trap 'record_added_packages "$before"' EXIT
   say "Installing; waiting for the download. What apt says goes to build/apt.log."
-  # A foreign source that fails need not stop us: apt-get install will tell what it misses.
+  # A failing foreign source does not stop the script: apt-get install reports missing packages.
   $updated || as_root apt-get update >"$log" 2>&1 || true
   if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends "${missing[@]}" >>"$log" 2>&1; then
     tail -n 15 "$log" >&2
@@ -105,7 +105,7 @@ $(printf '%s\n' "$plan" | grep '^E:')"
   record_added_packages "$before"
 }
 
-# Whether a configured folder has all of these KEY=VALUE options.
+# True if a configured folder has all of these KEY=VALUE options.
 has_options() {
   local folder=$1 option
   shift
@@ -113,8 +113,9 @@ has_options() {
   for option in "$@"; do grep -q "^${option%%=*}:[A-Z]*=${option#*=}\$" "$folder/CMakeCache.txt" || return 1; done
 }
 
-# Reads what a build prints. Of its steps "[12/340] Building …" a terminal shows how many are done and about how long the others
-# take, on one line that is written over; elsewhere there is such a line every half minute. All else is passed on as it is.
+# Filters a build's output. Of its steps "[12/340] Building …" a terminal shows the number of finished steps and an estimate of
+# the remaining time, on one line that is overwritten; elsewhere a line appears every half minute. All else is passed on
+# unchanged.
 follow_build() {
   local line step=0 steps left begin=$SECONDS said=$SECONDS terminal=false
   if [ -t 1 ]; then terminal=true; fi
@@ -137,8 +138,8 @@ follow_build() {
   if $terminal && [ "$step" != 0 ]; then printf '\r\033[K'; fi
 }
 
-# build PRESET "NEEDS" "AT FIRST" TARGET…: builds the targets of a preset. NEEDS are options that the folder
-# must have; those AT FIRST only spare a fresh folder work and are left as they are in one that exists.
+# build PRESET "NEEDS" "AT FIRST" TARGET…: builds the targets of a preset. NEEDS are required options of the folder; those AT
+# FIRST only spare a fresh folder work, and an existing folder keeps its own.
 build() {
   local preset=$1 needs first folder=$root/build/$1 option options=()
   read -ra needs <<<"$2"

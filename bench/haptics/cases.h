@@ -1,4 +1,4 @@
-// The cases: what is felt, by which hand, and what the answer is.
+// The cases: volume, hand and right force.
 #pragma once
 
 #include <filesystem>
@@ -18,26 +18,24 @@ inline constexpr double stiffness_n_per_m = 500.0;
 inline constexpr double time_step_s = 1e-3;
 inline constexpr double force_limit_n = 8.0;
 
-/// What the hand does in a tick, as far as scores ask for it.
+/// The hand's phase, which scores select by.
 enum class Phase { moving, still, sliding };
 
-/// One tick: where the hand is, and the force that is right.
 struct Touch {
   Vec3 probe_m;
   Vec3 force_n;
   Phase phase = Phase::moving;
 };
 
-/// Adds ticks in the frame of a shape, turned as it is.
+/// Adds ticks in a shape's rotated frame.
 class Trajectory {
  public:
   explicit Trajectory(const Mat3& turn = Mat3::identity()) : turn_(turn) {}
 
-  /// A hand that was made of the force: it is so deep under a place of the surface that the spring has that force.
-  /// \param outward  [1] unit vector, along which the force is; a negative force [N] is a hand before the surface, which feels
-  /// none
+  /// A hand derived from the force: below the surface by the spring's extension. \param outward  [1] unit vector along the
+  /// force; a negative force [N]: a hand before the surface, without force
   void press(const Vec3& place_m, const Vec3& outward, double force_n, Phase phase = Phase::moving);
-  /// A hand, and where it is held: the spring between the two is the force.
+  /// A hand and its proxy: the spring between them is the force.
   void held(const Vec3& probe_m, const Vec3& place_m, Phase phase = Phase::moving);
 
   std::vector<Touch> touches;
@@ -49,17 +47,17 @@ class Trajectory {
 struct Case {
   std::string name;
   std::string family;
-  std::string volume;  ///< of the suite's
+  std::string volume;  ///< a name in the suite
   nlohmann::json rule;
-  nlohmann::json shape;             ///< that a felt place is held against; null: none
-  std::vector<std::string> scores;  ///< names of score.h
+  nlohmann::json shape;             ///< reference for the proxy; null: none
+  std::vector<std::string> scores;  ///< names in score.h
   std::vector<Touch> touches;
-  bool quick = false;         ///< one of the few that a test runs
-  int period_ticks = 0;       ///< after which the hand comes by again; 0: never
-  double friction_deg = 0.0;  ///< angle of the friction cone
+  bool quick = false;    ///< part of the tests
+  int period_ticks = 0;  ///< of repetition; 0: never
+  double friction_deg = 0.0;
 };
 
-/// All cases, and the volumes that they name, each made when it is asked for.
+/// All cases and their volumes, which are made on demand.
 struct Suite {
   std::map<std::string, std::function<SampledVolume()>> volumes;
   std::vector<Case> cases;
@@ -72,28 +70,26 @@ void add_field_cases(Suite& suite);
 /// \param head_file  the CT head of tools/get-ct-head
 void add_scan_cases(Suite& suite, const std::filesystem::path& head_file);
 
-/// A shape as a scanner would have it.
 struct Sampling {
   int samples = 128;  ///< along each side of the cube
   double edge_m = 0.072;
   int bits = 12;
-  double noise = 0.0;   ///< [1] deviation, as a share of the step from outside to inside
-  int ramp_voxels = 3;  ///< from the surface to where the values stay as they are, to either side
+  double noise = 0.0;   ///< [1] standard deviation over the step from outside to inside
+  int ramp_voxels = 3;  ///< from the surface to constant values, on either side
 };
-/// The rule for a surface that never lets go, at the level of such a volume.
+/// Rule of an unbreakable surface at this volume's level.
 nlohmann::json surface_rule(const Sampling& sampling, double friction_coefficient = 0.0);
-/// The voxels: 0.1 of what the bits hold outside, 0.9 inside, a ramp between.
+/// The voxels: 0.1 of the type's range outside, 0.9 inside, a ramp between.
 SampledVolume sampled(const nlohmann::json& shape, const Sampling& sampling);
-/// What it adds to a name: "-64-8bit-noise3".
+/// Suffix of a name: "-64-8bit-noise3".
 std::string words_of(const Sampling& sampling);
 
-/// A shape, and how volumes and cases of it are named.
+/// A shape, and the name stem of its volumes and cases.
 struct Body {
   std::string name;
   nlohmann::json shape;
 };
-/// Adds a case of a surface: its volume, unless that is there, and the rule for a surface that never lets go, unless the case
-/// has another.
+/// Adds a surface case and its volume, with the rule of an unbreakable surface unless the case has a rule.
 void add_surface_case(Suite& suite, const Body& body, const Sampling& sampling, Case told);
 
 }  // namespace palpa::haptics

@@ -1,4 +1,4 @@
-// Vector fields: a hand held on streamlines, and a hand in vortices.
+// Vector fields: a hand on streamlines and in vortices.
 #include <cmath>
 
 #include "bench/haptics/cases.h"
@@ -13,19 +13,19 @@ using nlohmann::json;
 namespace {
 
 constexpr double edge_m = 0.072;
-constexpr double core_m = 0.012;  // radius at which the vortex turns fastest
+constexpr double core_m = 0.012;  // radius of the largest speed
 
 // In the frame of the axis, which is z. [m/s]
 Vec3 solid_turning(const Vec3& x) { return {-x.y, x.x, 0}; }
 Vec3 rising(const Vec3& x) { return {-x.y, x.x, 0.002}; }
-// Scully's vortex: smooth, without a sine or an exponential; 1 m/s where it is fastest.
+// Scully's vortex: smooth, without sine or exponential; 1 m/s at its fastest.
 Vec3 vortex(const Vec3& x) { return 2.0 * core_m / (x.x * x.x + x.y * x.y + core_m * core_m) * Vec3{-x.y, x.x, 0}; }
 
 using Flow = Vec3 (*)(const Vec3&);
 
-/// In shares [1] of the fastest flow, in steps of a ten-thousandth.
-/// \param drift  [1] added everywhere: the vortex moves along, or whoever measured it
-/// \param noise  [1] deviation of each component
+/// Shares [1] of the fastest flow in steps of 1e-4.
+/// \param drift  [1] added everywhere: a moving vortex or a moving observer
+/// \param noise  [1] standard deviation of each component
 SampledVolume sampled_flow(Flow flow, const Mat3& turn, int samples, const Vec3& drift, double noise) {
   SampledVolume volume{.grid = cube(samples, edge_m), .type = "float32", .components = 3};
   std::vector<Vec3> velocities;
@@ -50,13 +50,13 @@ struct Streamline {
   std::string name;
   Flow flow;
   double radius_m;
-  double rise_m;  // per radian
+  double rise_m;
   int period_ticks;
   double noise;
   bool quick = false;
 };
 
-// Along a streamline with a hand that is pulled off it, to either side, by up to 0.8 N.
+// Along a streamline, pulled off it to either side by up to 0.8 N.
 void add_streamline(Suite& suite, const Streamline& line) {
   const json turn{4, 1, 2, -1};
   const json shape{{"kind", "helix"}, {"radius_m", line.radius_m}, {"rise_m", line.rise_m}, {"turn", turn}};
@@ -64,7 +64,7 @@ void add_streamline(Suite& suite, const Streamline& line) {
   constexpr int turns = 4;
   constexpr double radian_turns = 1.0 / 6.283185307179586;
   Trajectory trajectory(turn_of(turn));
-  const double first_rad = line.rise_m > 0.0 ? -12.5 : 0.0;  // so that its middle is the middle of the data
+  const double first_rad = line.rise_m > 0.0 ? -12.5 : 0.0;  // centres the curve in the data
   for (int i = -50; i <= turns * line.period_ticks; ++i) {
     const double turned = i < 0 ? 0.0 : static_cast<double>(i) / line.period_ticks;
     const auto around = sine_cosine(turned + first_rad * radian_turns);
@@ -98,7 +98,7 @@ void add_vortex(Suite& suite, const Vortex& wanted) {
   const json turn{5, 1, -2, 1};
   suite.volumes[wanted.name] = [=] { return sampled_flow(vortex, turn_of(turn), 64, wanted.drift, wanted.noise); };
 
-  // Round within the inner half of the core, in and out again and again: held at the smallest radius that the hand has been at.
+  // Repeated circles in and out within half the core's radius: the proxy keeps the smallest radius reached.
   Trajectory hold(turn_of(turn));
   double held_m = core_m;
   constexpr double strength_n = 1.0;
@@ -107,7 +107,7 @@ void add_vortex(Suite& suite, const Vortex& wanted) {
     const auto around = sine_cosine(0.9 * t);
     const double r = 0.006 + 0.0009 * sine_cosine(0.8 * t).sine;
     const Vec3 out{around.cosine, around.sine, 0}, up{0, 0, 0.010 * sine_cosine(0.4 * t).sine};
-    held_m = std::min(held_m, r);  // never more than 0.9 N off
+    held_m = std::min(held_m, r);  // at most 0.9 N off
     hold.held(r * out + up, held_m * out + up);
   }
   suite.cases.push_back({.name = wanted.name + "-hold",
@@ -119,7 +119,7 @@ void add_vortex(Suite& suite, const Vortex& wanted) {
                          .touches = std::move(hold.touches),
                          .quick = wanted.quick});
 
-  // Round the axis between a quarter and three quarters of the core's radius: only the direction counts.
+  // Circles between a quarter and three quarters of the core's radius: only the direction counts.
   Trajectory pull(turn_of(turn));
   for (int i = 0; i < 3000; ++i) {
     const double t = time_step_s * i;

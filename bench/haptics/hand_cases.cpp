@@ -12,8 +12,8 @@ namespace palpa::haptics {
 
 using nlohmann::json;
 
-// The recorded hand, a tenth as large and as fast, about a place of the surface: of a plane, a ball and the outside of a torus
-// the nearest free place is known for any hand that does not go as deep as their centres.
+// The recorded hand at a tenth of its size and speed about a surface point of a plane, a ball and a torus (outside), where the
+// nearest free point is known short of their centres.
 void add_hand_cases(Suite& suite, const std::filesystem::path& hand_file) {
   std::ifstream file(hand_file);
   if (!file) throw LoadError(hand_file.string() + ": cannot be read; name the folder of the benchmark's sources");
@@ -26,7 +26,7 @@ void add_hand_cases(Suite& suite, const std::filesystem::path& hand_file) {
   if (rows.size() < 2) throw LoadError(hand_file.string() + ": has no rows of t_s,x_m,y_m,z_m; take it from the sources anew");
   struct Place {
     const Body& body;
-    Vec3 middle_m;  // of the hand's way
+    Vec3 middle_m;  // of the hand's path
     double size;    // [1] of the recorded hand
   };
   for (const Place& place :
@@ -49,7 +49,7 @@ void add_hand_cases(Suite& suite, const std::filesystem::path& hand_file) {
       const double share = (t_s - rows[row].first) / (rows[row + 1].first - rows[row].first);
       const Vec3 hand = rows[row].second + share * (rows[row + 1].second - rows[row].second);
       const Vec3 probe = place.middle_m + place.size * hand;
-      // From far outside to where the recording begins.
+      // From far outside to the recording's start.
       if (i == 0) {
         const Vec3 begin = probe + (0.010 + std::max(upright.depth_m(probe), 0.0)) * upright.outward(probe);
         for (int k = 0; k < 200; ++k) at(begin + (k / 200.0) * (probe - begin));

@@ -1,10 +1,10 @@
-// The benchmark of volume haptics (README.md beside this): makes its data, and measures renderers on them.
+// The benchmark of volume haptics (README.md beside this file): makes its data and measures renderers on them.
 //
 //   bench_haptics make DIR [--head FILE] [--quick]
 //   bench_haptics run DIR --renderer [NAME=]COMMAND [--renderer …] [--quick] [--out DIR]
 //
-// --head: the CT head of tools/get-ct-head (cranium.mhd), for the cases of real scans. The tables go to stdout, and with the
-// rows of each case to OUT, at first DIR/results: table.md, scores.csv, times.md and times.csv.
+// --head: the CT head of tools/get-ct-head (cranium.mhd), for the cases of real scans. Tables go to stdout and, with the rows
+// of each case, to OUT (default DIR/results): table.md, scores.csv, times.md and times.csv.
 #include <cstdio>
 #include <fstream>
 #include <string>

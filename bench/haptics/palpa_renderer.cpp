@@ -1,5 +1,4 @@
-// Palpa as a renderer of the benchmark, by the protocol that is everybody's: a case's file to the scene that says the same, and
-// a tick for each line.
+// Palpa as a renderer under the benchmark's public protocol: a case's file becomes a scene, each line a tick.
 //
 //   bench_haptics_palpa [--law NAME] CASE.json
 //
@@ -33,7 +32,7 @@ VolumeRequest request_of(const json& told, const std::filesystem::path& folder) 
   return request;
 }
 
-/// Stronger than any force that a case asks for.
+/// Above any force of the cases.
 constexpr double rigid_n = 100.0;
 
 SurfaceAndFriction surface_of(const json& rule, const FieldRef& field) {
@@ -45,7 +44,7 @@ SurfaceAndFriction surface_of(const json& rule, const FieldRef& field) {
   return surface;
 }
 
-/// False where the rule is none that Palpa knows.
+/// False for a rule without a mode in Palpa.
 bool add_rule(Scene& scene, const json& rule, const FieldRef& field) {
   const std::string kind = rule.at("kind");
   if (kind == "surface") {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The least renderer that can be measured, and a start for another's adapter: a spring on the penetration, as the value and
-the slope at the probe itself estimate it. No proxy, no memory, the standard library alone.
+"""Minimal renderer, and a template for adapters of other renderers: a spring on the penetration that value and slope at the
+probe give to first order. No proxy, no memory, standard library only.
 
     penalty.py CASE.json
 """
@@ -25,7 +25,7 @@ stiffness, limit = case["stiffness_n_per_m"], case["force_limit_n"]
 
 
 def value_and_slope(x):
-    """Straight along each axis between the eight voxels around x; the slope is that function's own. None outside."""
+    """Trilinear value at x, and its exact slope; None outside."""
     low, share = [], []
     for a in range(3):
         at = (x[a] - origin[a]) / spacing[a]
@@ -52,7 +52,7 @@ def force(x):
     steepness = math.hypot(*here[1]) if here else 0.0
     if not passed or steepness == 0.0:
         return 0.0, 0.0, 0.0
-    deep = min((here[0] - passed[-1]) / steepness, 0.005)  # where it is nearly flat the slope says nothing of the level
+    deep = min((here[0] - passed[-1]) / steepness, 0.005)  # a nearly flat slope does not locate the level
     pushed = min(stiffness * deep, limit)
     return tuple(-pushed * s / steepness for s in here[1])
 

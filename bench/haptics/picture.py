@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The picture of docs/benchmark.md: the error of the force, of each renderer in each family. The standard library alone.
+"""The picture of docs/benchmark.md: force error of each renderer in each family. Standard library only.
 
     picture.py SCORES.csv OUT.svg
 """

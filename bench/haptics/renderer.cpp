@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// A program with pipes to its two streams. Ended, with what it has started, when this goes.
+/// A program with pipes to its two streams; the destructor ends it and its children.
 class Process {
  public:
   Process(const std::string& command, const std::string& argument) {
@@ -54,17 +54,17 @@ class Process {
   Process& operator=(const Process&) = delete;
   ~Process() {
     ::close(in_), ::close(out_);
-    // Time to leave by itself, then none.
+    // Time for a normal exit, then a kill.
     for (int i = 0; i < 100 && ::waitpid(child_, nullptr, WNOHANG) == 0; ++i) ::usleep(10000);
     if (::kill(-child_, SIGKILL) == 0) ::waitpid(child_, nullptr, 0);
   }
 
-  /// Whether all of it was taken. A line is far shorter than a pipe holds.
+  /// False on a short write. A line is far shorter than a pipe's buffer.
   bool send(const std::string& line) const {
     return ::write(in_, line.data(), line.size()) == static_cast<ssize_t>(line.size());
   }
 
-  /// The next line, without its end; none where there is none within the time, or it is longer than any answer.
+  /// The next line, without its end; none after the limit or beyond the longest answer.
   std::optional<std::string> line(double limit_s) {
     constexpr std::size_t longest = 1000;
     const Clock::time_point begin = Clock::now();
@@ -92,7 +92,6 @@ class Process {
   std::string read_;
 };
 
-/// Three numbers, or four.
 struct Reply {
   Vec3 force_n;
   std::optional<double> inside_us;
@@ -117,7 +116,7 @@ std::optional<Reply> reply_of(const std::string& line) {
 
 Answer render(const std::string& command, const std::filesystem::path& case_file, const std::vector<std::string>& probe_lines,
               double limit_n, const Limits& limits) {
-  ::signal(SIGPIPE, SIG_IGN);  // a renderer that ends is told by what it does not answer
+  ::signal(SIGPIPE, SIG_IGN);  // a dead renderer shows as a missing answer
   Answer answer;
   answer.forces_n.resize(probe_lines.size());
   const auto fail = [&](std::string reason) {

@@ -1,4 +1,4 @@
-// A renderer: another program, spoken to in lines.
+// A renderer: another program, driven line by line.
 #pragma once
 
 #include <filesystem>
@@ -10,19 +10,18 @@
 
 namespace palpa::haptics {
 
-/// What a renderer has answered to a case.
 struct Answer {
   enum class End {
     whole,
-    unsupported,  ///< it has said that it does not know the rule
+    unsupported,  ///< it rejected the rule
     failed,       ///< it broke the protocol or its time
   };
   End end = End::whole;
-  std::string reason;              ///< of what is not whole
-  std::vector<Vec3> forces_n;      ///< as many as there were probes; zero from where it failed
+  std::string reason;
+  std::vector<Vec3> forces_n;      ///< one per probe; zero from a failure on
   double load_s = 0.0;             ///< from its start to its first line
-  std::vector<double> outside_us;  ///< from a probe's line to its force's line, pipes and all
-  std::vector<double> inside_us;   ///< as it says itself; empty: it does not
+  std::vector<double> outside_us;  ///< from a probe's line to its force's line, with the pipes
+  std::vector<double> inside_us;   ///< as it reports itself; empty: it does not
 };
 
 struct Limits {
@@ -31,8 +30,8 @@ struct Limits {
   double case_s = 300.0;
 };
 
-/// Starts `command CASE_FILE` in a shell, sends it the lines one after another, each when the last is answered, and ends it.
-/// Forces longer than `limit_n` [N] are shortened, as a device would. Throws LoadError where no process can be started.
+/// Starts `command CASE_FILE` in a shell, sends each line after the answer to the line before, and ends it. Forces above
+/// `limit_n` [N] are shortened, as a device would. Throws LoadError if no process starts.
 Answer render(const std::string& command, const std::filesystem::path& case_file, const std::vector<std::string>& probe_lines,
               double limit_n, const Limits& limits = {});
 

@@ -19,7 +19,7 @@ double time_quantile(std::vector<double> values, double share) {
 std::string formatted(const char* format, double value) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
-  // Nothing is worth a sign.
+  // Zero has no sign.
   const bool is_zero = std::string(text).find_first_not_of("-0.") == std::string::npos;
   return is_zero && text[0] == '-' ? text + 1 : text;
 }
@@ -32,7 +32,6 @@ std::vector<std::string> in_order(const std::vector<Result>& results, std::strin
   return names;
 }
 
-/// What one renderer made of one family.
 std::vector<const Result*> of(const std::vector<Result>& results, const std::string& family, const std::string& renderer) {
   std::vector<const Result*> found;
   for (const Result& result : results) {

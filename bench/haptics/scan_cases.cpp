@@ -1,4 +1,4 @@
-// A real scan, given to renderers four times coarser than it is held against.
+// A real scan, four times coarser for renderers than for the reference.
 #include <algorithm>
 #include <cmath>
 
@@ -36,7 +36,7 @@ SampledVolume voxels_of(const std::filesystem::path& file) {
   return fine;
 }
 
-/// The mean of 4 × 4 × 4 voxels for one, as a coarser scanner has it.
+/// Means of 4 × 4 × 4 voxels, as a coarser scanner has them.
 SampledVolume four_times_coarser(const SampledVolume& fine) {
   SampledVolume coarse{.type = fine.type};
   const auto& size = fine.grid.size;
@@ -58,7 +58,7 @@ SampledVolume four_times_coarser(const SampledVolume& fine) {
   return coarse;
 }
 
-/// Presses on the fine surface, from where the hand comes to it freely.
+/// Presses on the fine surface from free space.
 class Presses {
  public:
   Presses(const SampledVolume& fine, double level) : fine_(fine), level_(level) {
@@ -67,7 +67,7 @@ class Presses {
                                                 (size[2] - 1) * fine.grid.spacing_m.z};
   }
 
-  /// Every direction of a spiral over the face and the forehead, as far as it can be felt there.
+  /// Directions of a spiral over face and forehead, where they are reachable.
   std::vector<Touch> all() {
     constexpr int directions = 120;
     for (int i = 0; i < directions; ++i) {
@@ -92,7 +92,7 @@ class Presses {
   }
 
   void press(const Vec3& direction) {
-    // From outside to the surface, along the ray.
+    // From outside to the surface along the ray.
     constexpr double step_m = 2.5e-4;
     double r = far_m;
     const auto inside = [&](double at) {
@@ -105,7 +105,7 @@ class Presses {
     for (int i = 0; i < 40; ++i) (inside(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
     const Vec3 place = middle_m_ + 0.5 * (low + high) * direction;
     const Vec3 outward = -normalized(fine_.slope_per_m(place));
-    // Away from the data's faces, not grazing, a clear edge, and free on the way.
+    // Away from the data's faces, not grazing, a clear edge, and a free approach.
     const Vec3 margin{0.02, 0.02, 0.02};
     constexpr double before_m = 0.008, steep_per_m = 1e5;
     const Vec3 before = place + before_m * outward, far = middle_m_ + far_m * direction;
@@ -125,7 +125,7 @@ class Presses {
     travel(far);
   }
 
-  // In free space, round the head where need be.
+  // In free space, round the head where necessary.
   void travel(const Vec3& to) {
     constexpr double step_m = 4e-3;
     if (trajectory_.touches.empty()) hand_m_ = to;

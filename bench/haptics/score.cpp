@@ -11,14 +11,14 @@ namespace palpa::haptics {
 
 namespace {
 
-// [N] What counts as a force: 0.1 mm of the spring.
+// [N] Contact threshold: 0.1 mm of the spring.
 constexpr double felt_n = 0.05;
-// [N] How far off a hand may rest: below what people tell apart at 2.5 N (7 %).
+// [N] Resting offset: below the just noticeable difference at 2.5 N (7 %).
 constexpr double rest_n = 0.1;
-// [N] From tick to tick: more is no rest.
+// [N] Largest change per tick at rest.
 constexpr double still_n = 1e-3;
 
-/// The value that a share [1] of all is not above, of the sorted values themselves; 0 of none.
+/// Quantile `share` [1] of sorted values, without interpolation; 0 of none.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto at = static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size()))) - 1;
@@ -71,7 +71,7 @@ class Scoring {
     out["force_share"] = 100.0 * root_mean_square(off_n) / root_mean_square(right_n);
   }
 
-  /// Share [1] of the contact in which less than half of the force is there.
+  /// Share [1] of the contact with less than half of the force.
   double lost_share() const {
     int contact = 0, lost = 0;
     for (std::size_t i = 0; i < size(); ++i) {
@@ -112,7 +112,7 @@ class Scoring {
     std::vector<double> off_deg;
     for (std::size_t i = 0; i < size(); ++i) {
       if (one_.touches[i].phase != Phase::sliding || !in_contact(i)) continue;
-      // Where there is no force there is no angle either: all of the cone is missing.
+      // Without a force there is no angle: all of the cone is missing.
       const double felt_deg = norm(forces_n_[i]) < still_n ? 0.0 : angle_of(forces_n_[i]);
       off_deg.push_back(std::abs(felt_deg - angle_of(right(i))));
     }
@@ -120,7 +120,7 @@ class Scoring {
     out["friction_p99_deg"] = quantile(off_deg, 0.99);
   }
 
-  // Between a contact's beginning and its end, as the truth has it, both have a largest force.
+  // The largest forces of both are compared from a contact's true beginning to its true end.
   void breaks(Scores& out) const {
     double worst_n = 0.0;
     for (std::size_t begin = 0; begin < size();) {
@@ -136,14 +136,14 @@ class Scoring {
     out["break_n"] = worst_n;
   }
 
-  // The end of the last turn against that of the first.
+  // The last turn's end against the first turn's.
   void drift(Scores& out) const {
     const auto period = static_cast<std::size_t>(one_.period_ticks);
     const std::size_t turns = (size() - 1) / period - 1, last = size() - 1, first = last - turns * period;
     out["drift_um"] = 1e6 * norm(error(last) - error(first)) / stiffness_n_per_m / static_cast<double>(turns);
   }
 
-  // Work on the hand over the turns after the first, less that of the truth.
+  // Work on the hand after the first turn, less the true work.
   void energy(Scores& out) const {
     const auto period = static_cast<std::size_t>(one_.period_ticks);
     const std::size_t turns = (size() - 1) / period - 1, first = size() - 1 - turns * period;
@@ -187,7 +187,7 @@ Scores score(const MadeCase& one, std::span<const Vec3> forces_n, const std::fil
     if (wanted == "energy") scoring.energy(out);
     if (wanted == "ripple") scoring.ripple(out);
   }
-  // What does not hold the hand neither drifts nor ripples, and that is no merit.
+  // A force that does not hold the hand gets no credit for a lack of drift and ripple.
   if (scoring.lost_share() > 0.5) {
     for (const char* name : {"drift_um", "energy_mj", "ripple_mn"}) {
       if (out.contains(name)) out[name] = std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// What a renderer's forces are worth.
+// Scores of a renderer's forces.
 #pragma once
 
 #include <array>
@@ -11,11 +11,11 @@
 
 namespace palpa::haptics {
 
-/// A figure that answers are scored by; a perfect answer has 0 in each. README.md has the formulas.
+/// A figure of merit; 0 is perfect. Formulas: README.md.
 struct Metric {
-  const char* name;     ///< with its unit
-  const char* of;       ///< the entry of a case's `scores` that asks for it
-  const char* heading;  ///< of its column
+  const char* name;
+  const char* of;  ///< the entry of a case's `scores` that selects it
+  const char* heading;
   const char* format;
 };
 inline constexpr std::array metrics{
@@ -37,12 +37,11 @@ inline constexpr std::array metrics{
     Metric{"ripple_mn", "ripple", "ripple mN", "%.2f"},
 };
 
-/// The figures of one case, by name; those that its scores ask for. Shares are in percent. Infinite: of a hand that was not
-/// held.
+/// The figures of one case that its scores select, by name. Shares in percent. Infinite: the hand was not held.
 using Scores = std::map<std::string, double>;
-/// \param folder    of the case's truth, for a shape that is a file
-/// \param forces_n  [N] one for each probe
-/// Throws LoadError where the shape cannot be had.
+/// \param folder    of the case's truth, for a shape in a file
+/// \param forces_n  [N] for each probe
+/// Throws LoadError if the shape cannot be loaded.
 Scores score(const MadeCase& one, std::span<const Vec3> forces_n, const std::filesystem::path& folder);
 
 }  // namespace palpa::haptics

@@ -38,7 +38,7 @@ Shape plate(double thickness_m) {
           }};
 }
 
-// Distance to a wedge: below zero inside.
+// Distance to a wedge: below 0 inside.
 double beyond_wedge_m(const Vec3& x_m, const Faces& faces) {
   const double nearest_m = std::max(dot(faces.a, x_m), dot(faces.b, x_m));
   return nearest_m <= 0.0 ? nearest_m : distance(x_m, foot_in_wedge(x_m, faces.a, faces.b));
@@ -52,7 +52,7 @@ Shape wedge(double opening_deg) {
   return {[=](const Vec3& x) { return -beyond_wedge_m(x, faces); }, [=](const Vec3& x) { return out_of_wedge(x, faces); }};
 }
 
-// The free space is the wedge here, so that its faces look into the solid.
+// Here the free space is the wedge: its faces point into the solid.
 Shape groove(double opening_deg) {
   const Faces faces = faces_of_groove(opening_deg);
   return {[=](const Vec3& x) {
@@ -66,7 +66,7 @@ Shape groove(double opening_deg) {
 Shape helix(double radius_m, double rise_m) {
   const auto off_m = [=](const Vec3& x) {
     if (rise_m == 0.0) return distance(x, radius_m * normalized(Vec3{x.x, x.y, 0}));
-    // Newton's steps for the angle of the nearest place, from that of the same height on the turn that is nearest.
+    // Newton's steps for the angle of the nearest point, from the equal height on the nearest turn.
     constexpr double whole_rad = 2.0 * std::numbers::pi;
     double angle_rad = std::atan2(x.y, x.x);
     angle_rad += whole_rad * std::round((x.z / rise_m - angle_rad) / whole_rad);
@@ -81,7 +81,7 @@ Shape helix(double radius_m, double rise_m) {
   return {[=](const Vec3& x) { return -off_m(x); }, {}};
 }
 
-// What is above a level in a measured volume.
+// The region above a level in a measured volume.
 Shape scan(const std::filesystem::path& file, double level) {
   const auto volume = std::make_shared<const SampledVolume>(read_nrrd(file));
   return {[=](const Vec3& x) {

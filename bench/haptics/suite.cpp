@@ -22,7 +22,7 @@ constexpr const char* families[] = {"surfaces", "ramps", "sampling",    "noise",
 
 void write(const fs::path& file, const std::string& text) { detail::write_whole(file, text, detail::Existing::replaced); }
 
-/// With 1e-9 of the unit, and no minus before a zero: the same digits everywhere.
+/// In steps of 1e-9 of the unit, without a negative zero: identical digits everywhere.
 std::string number(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.9f", value);

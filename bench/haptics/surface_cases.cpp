@@ -33,7 +33,7 @@ void add_smooth(Suite& suite) {
   add_in_trajectory(suite, "surfaces", sphere, over_sphere, fine);
   add_in_trajectory(suite, "surfaces", bumpy, over_bumps, fine);
   add_in_trajectory(suite, "surfaces", torus, over_torus, fine);
-  const Sampling soft{.ramp_voxels = 9};  // 5 mm, more than any hand is deep
+  const Sampling soft{.ramp_voxels = 9};  // 5 mm, more than any hand's depth
   add_in_trajectory(suite, "ramps", plane, over_plane, soft);
   add_in_trajectory(suite, "ramps", sphere, over_sphere, soft);
   add_in_trajectory(suite, "ramps", bumpy, over_bumps, soft);

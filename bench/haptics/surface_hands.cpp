@@ -18,8 +18,8 @@ Vec3 on_unit_sphere(double azimuth_turns, double elevation_turns) {
   return {up.cosine * around.cosine, up.sine, up.cosine * around.sine};
 }
 
-/// From one place to another in steps of at most `step_m`, without the first: `at` gets each place, and the share [1] of the
-/// way behind it.
+/// Steps of at most `step_m` from one point to another, without the first: `at` gets each point and the share [1] of the path
+/// behind it.
 void straight(Vec3 from, Vec3 to, double step_m, const std::function<void(const Vec3&, double)>& at) {
   const int ticks = static_cast<int>(std::ceil(distance(from, to) / step_m));
   for (int i = 1; i <= ticks; ++i) {
@@ -49,7 +49,7 @@ Walk over_bumpy() {
   return [shape](double t) {
     const Vec3 n = on_unit_sphere(0.4 * t, 0.15 * sine_cosine(0.3 * t).sine);
     Vec3 place = 0.025 * n;
-    for (int i = 0; i < 30; ++i) place += shape.depth_m(place) * n;  // along the ray: not far from along the normal
+    for (int i = 0; i < 30; ++i) place += shape.depth_m(place) * n;  // along the ray: nearly along the normal
     return Standing{place, shape.outward(place)};
   };
 }

@@ -43,7 +43,7 @@ constexpr Type types[] = {{"uint8", "uint8", 1, bytes_of<std::uint8_t>, from_byt
                           {"int16", "int16", 2, bytes_of<std::int16_t>, from_bytes<std::int16_t>},
                           {"float32", "float", 4, bytes_of<float>, from_bytes<float>}};
 
-/// The cell around a place, and where in it the place is: eight samples with their weights.
+/// The cell around a point: eight samples with their weights.
 struct Cell {
   std::array<int, 3> low{};
   std::array<double, 3> share{};  // [1] of the way to the next sample
@@ -62,7 +62,7 @@ Cell cell_of(const SampledGrid& grid, const Vec3& x_m) {
   return cell;
 }
 
-/// The mean of what `of` says of the cell's eight samples, by their weights.
+/// Weighted mean of `of` over the cell's eight samples.
 template <class Of>
 auto blended(const Cell& cell, Of of) {
   decltype(of(0, 0, 0)) sum{};

@@ -1,4 +1,4 @@
-// What the program does when all is well.
+// Program runs without errors.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <unistd.h>
@@ -239,7 +239,6 @@ TEST_F(Program, FeelsWithADeviceInTheHandAndReplaysIt) {
   EXPECT_EQ(dry["device"], "omega");
 }
 
-// What the help says of devices is what can be given.
 TEST_F(Program, HelpNamesEveryDeviceAndEveryKeyOfIt) {
   write_scene("scene.toml");
   const std::string help = palpa({"run", "--help"}).out;

@@ -1,5 +1,4 @@
-// Wrong input: exit code 2, one line that says what is wrong and what would be right, and nothing left
-// behind that looks complete.
+// Wrong input: exit code, one-line error with remedy, no leftover output.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/stat.h>
@@ -19,7 +18,7 @@ using testing::StartsWith;
 
 class BadInput : public ProgramTest {
  protected:
-  /// That a run of this scene is refused; it must not leave a trace.
+  /// A refused run must leave no trace.
   void expect_scene_refused(const std::string& scene, const std::vector<std::string>& pieces) const {
     expect_refusal({"run", scene, "--hand", "sim:press", "--duration-s", "0.1", "--out", "trace"}, pieces);
     EXPECT_FALSE(fs::exists(folder / "trace")) << scene;
@@ -171,7 +170,6 @@ TEST_F(BadInput, AFullDiskLeavesATraceThatSaysItIsIncomplete) {
   EXPECT_THAT(read(folder / "trace/trace.toml"), HasSubstr("complete = false"));
 }
 
-/// Whether a process has a handler for a signal.
 bool handles(pid_t process, int signal) {
   std::ifstream status("/proc/" + std::to_string(process) + "/status");
   for (std::string line; std::getline(status, line);) {
@@ -185,7 +183,7 @@ TEST_F(BadInput, WhatDrawsGivesUpInWords) {
     GTEST_SKIP() << "no pictures are built";
   write_scene("scene.toml");
   ASSERT_EQ(palpa({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.2", "--out", "trace"}).code, 0);
-  // As a library does where memory runs out: at a moment that nobody chooses.
+  // As a library does on exhausted memory, at any moment.
   for (const int signal : {SIGABRT, SIGSEGV}) {
     const pid_t process = start({"report", "trace", "--out", "page.html"});
     for (int n = 0; n < 20'000 && !handles(process, signal); ++n) ::usleep(1000);

@@ -1,4 +1,4 @@
-// palpa check as its users start it: exit codes, what it writes, and what it leaves as it was.
+// palpa check from the shell: exit codes, output files, unchanged inputs.
 #include <gmock/gmock.h>
 
 #include <cstdio>
@@ -16,7 +16,6 @@ using testing::StartsWith;
 
 class CheckCommand : public ProgramTest {
  protected:
-  /// A ball that a device lies on.
   void write_ball(const std::string& name, const std::string& stiffness_n_per_m, const std::string& damping_ns_per_m) const {
     write(name, text_of_ball(stiffness_n_per_m, damping_ns_per_m));
   }
@@ -51,7 +50,7 @@ TEST_F(CheckCommand, StopsWhatIsUnstableAndFixesItsNumbersOnly) {
   EXPECT_EQ(said["verdict"], "stop");
   EXPECT_THAT(said["reason"].get<std::string>(), StartsWith("stop on omega: "));
 
-  // The file is the old one with the numbers that were named, to the byte.
+  // The file is byte-identical to the input but for the named numbers.
   std::string stiffness = "5000", damping = "0";
   ASSERT_FALSE(said["changes"].empty());
   const json fixed = [&] {

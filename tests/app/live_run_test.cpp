@@ -1,4 +1,4 @@
-// palpa in real time: it ends whole however it is ended, goes on where its recording cannot, and obeys keys.
+// palpa in real time: ends, gaps of the recording, keys.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>

@@ -1,4 +1,4 @@
-// A patient's name in a file gets into nothing that leaves the program: words, JSON, scene, trace, report.
+// A patient's name in a file reaches no output: messages, JSON, scene, trace, report.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* patient = "Doe^Jane";
 
-/// A ball of whole numbers, 20 voxels along each axis.
+/// A ball of integers, 20 voxels along each axis.
 std::string ball() {
   std::string voxels;
   for (int k = 0; k < 20; ++k)
@@ -35,14 +35,13 @@ std::string nifti() {
   const float pixdim[] = {1, 5, 5, 5};
   put(76, pixdim);
   put(108, 352.0F);
-  header[123] = 2;                 // millimetres
+  header[123] = 2;
   text(14), text(148), text(228);  // db_name, descrip, aux_file
   put(344, std::array{'n', '+', '1', '\0'});
   return header + ball();
 }
 
-/// The ball as one file of 20 frames, with the patient's name, or that of whoever had to do with it, in every element that may
-/// hold words, those among them that are read.
+/// The ball as one file of 20 frames, with a person's name in every text element.
 std::string dicom() {
   std::string bytes;
   const auto number = [](std::size_t value, std::size_t size) {
@@ -107,7 +106,7 @@ std::string dicom() {
   return bytes;
 }
 
-/// A file of this name with a patient's name wherever its format has room for words.
+/// A file of this name with a patient's name in every text field of its format.
 std::string content_of(const std::string& name) {
   const std::string who = patient;
   if (name == "a.nrrd") {
@@ -148,7 +147,7 @@ TEST_P(Privacy, OfAPatientIsKept) {
   if (const Ended report = palpa({"report", "trace"}); report.code == 0) expect_nothing_in(report);
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file() || entry.path().filename() == name) continue;
-    // In a page four letters come by chance, in the pictures and scripts that are inlined there.
+    // In a page four letters come by chance, in inlined pictures and scripts.
     const bool page = entry.path().extension() == ".html";
     for (const char* part : {patient, "Jane", "jane"}) {
       if (page && part != patient) continue;

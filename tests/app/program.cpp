@@ -65,7 +65,7 @@ void ProgramTest::wait_for_words(const std::string& piece) const {
 }
 
 void ProgramTest::wait_for_ticks(const fs::path& trace) const {
-  // By its size: whoever reads a file that grows as fast as a simulated run fills it never comes to its end.
+  // By its size: a reader of the growing file of a simulated run would never reach its end.
   std::error_code none;
   for (int i = 0; i < 6000; ++i) {
     if (fs::file_size(trace / "ticks.csv", none) > 20'000 && !none) return;

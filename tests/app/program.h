@@ -1,4 +1,4 @@
-// The built program as its users start it: a process with arguments, exit code and two streams.
+// The built program as a process: arguments, exit code and two streams.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace palpa {
 
 struct Ended {
-  int code = -1;  ///< exit code; 128 + signal where a signal ended it
+  int code = -1;  ///< exit code; 128 + signal after a signal
   std::string out;
   std::string err;
 };
@@ -27,15 +27,13 @@ class ProgramTest : public testing::Test {
 
   /// Runs `palpa` to its end.
   Ended palpa(const std::vector<std::string>& arguments, const Environment& environment = {}) const;
-  /// Starts it, and lets it run.
   pid_t start(const std::vector<std::string>& arguments, const Environment& environment = {}) const;
   /// Waits for its end; its streams are in the folder until the next start.
   Ended wait(pid_t process) const;
-  /// Waits until it has said `piece` on its second stream.
   void wait_for_words(const std::string& piece) const;
   /// Waits until a recording has ticks on disk.
   void wait_for_ticks(const std::filesystem::path& trace) const;
-  /// That the program refuses these arguments: exit code 2 and one line that holds all `pieces`.
+  /// Expects exit code 2 and one line with all `pieces`.
   void expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const;
 
   void write(const std::string& name, const std::string& text) const;

@@ -1,4 +1,4 @@
-// A program of somebody's own that feels a scene with a device, and that something stops: stopped_program DEVICE HOW.
+// A live program on the library that is stopped: stopped_program DEVICE HOW.
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
   scene.add("skin", SurfaceAndFriction{.field = head, .levels = {{.name = "skin", .value = -300, .strength_n = 1.5}}});
   const std::unique_ptr<Device> device = open_device(device_description(argv[1]), "/nowhere/devices.toml");
   LiveScene live(scene);
-  LiveOptions options{.rate_hz = 200.0};  // ticks of a busy machine are late, and that is no fault then
+  LiveOptions options{.rate_hz = 200.0};  // late ticks of a busy machine are no fault then
   options.guard = guard_options_for(device->limits(), 3.0);
   LiveLoop loop(live, *device, options);
   const std::atomic<bool> stop{false};
@@ -78,11 +78,10 @@ int main(int argc, char** argv) {
       });
     });
   }
-  // The test says when.
   char word = 0;
   if (::read(STDIN_FILENO, &word, 1) != 1) ::_exit(4);
   if (how == "forked_child_ends") {
-    // What ends a child takes no force from the parent.
+    // The end of a child takes no force from the parent.
     const pid_t child = ::fork();
     if (child == 0) {
       ::raise(SIGTERM);

@@ -1,5 +1,5 @@
-// Whatever stops the program, the last word that its device hears is no force: the real program, in a terminal of its own, with
-// stand-ins for two kinds of devices that outlive it.
+// Zero force on a device after every stop of the real program, in a terminal of its own, with stand-ins for two kinds of
+// devices that outlive it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -29,7 +29,7 @@ using std::chrono::milliseconds;
 using test::DhdSeen;
 using test::Inverse3StandIn;
 
-// Far more than anything takes; only a failure waits for it.
+// Far above any run; only a failure takes it.
 constexpr std::chrono::seconds patience{60};
 constexpr double felt_n = 0.25;
 
@@ -39,13 +39,13 @@ bool comes(const std::function<bool()>& condition) {
   return false;
 }
 
-/// A device that outlives the program, with a hand that goes in and out of the head all the time.
+/// A device that outlives the program, with a hand that moves in and out of the head.
 class Device {
  public:
   virtual ~Device() = default;
   virtual std::string description() const = 0;
   virtual Environment environment() const { return {}; }
-  virtual double last_word_n() = 0;  ///< size of the last force that was asked for [N]
+  virtual double last_word_n() = 0;  ///< magnitude of the last commanded force [N]
 
  protected:
   virtual void hold(double right_m, double up_m, double to_user_m) = 0;
@@ -111,19 +111,19 @@ class Stops : public ProgramTest, public testing::WithParamInterface<const char*
     if (GetParam() == std::string("inverse3")) return std::make_unique<Inverse3>();
     return std::make_unique<Omega>(own);
   }
-  // A skin that never lets go.
+  // An unbreakable skin.
   void SetUp() override { write_scene("scene.toml", "strength_n = 0.8", "strength_n = 20"); }
   std::vector<std::string> run_with(const Device& device) const {
-    // On a machine that is busy with tests ticks are late, and a rate at which three of them take long is not a fault.
+    // A machine busy with tests has late ticks: at 200 Hz three of them are no fault.
     return {"run", "scene.toml", "--device", device.description(), "--rate-hz", "200"};
   }
   static testing::AssertionResult is_felt(Device& device) {
     if (comes([&] { return device.last_word_n() > felt_n; })) return testing::AssertionSuccess();
     return testing::AssertionFailure() << "nothing is felt";
   }
-  /// That a program which is over, or stopped, has left its device without force.
+  /// Success if an ended or stopped program left its device without force.
   static testing::AssertionResult is_left_at_rest(Device& device) {
-    std::this_thread::sleep_for(milliseconds(100));  // what is still on its way
+    std::this_thread::sleep_for(milliseconds(100));  // commands in transit
     const double word_n = device.last_word_n();
     if (word_n == 0.0) return testing::AssertionSuccess();
     return testing::AssertionFailure() << "the last word is " << word_n << " N";
@@ -147,7 +147,7 @@ class Stops : public ProgramTest, public testing::WithParamInterface<const char*
   mutable int devices_ = 0;
 };
 
-/// The program in the foreground of a terminal, below something that does for it what a shell does.
+/// The program in the foreground of a terminal, below a minimal shell.
 class Terminal {
  public:
   Terminal(const std::filesystem::path& folder, const std::vector<std::string>& words, const Environment& environment) {
@@ -192,7 +192,7 @@ class Terminal {
   }
   void press(char key) const { ASSERT_EQ(::write(terminal_, &key, 1), 1); }
   pid_t job() const { return job_; }
-  /// Its exit code, 128 + signal where one ended it.
+  /// Its exit code; 128 + signal after a signal.
   int wait() {
     int status = 0;
     ::waitpid(shell_, &status, 0);
@@ -254,7 +254,7 @@ TEST_P(Stops, SignalsThatStopItLeaveNoForce) {
   }
 }
 
-// All that a system has: those that are taken for granted are the ones that are forgotten.
+// All signals of the system, so that none is forgotten.
 TEST_P(Stops, SignalsThatEndItLeaveNoForce) {
   std::vector<int> signals{SIGRTMIN, SIGRTMIN + 5, SIGRTMAX};
   for (int number = 1; number < 32; ++number) {
@@ -286,7 +286,6 @@ TEST_P(Stops, ASecondInterruptLeavesNoForce) {
   }
 }
 
-/// A program of somebody's own, on the library.
 class OwnProgram {
  public:
   OwnProgram(Device& device, const std::string& how) {

@@ -1,5 +1,4 @@
-// Files from strangers: what they name is not followed where it hurts, what they say does not steer a terminal, and what is
-// written goes nowhere but where it was meant to.
+// Untrusted files: dangerous links, terminal controls, output targets.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -29,7 +28,7 @@ class Strangers : public ProgramTest {
     has_reader = fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "palpa-read");
   }
 
-  /// Runs the program; one that still runs after half a minute is ended.
+  /// Runs the program; ends it after 30 s.
   Ended in_time(const std::vector<std::string>& arguments) const {
     const pid_t process = start(arguments);
     for (int waited_ms = 0; waited_ms < 30'000; waited_ms += 20) {
@@ -41,7 +40,6 @@ class Strangers : public ProgramTest {
     ::kill(process, SIGKILL);
     return wait(process);
   }
-  /// That the program refuses these arguments at once, in one line that holds these words.
   void expect_refused(const std::vector<std::string>& arguments, const std::string& words) const {
     const Ended ended = in_time(arguments);
     const std::string shown = testing::PrintToString(arguments);
@@ -52,7 +50,7 @@ class Strangers : public ProgramTest {
     EXPECT_LE(ended.err.size(), 500U) << shown;
     expect_nothing_steers(ended.err);
   }
-  /// That a terminal obeys nothing of this text but its line ends and tabs.
+  /// Expects no terminal control but line ends and tabs.
   static void expect_nothing_steers(std::string_view text) {
     for (std::size_t at = 0; at < text.size();) {
       const std::size_t length = detail::utf8_length(text.substr(at));
@@ -63,14 +61,14 @@ class Strangers : public ProgramTest {
       at += length;
     }
   }
-  /// Records a short run of the scene; false where that failed.
+  /// Records a short run of the scene; false on failure.
   bool has_trace(const std::string& name = "trace") const {
     return palpa({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.2", "--out", name}).code == 0;
   }
   static bool has_pictures() {
     return fs::exists(fs::path(PALPA_PROGRAM).parent_path().parent_path() / "libexec/palpa/palpa-pictures.so");
   }
-  /// A volume of zeros; `value` is that of its first voxel.
+  /// A volume of zeros; `value` is the first voxel's.
   static std::string nrrd(char value) {
     return std::string("NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nspacings: 1 1 1\nencoding: raw\n\n") + value +
            std::string(63, '\0');
@@ -213,7 +211,7 @@ TEST_F(Strangers, ASignalLeavesNothingHalfDone) {
 
 TEST_F(Strangers, TheFileThatIsNamedIsTheOneThatIsRead) {
   if (!has_reader) GTEST_SKIP() << "built without palpa-read";
-  // As bytes: with a tab, a line end, an escape, and with what is no UTF-8.
+  // As bytes: with a tab, a line end, an escape, and invalid UTF-8.
   write("a b.nrrd", nrrd('\x01'));
   int value = 40;
   for (const std::string name : {"a\tb.nrrd", "a\nb.nrrd", "a\033b.nrrd", "a\xff\x62.nrrd"}) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks the pages, one line for each promise that is broken: check_pages.py
+"""Checks the pages; prints a line for each broken promise: check_pages.py
 
-They link to files, headings and tests that are there; every "Checked by" names a test; docs/embedding.md names each installed
+Links lead to existing files, headings and tests; every "Checked by" names a test; docs/embedding.md names each installed
 header, and these include one another alone; docs/dependencies.md gives a reason for each package.
 """
 
@@ -13,12 +13,12 @@ root = pathlib.Path(__file__).resolve().parents[2]
 
 
 def anchors_of(page):
-    """The anchors of a page's headings, as GitHub makes them."""
+    """Anchors of a page's headings, as GitHub makes them."""
     return [re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in re.findall(r"^#+ (.*)$", page, re.M)]
 
 
 def broken_links(page, text):
-    """(line, what) of the links that lead nowhere. page: the path of the text."""
+    """(line, what) of the broken links. page: the path of the text."""
     for found in re.finditer(r"\]\(([^)#:\s]*)(?:#([^)\s]+))?\)", text):
         line, target = text.count("\n", 0, found.start()) + 1, page if not found[1] else page.parent / found[1]
         if not target.exists():
@@ -28,7 +28,7 @@ def broken_links(page, text):
 
 
 def missing_tests(text, text_of_link):
-    """The tests that a page names, [`Suite.Name`](file.cpp) or [`test_name`](file.py), and that are not in the file."""
+    """Missing tests among a page's [`Suite.Name`](file.cpp) and [`test_name`](file.py)."""
     for name, link in re.findall(r"\[`([A-Z]\w*\.[A-Z]\w*|test_\w+)`\]\(([^)\s]+)\)", text):
         if not re.search(r"TEST(_F|_P)?\(" + name.replace(".", ", *") + r"\)|^def " + name + r"\(", text_of_link(link), re.M):
             yield name

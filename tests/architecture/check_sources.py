@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Checks the promises that the folders make, one line for each that is broken: check_sources.py
+"""Checks the promises of the folders; prints a line for each broken promise: check_sources.py
 
-Layers include one another along the arrows of docs/design.md; foreign libraries stay in their layers; public numbers say their
-unit; types of the library's headers have different names; no function has more than 60 lines; files, locale and terminal are
-used in one place. exceptions.py has what is allowed.
+Layers include one another along the arrows of docs/design.md; foreign libraries stay in their layers; public numbers have a
+unit; types of the library's headers have different names; no function has more than 60 lines; files, locale and terminal
+are used in one place. exceptions.py lists the exceptions.
 """
 
 import pathlib
@@ -27,7 +27,7 @@ def blank(text):
 
 
 def code_of(text):
-    """The source with comments, literals and directives blanked, every character where it was."""
+    """The source with comments, literals and directives blanked, at unchanged positions."""
     return literal.sub(lambda found: ('""' if found[0][0] in "\"'R" else "  ") + blank(found[0])[2:], text)
 
 
@@ -58,7 +58,7 @@ def blocks_of(code):
 
 
 def functions_of(text):
-    """(name, first line, lines) of each function that is in no other."""
+    """(name, first line, lines) of each outermost function."""
     code, found = code_of(text), []
     for kind, head, start, _, end, around in blocks_of(code):
         if kind == "function" and not {"function", "value"} & set(around):
@@ -86,7 +86,7 @@ def public_code(text):
 
 
 def unitless_numbers(text):
-    """(line, name) of the public numbers that say no unit, neither by the end of their name nor in a comment."""
+    """(line, name) of the public numbers without a unit in their name or comment."""
     lines, code, found = text.split("\n") + [""], public_code(text), []
     comment = lambda line: "".join(re.findall("//.*", lines[line - 1]))
     for statement in re.finditer(r"[^;{}]+", code):
@@ -113,7 +113,7 @@ def unitless_numbers(text):
 
 
 def types_of(text):
-    """The types of a header that are in no other type and no function."""
+    """The types of a header outside of other types and functions."""
     code = code_of(text)
     inner = [(begin, end) for kind, _, _, begin, end, _ in blocks_of(code) if kind in ("class", "function")]
     types = re.finditer(r"\b(?:class|struct|union|enum class)\s+([A-Z]\w*)\s*(?:final\s*)?(?::[^;:{][^;{]*)?\{", code)
@@ -121,7 +121,7 @@ def types_of(text):
 
 
 def arrows_of(page):
-    """By layer those that it may include, itself among them, from the lines with ◄ of the section on layers."""
+    """Permitted layers for each layer, itself included, from the lines with ◄ of the section on layers."""
     arrows = {}
     section = re.search(r"^## [^\n]*Layers.*?(?=^## |\Z)", page, re.S | re.M)
     for line in re.findall("^.*◄.*$", section[0] if section else "", re.M):
@@ -137,7 +137,7 @@ def arrows_of(page):
 
 
 def wrong_includes(arrows, path, text):
-    """What a source includes against the arrows, and foreign libraries outside of their layers."""
+    """Includes against the arrows, and foreign libraries outside of their layers."""
     is_library, is_header = path.startswith("palpa/"), path.endswith(".h")
     layer = path.removeprefix("palpa/").rpartition("/")[0].split("/")[0]
     if is_library and layer and layer not in arrows:
@@ -179,7 +179,7 @@ def check(root):
         if path.startswith("palpa/") and path.endswith(".h"):
             for name in types_of(text):
                 types.setdefault(name, []).append(path)
-            if path != "palpa/solver/vec3.h":  # vectors of any unit: the member that holds one says it
+            if path != "palpa/solver/vec3.h":  # vectors of any unit: their members have it
                 yield from ((path, line, f"{name} says no unit; end its name with it, or say it in the comment: [1], [N], the "
                              "field's own unit") for line, name in unitless_numbers(text))
         for what, pattern, folders, instead, may in words:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Each check sees a violation that is planted before it."""
+"""Each check finds a planted violation."""
 
 import pathlib
 import re

@@ -1,8 +1,8 @@
-"""What check_sources.py allows although a promise says otherwise, and why."""
+"""Exceptions of check_sources.py, with reasons."""
 
-# Namespaces whose numbers need no unit: nothing outside of their layer uses them.
+# Namespaces whose numbers need no unit: none is used outside of its layer.
 internal = r"\b(detail|phantom|scene_file)\b|namespace\s*$"
-# Headers of the loader of scenes, which is made of TOML; none is installed.
+# Headers of the scene loader, which uses TOML; none is installed.
 knows_toml = ("palpa/scene/set_path.h", "palpa/scene/toml_section.h")
 # Functions of more than 60 lines, by file: most are one list of fields, keys, widgets, cases of a switch or bindings.
 longer = {
@@ -31,7 +31,7 @@ longer = {
     "python/scene.cpp": "bind_scene bind_volumes",
 }
 
-# (what, words, folders, how else, {file: why it may})
+# (what, words, folders, alternative, {file: reason})
 words = [
     ("opens files", r"\b(?:fopen|freopen|fdopen|gzopen|openat|creat|mkstemp|mkostemp|tmpfile|memfd_create|mmap|linkat|renameat2?|"
      r"[io]?fstream|filebuf|QFile|QSaveFile|QTemporaryFile|QImageWriter|copy_file|parse_file)\b|"

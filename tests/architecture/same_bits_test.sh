@@ -1,6 +1,6 @@
 #!/bin/bash
-# The same session gives the same bytes: ticks felt by this build and by one without optimisation, and the trace of a run that
-# is made twice. Compared are all numbers of ticks and primitives, and every CSV of the trace but timing.csv.
+# Byte-identical sessions: ticks of this build and of an unoptimised build, and the trace of a repeated run. Compared: all
+# numbers of ticks and primitives, and every CSV of the trace but timing.csv.
 set -u
 root=$1
 build=$2

@@ -1,6 +1,6 @@
 #!/bin/bash
-# ./demo and ./test on a machine that is made up: apt, sudo, CMake and the program are stand-ins that note
-# how they were called. Checked is what a user is told and what would have been run.
+# Messages and commands of ./demo and ./test on a fake machine: apt, sudo, CMake and the program are stand-ins that log their
+# calls.
 set -u
 source_root=$1
 here=$(mktemp -d)
@@ -28,7 +28,7 @@ stand_in() {  # stand_in NAME, its script from standard input
   chmod +x "$here/bin/$1"
 }
 
-# A repository and a machine with only the tools that every Debian has.
+# A repository and a machine with only Debian's basic tools.
 fresh_machine() {
   rm -rf "${here:?}"/*
   mkdir -p "$here/bin" "$here/palpa/tools" "$here/elsewhere/data"
@@ -193,7 +193,7 @@ expect "… exit 2" exited 2
 expect "… and nothing is run" never_called '^palpa'
 
 fresh_machine
-# On a terminal, by the function itself: script(1) is the terminal.
+# Output on a terminal; script(1) is the terminal.
 if command -v script >/dev/null; then
   printf '[1/4] a\n[2/4] b\nwords of a compiler\n[4/4] c\n' >"$here/steps"
   script -qec "bash -c 'root=. command=x arguments= assume_yes=true preset=x; . $here/palpa/tools/setup.sh; follow_build <$here/steps'" /dev/null \

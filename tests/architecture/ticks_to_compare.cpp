@@ -1,4 +1,4 @@
-// Feels a scene and prints every number of every tick and of its primitives, exactly: for a comparison of builds.
+// Prints every number of every tick and its primitives exactly, for a comparison of builds.
 //
 //   ticks_to_compare SCENE HAND DURATION_S [DATA_FOLDER]
 #include <cstdio>

@@ -1,4 +1,4 @@
-// The one way in and the one way out: what is opened and how it is written, whoever made the files around it.
+// Opened and written files, among files by any other program.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ class Disk : public testing::Test {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
   }
-  /// The names in the folder, hidden ones among them.
+  /// The folder's names, hidden names included.
   std::vector<std::string> names() const {
     std::vector<std::string> all;
     for (const auto& entry : fs::directory_iterator(folder)) all.push_back(entry.path().filename().string());
@@ -69,7 +69,7 @@ class Disk : public testing::Test {
     }
     return "no error";
   }
-  /// Runs this in a process of its own; its exit status, or 128 + the signal that ended it.
+  /// Runs this in a process of its own; returns its exit status, or 128 + its signal.
   static int in_child(const std::function<int()>& what) {
     const pid_t child = ::fork();
     if (child == 0) ::_exit(what());
@@ -148,7 +148,7 @@ TEST_F(InputFiles, AreStreamsToo) {
 
 class NewFiles : public Disk, public testing::WithParamInterface<bool> {
  protected:
-  /// On a disk that has no files without a name, where the parameter says so; in a process of its own, which cannot go back.
+  /// Emulates a disk without unnamed files if the parameter requests it; irreversible, so in a process of its own.
   static void have_kind_of_disk() {
     if (!GetParam()) return;
     sock_filter filter[] = {
@@ -163,14 +163,12 @@ class NewFiles : public Disk, public testing::WithParamInterface<bool> {
     if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)
       ::_exit(99);
   }
-  /// Runs `what` on that kind of disk.
   static int on_disk(const std::function<int()>& what) {
     return in_child([&] {
       have_kind_of_disk();
       return what();
     });
   }
-  /// That writing this is refused with words that begin so.
   void expect_refused(const fs::path& name, Existing existing, const std::string& words) const {
     EXPECT_EQ(on_disk([&] {
                 const std::string error = error_of([&] { write_whole(name, "new", existing); });
@@ -241,7 +239,7 @@ TEST_P(NewFiles, AreNeverWrittenThroughALinkOrIntoAPipe) {
   expect_refused(folder / "no" / "folder", Existing::replaced, "cannot be written");
   EXPECT_EQ(read(folder / "victim"), "precious");
   EXPECT_THAT(names(), ElementsAre("dangling", "link", "pipe", "victim"));
-  // A second name of one file is no link that is followed: its other name keeps the old bytes.
+  // A hard link is no followed link: the other name keeps the old bytes.
   fs::create_hard_link(folder / "victim", folder / "second");
   EXPECT_EQ(on_disk([&] { return write_whole(folder / "second", "new", Existing::replaced), 0; }), 0);
   EXPECT_EQ(read(folder / "victim"), "precious");

@@ -1,4 +1,4 @@
-// Whoever asks for more than the table allows is told the number and the remedy; whoever asks for as much gets it.
+// Requests above and at each limit.
 #include "palpa/base/limits.h"
 
 #include <gmock/gmock.h>
@@ -72,7 +72,7 @@ TEST(FreeMemory, IsNoMoreThanTheProcessMayTake) {
   EXPECT_LE(free_within(RLIMIT_RSS, all / 2), all / 2 - taken);
 }
 
-// Each is met by a scene that has one too many; one with as many is read.
+// Each limit is broken by a scene with one item too many; a scene at the limit is read.
 TEST(Limits, OfAScenesLists) {
   const auto sphere = [](const std::string& more) { return scene_with("analytic = \"sphere\"\n" + more); };
   const auto with_poses = [&](std::size_t count) { return sphere("poses = " + poses(count) + "\n"); };
@@ -123,15 +123,15 @@ TEST(Limits, OfAScenesLists) {
               HasSubstr("'file' in volume 'v' has " + more_than(limit::volume_files)));
 }
 
-// 1000 grids of 400³ samples are 256 GB: refused before the first of them is made.
+// 1000 grids of 400³ samples are 256 GB: refused before the first grid is made.
 TEST(Limits, OfEmbeddedDataAsGridsAreSaidBeforeTheWorkBegins) {
   EXPECT_THAT(error_of(scene_with("analytic = \"beating_chamber\"\nsampled = 400\nframes = 1000\n")),
               AllOf(HasSubstr(": volume 'v': 1000 × "), HasSubstr(more_than(limit::samples))));
   EXPECT_THROW(sampled(beating_chamber(), 2000), std::invalid_argument);
 }
 
-// A component lies along an axis of the world, so that what is derived of it changes with every move of its volume. The grids
-// of the moments are what such a scene costs.
+// A component lies along an axis of the world: its derived fields change with every move of its volume, and the grids of the
+// moments are the scene's cost.
 TEST(Limits, OfWhatIsDerivedOfAVolumeThatMoves) {
   const auto moved = [](std::size_t count, const std::string& field) {
     return "palpa = 1\n[volume.v]\nanalytic = \"burgers_vortex\"\nsampled = 16\nposes = " + poses(count) +

@@ -1,4 +1,4 @@
-// What sentences, tables and pages are made of.
+// Parts of sentences, tables and pages.
 #include "palpa/base/printed.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What stands on terminals and pages: no character of a stranger's text steers it.
+// Text on terminals and pages: no character of untrusted text controls them.
 #include "palpa/base/sanitized.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// TOML of strangers: nothing that would take the parser down, or keep it busy, comes to it; all else does.
+// Untrusted TOML: the check before the parser.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -31,7 +31,6 @@ std::string key_of(int parts) {
   return key;
 }
 
-/// Tables within one another.
 int depth_of(const toml::node& node) {
   int deepest = 0;
   if (const toml::table* table = node.as_table()) {
@@ -43,7 +42,7 @@ int depth_of(const toml::node& node) {
   return deepest;
 }
 
-// Every way to end a string, a comment or a list before a key: the parser's own opinion decides where the key is.
+// Every way to end a string, a comment or a list before a key: the parser itself decides the key's position.
 TEST(TomlProblem, IsAKeyOfTooManyPartsWhateverStandsBeforeIt) {
   constexpr std::array<const char*, 22> values{"\"\"",
                                                "\"b\"",
@@ -91,8 +90,8 @@ TEST(TomlProblem, IsAKeyOfTooManyPartsWhateverStandsBeforeIt) {
   EXPECT_GT(met, 500);
 }
 
-// Whatever text comes, right or wrong: where there is no problem, parsing comes to an end, and no table lies deeper than keys
-// of so many parts, each within the value of another, can bring it.
+// For any text: if no problem is found, parsing ends, and tables nest no deeper than the keys of so many parts, each within the
+// value of another, allow.
 TEST(TomlProblem, IsFoundInTextsOfChance) {
   constexpr std::array<const char*, 24> pieces{"\"", "\"\"\"", "'", "'''", "\\", "#",  "\n",       "\r\n",
                                                "a",  "a = ",   "1", ".",   ",",  "[",  "]",        "[[",

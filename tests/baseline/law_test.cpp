@@ -1,4 +1,4 @@
-// What the laws of earlier systems promise, and what they are known to get wrong.
+// Promises and known errors of earlier systems' laws.
 #include "palpa/baseline/law.h"
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ Errors errors_of(std::vector<double> each_m) {
 
 TEST(BaselineLaw, IsFoundByTheNameThatASceneGives) {
   Scene scene;
-  EXPECT_NE(baseline::law(scene.law), nullptr);  // the exact one
+  EXPECT_NE(baseline::law(scene.law), nullptr);
   for (const std::string& method : earlier) {
     scene.law = method;
     EXPECT_NE(baseline::law(scene.law), nullptr) << method;
@@ -124,7 +124,7 @@ TEST(BaselineLaw, BoundIsThatOfItsForces) {
   }
 }
 
-// With directed forces alone every law must say probe + force/k: that unites proxy and force functions.
+// With directed forces alone every law must return probe + force/k: that unites proxy and force functions.
 TEST(BaselineLaw, AgreesWithTheExactOneOnDirectedForces) {
   Random random(4);
   for (int i = 0; i < 300; ++i) {
@@ -134,7 +134,7 @@ TEST(BaselineLaw, AgreesWithTheExactOneOnDirectedForces) {
   }
 }
 
-// Finite, within reach, and the forces too, whatever the set and whatever the call.
+// Results and forces are finite and within reach for any set and any call.
 TEST(BaselineLaw, IsFiniteOnEveryInput) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -230,8 +230,8 @@ TEST(BaselineLaw, AllocatesNothingInSolve) {
 
 // ---- ikits-2003
 
-// Mutually orthogonal spans at the proxy: three planes; plane and line with one direction (surface and
-// friction); either with points, which act on the whole motion. There the 2003 update is the exact balance.
+// Mutually orthogonal spans at the proxy, where the 2003 update is the exact balance: three planes; plane and line with one
+// direction (surface and friction); either with points, which act on the whole motion.
 TEST(Ikits2003, IsExactOnMutuallyOrthogonalSets) {
   Random random(10);
   for (int i = 0; i < 5000; ++i) {
@@ -269,8 +269,8 @@ TEST(Ikits2003, IsExactOnEverySinglePrimitive) {
   }
 }
 
-// Paper, Fig. 5: two axes of zero strength at an angle θ. The proxy should reach the probe and misses it
-// by |cos θ| |d|, for every d in their plane: too far along the bisector, too short across it.
+// Paper, Fig. 5: two axes of zero strength at an angle θ. The proxy should reach the probe and misses it by |cos θ| |d|, for
+// every d in their plane: beyond it along the bisector, short of it across.
 TEST(Ikits2003, MissesTheProbeByTheCosineOfTheAngleBetweenTwoFreeAxes) {
   Random random(12);
   for (int i = 0; i < 5000; ++i) {
@@ -299,7 +299,7 @@ TEST(Ikits2003, MissesTheProbeByTheCosineOfTheAngleBetweenTwoFreeAxes) {
 TEST(Ikits2003, DivergesOnThreeAxesLessThan60DegreesApart) {
   const auto last_error_m = [](double degrees) {
     const double c = std::cos(degrees * std::numbers::pi / 180.0);
-    const double tilt = std::sqrt(2.0 * (1.0 - c) / 3.0);  // of each axis, from the common one
+    const double tilt = std::sqrt(2.0 * (1.0 - c) / 3.0);  // of each axis, from the common axis
     Problem problem;
     problem.probe_m = {0, 0, 1e-3};
     for (int tick = 0; tick < 20; ++tick) {
@@ -336,8 +336,7 @@ TEST(Ikits2003Sequential, DependsOnTheOrderAndIsExactForItsLastConstraint) {
   EXPECT_NEAR(error_m("ikits-2003", problem), error, 1e-18);
 }
 
-// Two rails at a small angle: along them the axes of both have little, so a free proxy lags behind by cos
-// of the way in one tick.
+// Two rails at a small angle: along them both axes have little, so a free proxy lags by cos of the way in one tick.
 TEST(Ikits2003Sequential, LagsAlongTwoFreeRailsThatAreNearlyParallel) {
   const double angle = 0.1;
   Problem problem;
@@ -348,7 +347,7 @@ TEST(Ikits2003Sequential, LagsAlongTwoFreeRailsThatAreNearlyParallel) {
   EXPECT_NEAR(error_m("ikits-2003", problem), std::cos(angle) * 1e-3, 1e-12);
 }
 
-// With zero strengths each move takes a projection from what is left of the way: never more than all is left.
+// With zero strengths each move takes a projection from the remaining path: never more than all of it.
 TEST(Ikits2003Sequential, LeavesNoMoreThanTheWholeWayOnFreeAxes) {
   Random random(13);
   for (int i = 0; i < 2000; ++i) {
@@ -387,7 +386,7 @@ TEST(Paper2005, IsTheBestOfThreeReadings) {
   }
 }
 
-// It is right where nothing sticks: smooth problems converge.
+// Smooth problems without sticking converge.
 TEST(Paper2005, FindsTheBalanceAwayFromAllKinks) {
   Random random(21);
   for (int i = 0; i < 500; ++i) {
@@ -400,8 +399,7 @@ TEST(Paper2005, FindsTheBalanceAwayFromAllKinks) {
   }
 }
 
-// And wrong at kinks, which is where contact is: on a surface with friction that is pressed and slid along, its
-// answer is off by what a hand can feel.
+// The error at kinks, on a surface with friction, pressed and slid along, is above a hand's threshold.
 TEST(Paper2005, IsOffOnASurfaceWithFriction) {
   Random random(22);
   std::vector<double> errors_m;

@@ -1,6 +1,5 @@
-// Two of three readings of the paper's sentence "the new proxy position is then found by minimizing the residual
-// force using an adaptive step-length numerical solver". The third is the law of the library; these two
-// are here to show why.
+// Two of three readings of the paper's sentence "the new proxy position is then found by minimizing the residual force using an
+// adaptive step-length numerical solver". The third is the law of the library; these two show the reason for it.
 #pragma once
 
 #include <span>
@@ -14,7 +13,6 @@ enum class Reading {
   energy_falls,    ///< a step counts if the energy falls whose gradient is −f_res
 };
 
-/// A balance to be found.
 struct Posed {
   std::span<const Primitive> primitives;
   Vec3 start_m;
@@ -49,8 +47,8 @@ inline double energy_j(const Posed& posed, const Vec3& x) {
   return e;
 }
 
-/// The proxy after at most `most_steps` steps x + h f_res(x); the first h is the reciprocal of the
-/// coupling's and all drags' slopes together.
+/// The proxy after at most `most_steps` steps x + h f_res(x); the first h is the reciprocal of the sum of the slopes of
+/// coupling and drags.
 inline Vec3 proxy_by(Reading reading, const Posed& posed, int most_steps) {
   Vec3 x = posed.start_m;
   Vec3 f = printed_residual_n(posed, x);

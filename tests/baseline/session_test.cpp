@@ -1,4 +1,4 @@
-// Sessions felt with the laws of earlier systems.
+// Sessions with the laws of earlier systems.
 #include "palpa/session/session.h"
 
 #include <gtest/gtest.h>
@@ -60,8 +60,7 @@ TEST_P(BaselineSession, IsFelt) {
   for (int m = 0; m < 3; ++m) EXPECT_GT(felt_n[m], 0.01) << scene.modes()[m].name;
 }
 
-// Straight to the balance, however far that is and whatever is on the way, from data looked up where the proxy is, or the
-// probe.
+// Straight to the balance, past any obstacle, from data sampled at the proxy or the probe.
 TEST_P(BaselineSession, WalksOneStepPerTick) {
   Scene scene = scene_of_many(GetParam());
   const Volume vortex = burgers_vortex();
@@ -93,8 +92,8 @@ TEST_P(BaselineSession, WalksOneStepPerTick) {
   EXPECT_GT(seen, 100);
 }
 
-// What remains of an earlier system when its solver is blameless.
-// The plane where a step begins leads off a ball: by that a level is not left, and met again, every few ticks.
+// Remaining error of an earlier system with an exact solver.
+// The plane at a step's start leads off a ball: the level is left and met again every few ticks.
 TEST_P(BaselineSession, StaysOnALevelThatItSlidesOver) {
   if (std::string(GetParam()) == "no-proxy") return;  // it has no proxy that could stay anywhere
   Scene scene({.stiffness_n_per_m = 800});

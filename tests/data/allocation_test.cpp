@@ -80,7 +80,7 @@ TEST(Allocation, sampling_allocates_nothing) {
   }
   EXPECT_EQ(test::allocations, at_start);
   EXPECT_TRUE(std::isfinite(sum));
-  EXPECT_GT(test::allocations, 0);  // the counter counts
+  EXPECT_GT(test::allocations, 0);  // guards the counter itself
 }
 
 }  // namespace allocation_test

@@ -31,7 +31,7 @@ TEST(Analytic, every_volume_is_a_whole_one) {
       EXPECT_GT(field.spacing_m(), 0.0);
       EXPECT_LT(field.spacing_m(), 0.05 * norm(field.bounds_m().size_m()));
 
-      // Data in the box and nowhere else, within the stated range; depth is the distance to the box.
+      // Data in the box only, within the declared range; depth is the distance to the box.
       const Box box = field.bounds_m();
       const std::vector<ValueRange> range = field.value_ranges();
       ASSERT_EQ(range.size(), static_cast<std::size_t>(field.components()));
@@ -185,7 +185,7 @@ TEST(Analytic, refuses_sizes_that_are_none) {
 
 FieldPtr head() { return head_phantom().fields[0].field; }
 
-/// How far [m] along a ray the value first reaches a level; a large number if it never does.
+/// First distance [m] along a ray at which the value reaches a level; a large number without one.
 double first_reach(const Field& field, const Vec3& from, const Vec3& way, double level) {
   for (double t = 0.0; t < 0.3; t += 1e-4) {
     const ScalarSample s = field.scalar(from + t * way);
@@ -251,7 +251,7 @@ TEST(HeadPhantom, has_skin_skull_brain_and_air_where_a_head_has_them) {
   EXPECT_EQ(hu(0, 12, -100), -1000);    // windpipe
   EXPECT_EQ(hu(0, 42, -90), 1000);      // spine
 
-  // The nose is the foremost, and the face is at −y.
+  // The nose is the foremost part; the face is at −y.
   double foremost = 0.0;
   for (double z = -0.12; z < 0.12; z += 1e-3) {
     for (double y = -0.115; y < foremost; y += 1e-3) {
@@ -293,7 +293,7 @@ TEST(HeadPhantom, edges_are_about_two_millimetres_wide) {
 
 double divergence(const Mat3& j) { return j.row[0].x + j.row[1].y + j.row[2].z; }
 
-/// Derivatives are those of the values, at random places well within the box.
+/// Derivatives against differences of the values, at random points well within the box.
 void expect_derivatives_of_values(const Field& field, std::uint32_t seed, double step_m, double error) {
   std::mt19937 random(seed);
   const Vec3 centre = field.bounds_m().centre_m();
@@ -320,7 +320,7 @@ TEST(Analytic, ring_in_a_chamber_is_free_of_divergence_and_still_at_the_wall) {
       const Vec3 x = within(random, velocity.bounds_m());
       const VectorSample u = velocity.vector(x);
       fastest = std::max(fastest, norm(u.value));
-      EXPECT_NEAR(divergence(u.jacobian), 0.0, 1e-11);  // of derivatives near 100/s
+      EXPECT_NEAR(divergence(u.jacobian), 0.0, 1e-11);
       // On the wall and beyond: no motion and no shear.
       const Vec3 way = normalized({uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)});
       const Vec3 wall{27e-3 * way.x, 27e-3 * way.y, 32e-3 * way.z};
@@ -373,7 +373,7 @@ TEST(Analytic, wake_of_a_wing_has_two_counter_rotating_tip_vortices) {
   }
   expect_derivatives_of_values(velocity, 16, 1e-3, 1e-6);
   expect_derivatives_of_values(pressure, 17, 1e-3, 1e-6);
-  // Far downstream a leg is a straight line without ends: twice the vorticity of half an endless one.
+  // Far downstream a leg is an endless straight line: twice the vorticity of a half-line.
   const Vec3 left{2.9, -1.4, 0}, right{2.9, 1.4, 0};
   const auto vorticity_x = [&](const Vec3& x) {
     const Mat3 j = velocity.vector(x).jacobian;

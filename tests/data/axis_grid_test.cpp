@@ -1,4 +1,4 @@
-// Axis fields: no bit depends on a sign, and what comes out is a direction and how much it is worth.
+// Axis fields: sign-independent bits; a direction and its weight.
 #include "palpa/data/axis_grid.h"
 
 #include <cmath>
@@ -47,7 +47,7 @@ Vec3 inside_of(std::mt19937& random, const GridGeometry& g) {
   return g.to_world({uniform(random, 0.0, double(g.dims[0] - 1)), uniform(random, 0.0, double(g.dims[1] - 1)),
                      uniform(random, 0.0, double(g.dims[2] - 1))});
 }
-/// `v` with the sign that is nearer to `to`.
+/// `v` or −v, nearer to `to`.
 Vec3 like(const Vec3& to, const Vec3& v) { return dot(to, v) < 0.0 ? -v : v; }
 
 TEST(AxisGrid, no_bit_depends_on_the_signs_of_voxels) {
@@ -102,7 +102,7 @@ TEST(AxisGrid, jacobian_is_the_derivative_of_the_value) {
       const Vec3 x = sheared.to_world(p);
       const VectorSample here = field->vector(x);
       ASSERT_TRUE(here.inside);
-      if (norm(here.value) < 0.02) continue;  // where the gap closes, a difference would step over it
+      if (norm(here.value) < 0.02) continue;  // a difference would step over a closing gap
       ++compared;
       Mat3 columns;
       for (int a = 0; a < 3; ++a) {
@@ -184,7 +184,7 @@ TEST(AxisGrid, has_data_where_a_grid_of_its_filter_has_and_is_finite_everywhere)
     }
     for (const Vec3& at : absurd_positions()) expect_outside_and_finite(*axes, at);
   }
-  // Values whose squares are beyond a double, or below it, and both together.
+  // Squares above and below the range of a double, and both together.
   for (const double size : {1e-300, 1e-160, 1.0, 1e150, 1e300}) {
     std::vector<double> extreme = random_values(random, sheared);
     for (double& v : extreme) v *= size * (random() % 4 ? 1.0 : 1e-8);

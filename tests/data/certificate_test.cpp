@@ -1,4 +1,4 @@
-// Certificates: within their radius no value differs by more than they say, and data neither begin nor end.
+// Lipschitz bounds within their radius, and the extent of data.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ using test::uniform;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Anything that can be a grid: sheared, far away, flat, with uneven planes.
+/// A random valid grid: sheared, far away, flat, with uneven planes.
 GridGeometry any_geometry(std::mt19937& random) {
   GridGeometry geometry;
   for (std::int64_t& n : geometry.dims) n = random() % 8 == 0 ? 1 : 2 + static_cast<std::int64_t>(random() % 28);
@@ -41,7 +41,7 @@ GridGeometry any_geometry(std::mt19937& random) {
   return geometry;
 }
 
-/// Noise on a ramp, here and there with a hole.
+/// Noise on a ramp, with some holes.
 template <class T>
 Voxels any_voxels(std::mt19937& random, const GridGeometry& geometry, int components) {
   std::vector<T> values;
@@ -123,7 +123,7 @@ TEST(LipschitzBound, BoundsEveryChangeWithinItsRadius) {
       }
     }
   }
-  EXPECT_GT(with_certificate, places / 3);  // holes and borders have none
+  EXPECT_GT(with_certificate, places / 3);
   EXPECT_GT(without_data, 100);
 }
 
@@ -141,7 +141,7 @@ TEST(LipschitzBound, OfARampIsItsSlope) {
   for (int n = 0; n < 64 * 64 * 64; ++n) values.push_back(static_cast<float>(n % 64));
   const GridGeometry geometry{{64, 64, 64}, 1e-3 * Mat3::identity(), {}};
   const FieldPtr ramp = grid_field(geometry, test::voxels_of(values));
-  // As if it rose so much along every axis.
+  // As if the value had this slope along every axis.
   EXPECT_NEAR(ramp->lipschitz_bound({0.0204, 0.0204, 0.0204}).slope_per_m, 1e3 * std::sqrt(3.0), 1e-2);
 }
 

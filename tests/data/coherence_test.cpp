@@ -1,4 +1,4 @@
-// coherence(FIELD): 1 where vectors agree, near 0 where they are noise.
+// coherence(FIELD): 1 for parallel vectors, near 0 for noise.
 #include <algorithm>
 
 #include "palpa/data/derived.h"

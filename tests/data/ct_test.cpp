@@ -1,4 +1,4 @@
-// Which numbers of a CT are looked at.
+// Selection of a CT's voxel values.
 #include "palpa/data/ct.h"
 
 #include <gtest/gtest.h>

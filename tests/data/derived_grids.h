@@ -1,4 +1,4 @@
-// What the tests of derived fields share: grids of functions, on voxels that lie anyhow.
+// Shared parts of the tests of derived fields: grids of functions on skewed voxels.
 #pragma once
 
 #include <functional>
@@ -39,7 +39,7 @@ inline FieldPtr vectors(const GridGeometry& g, const std::function<Vec3(const Ve
 
 inline const Mat3 skew_steps{{{0.011, 0.002, -0.001}, {-0.003, 0.009, 0.002}, {0.001, 0.001, -0.014}}};
 inline const GridGeometry small{{9, 8, 7}, skew_steps, {0.3, -0.2, 0.1}};
-/// Wide enough that a Gaussian of 2 spacings does not see the border from the middle.
+/// Wide enough to keep the border outside of a Gaussian of 2 spacings at the middle.
 inline const GridGeometry wide{{41, 41, 41}, skew_steps, {0.3, -0.2, 0.1}};
 
 inline Vec3 random_world(std::mt19937& random, const GridGeometry& g, double margin) {

@@ -125,7 +125,7 @@ TEST(Derived, smoothing_adds_half_its_variance_times_the_curvature) {
   });
   for (const double sigma_m : {0.0, 2.5e-3}) {
     const FieldPtr smooth = derived(Derivation::smooth, bowl, sigma_m);
-    const double used_m = sigma_m > 0.0 ? sigma_m : 2e-3;  // two spacings
+    const double used_m = sigma_m > 0.0 ? sigma_m : 2e-3;
     const Vec3 spline{1e-6 / 6.0, 2.25e-6 / 6.0, 4e-6 / 6.0};
     const double rise = 0.5 * used_m * used_m * (curvature.x + curvature.y + curvature.z) + dot(curvature, spline);
     for (int n = 0; n < 200; ++n) {
@@ -176,7 +176,7 @@ TEST(Derived, hessian_of_any_field_is_finite_symmetric_and_right_where_it_is_smo
     const Vec3 x = within(random, ball->bounds_m());
     const double r = norm(x);
     if (r < 0.02) continue;
-    Mat3 exact;  // of −|x|
+    Mat3 exact;
     const double c[3] = {x.x / r, x.y / r, x.z / r};
     for (int a = 0; a < 3; ++a) exact.row[a] = -1.0 / r * (axis(a) - c[a] * (x / r));
     const Mat3 h = ball->hessian(x);
@@ -198,7 +198,7 @@ TEST(Derived, of_a_posed_field_is_that_of_the_grid_laid_there) {
   };
   const auto value = [](const Vec3& x) { return std::sin(250 * x.x) * std::cos(200 * x.y) + 100 * x.z; };
   const Similarity pose{rotation(random), 2.5, {0.4, -0.5, 0.6}};
-  // The same voxels, laid into the world by their geometry, vectors turned.
+  // The voxels placed into the world by their geometry, with turned vectors.
   const GridGeometry laid{g.dims, pose.scale * (pose.rotation * g.index_to_world_m), pose.to_world(g.origin_m)};
   const FieldPtr posed_flow = posed(vectors(g, flow), pose), posed_value = posed(scalars(g, value), pose);
   const FieldPtr laid_flow = vectors(laid, [&](const Vec3& x) { return pose.rotation * flow(pose.to_hand(x)); });
@@ -265,7 +265,7 @@ TEST(Derived, of_a_formula_is_that_of_its_samples) {
     ASSERT_TRUE(q->scalar(x).inside);
     EXPECT_NEAR(q->scalar(x).value, by_samples->scalar(x).value, 1e-4 * q->value_ranges()[0].max);
   }
-  // And of what was derived: the curl of a curl of a flow without divergence is minus its Laplacian.
+  // Derived twice: the curl of a curl of a flow without divergence is minus its Laplacian.
   const FieldPtr twice = derived(Derivation::curl, derived(Derivation::curl, vortex));
   EXPECT_EQ(smooth_grid_of(*twice)->geometry.dims[0], 97);
   const FieldPtr steepness = derived(Derivation::gradient_magnitude, derived(Derivation::magnitude, sampled(*vortex, 49)));

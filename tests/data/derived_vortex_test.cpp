@@ -1,4 +1,4 @@
-// Curl, Q and λ2: what they make of flows whose vortices are known.
+// Curl, Q and λ2 of flows with known vortices.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,7 +45,7 @@ Mat3 symmetric_part(const Mat3& m) {
   return half;
 }
 
-/// How many eigenvalues of a symmetric matrix are below `t`: the negative pivots of its elimination (Sylvester).
+/// Number of eigenvalues of a symmetric matrix below `t`: the negative pivots of its elimination (Sylvester).
 int eigenvalues_below(const Mat3& m, double t) {
   const auto [xx, xy, xz] = m.row[0];
   const double first = xx - t;
@@ -154,8 +154,8 @@ double middle_of_symmetric_part(const Mat3& m) {
   return values[1];
 }
 
-/// What the header promises, in the plainest way and in double: Gaussian over the finite voxels within reach, then
-/// differences; NaN where the voxel is.
+/// The header's promise in its plainest form, in double: Gaussian over the finite voxels within reach, then differences; NaN
+/// stays NaN.
 struct Reference {
   GridGeometry g;
   std::vector<Vec3> u;
@@ -187,7 +187,7 @@ struct Reference {
     return out;
   }
 
-  /// Jacobian at a voxel; false where it is not defined.
+  /// Jacobian at a voxel; false where it is undefined.
   bool jacobian(const std::vector<Vec3>& v, std::int64_t i, std::int64_t j, std::int64_t k, Mat3& out) const {
     const Vec3 here = v[at(i, j, k)];
     if (!is_finite(here)) return false;
@@ -258,7 +258,7 @@ TEST(Derived, q_and_curl_agree_with_a_plain_reference_gaps_and_all) {
               double j_norm = 0.0;
               for (const Vec3& row : jac.row) j_norm += norm_squared(row);
               if (d == Derivation::q) {
-                EXPECT_NEAR(is, q, 2e-3 * j_norm + 1e-9);  // the Gaussian ends at 4 sigma
+                EXPECT_NEAR(is, q, 2e-3 * j_norm + 1e-9);
               } else {
                 EXPECT_NEAR(is, middle_of_symmetric_part(j2), 4e-3 * j_norm + 1e-9);
               }
@@ -304,8 +304,8 @@ TEST(Derived, signs_tell_a_vortex_core_from_its_surroundings) {
   }
 }
 
-/// Findings 9: sampled vortices with cores of 3 voxels and more, across any grid, with a uniform flow across
-/// them or not: ∇Q points to the core within 2° at p99, wherever Q is above 5 % of its largest and r >= 0.3 r_c.
+/// Findings 9: sampled vortices with cores of 3 voxels and more, on any grid, with and without cross-flow: ∇Q points to the
+/// core within 2° at p99, wherever Q is above 5 % of its largest and r >= 0.3 r_c.
 TEST(Derived, gradient_of_q_points_to_the_core_of_a_vortex) {
   std::mt19937 random(15);
   constexpr double core_m = 0.01, rate_per_s = 30.0;

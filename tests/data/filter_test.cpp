@@ -1,4 +1,4 @@
-// What lies between voxels: cubics that meet them, whose default is which, where levels come to lie.
+// Interpolation filters: cubics through the voxels, defaults of types, positions of levels.
 #include "palpa/data/filter.h"
 
 #include <algorithm>
@@ -53,7 +53,7 @@ TYPED_TEST_SUITE(CubicOf, Fractions);
 TYPED_TEST(CubicOf, meets_every_voxel_at_the_border_too) {
   std::mt19937 random(1);
   // Coefficients of alternating voxels are up to 27 times as large; each axis rounds once.
-  const double rounding = 100.0 * std::numeric_limits<TypeParam>::epsilon() + 1e-9;  // and the place of a voxel in the world
+  const double rounding = 100.0 * std::numeric_limits<TypeParam>::epsilon() + 1e-9;  // and the voxel's position in the world
   for (const std::array<std::int64_t, 3> dims :
        {std::array<std::int64_t, 3>{14, 11, 12}, {1, 4, 3}, {2, 1, 1}, {1, 1, 1}, {2, 2, 2}, {40, 3, 17}}) {
     const GridGeometry g{dims, sheared.index_to_world_m, sheared.origin_m};
@@ -89,7 +89,7 @@ TYPED_TEST(CubicOf, reproduces_cubics_away_from_the_border) {
            middle;
   };
   const FieldPtr field = cubic_grid_field(g, voxels_of(values_of<TypeParam>(g, cubic)));
-  // The slope 0 at the border dies out as (2 − √3)ⁿ: after 15 voxels a slope of 0.14 per voxel has left 4e-10.
+  // The slope 0 at the border decays as (2 − √3)ⁿ: after 15 voxels a slope of 0.14 per voxel is 4e-10.
   const double bound = 2e-9 + 20.0 * std::numeric_limits<TypeParam>::epsilon();
   std::mt19937 random(2);
   for (int m = 0; m < 2000; ++m) {
@@ -244,7 +244,7 @@ TEST(Filtered, by_default_whole_numbers_are_smooth_and_what_is_too_small_to_tell
   for (std::size_t f = 0; f < kept.fields.size(); ++f) EXPECT_EQ(same.fields[f].field, kept.fields[f].field);
 }
 
-/// A wave of so many voxels along each axis, with noise as a share of it.
+/// A wave of this many voxels along each axis, with noise as a share of it.
 GridView wave_of(double length_voxels, double noise, std::int64_t n = 32) {
   std::mt19937 random(9);
   std::vector<float> values;
@@ -284,7 +284,7 @@ TEST(DefaultFilter, meets_smooth_voxels_and_smooths_rough_ones) {
   GridGeometry uneven = g;
   uneven.planes[0] = {0, 0.5, 1, 2, 3, 4, 5, 6.5, 8};
   EXPECT_EQ(default_filter(*grid_behind(*grid_field(uneven, voxels_of(sharp)))).filter, Filter::trilinear);
-  // Voxels that are not finite tell nothing.
+  // Non-finite voxels do not count.
   std::vector<float> holes(32 * 32 * 32);
   const GridView wave = wave_of(12.0, 0.0);
   for (std::size_t v = 0; v < holes.size(); ++v)
@@ -292,7 +292,7 @@ TEST(DefaultFilter, meets_smooth_voxels_and_smooths_rough_ones) {
   EXPECT_EQ(default_filter(*grid_behind(*grid_field(wave.geometry, voxels_of(holes)))).filter, Filter::cubic);
 }
 
-// Between any two places near to one another; the steepest change of a trilinear gradient has no bound.
+// Between any two nearby points; a trilinear gradient's steepest change has no bound.
 TEST(DefaultFilter, has_gradients_that_do_not_jump) {
   std::mt19937 random(11);
   for (const double noise : {0.0, 0.3}) {
@@ -344,9 +344,9 @@ TEST(Filtered, what_is_derived_comes_from_the_voxels_whatever_the_filter) {
   }
 }
 
-// ---- Where a level comes to lie
+// ---- Positions of levels
 
-/// Distances from a sphere of a level of 0, along random directions, on the value's own interpolant (bisection); sorted.
+/// Distances of level 0 from a sphere along random directions, by bisection of the interpolant; sorted.
 std::vector<double> distances(const Field& field, double radius_m, double expected_m, int directions) {
   std::mt19937 random(8);
   std::vector<double> found;

@@ -1,4 +1,4 @@
-// What the voxels say that a smoothing filter takes away, as a share: closed forms of voxels that alternate.
+// Detail removed by the smoothing filter: closed forms of alternating voxels.
 #include "palpa/data/fine_detail.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ constexpr int n = 41;
 const Mat3 skew_steps{{{0.011, 0.002, -0.001}, {-0.003, 0.009, 0.002}, {0.001, 0.001, -0.014}}};
 const GridGeometry skew{{n, n, n}, skew_steps, {0.3, -0.2, 0.1}};
 
-/// Straight along k, from 0 to `range`, and `amplitude` up and down from voxel to voxel.
+/// Linear along k from 0 to `range`, with `amplitude` up and down from voxel to voxel.
 FieldPtr alternating(double amplitude, double range, Filter filter = Filter::smooth, const GridGeometry& geometry = skew) {
   std::vector<double> values;
   for (int k = 0; k < n; ++k) {
@@ -32,7 +32,7 @@ FieldPtr alternating(double amplitude, double range, Filter filter = Filter::smo
   return filtered(grid_field(geometry, voxels_of(std::move(values))), filter);
 }
 
-/// Voxels ±1 along one axis: straight between them, and as the uniform cubic B-spline has them, with the fraction f of a cell.
+/// Voxels ±1 along one axis at the fraction f of a cell: linear, and as a uniform cubic B-spline.
 double straight(double f) { return 1.0 - 2.0 * f; }
 double smoothed(double f) {
   const double g = 1.0 - f;
@@ -52,7 +52,7 @@ double three_deviations() {
 
 TEST(FineDetail, OfVoxelsThatAlternateIsTheShareOfThreeDeviations) {
   std::mt19937 random(1);
-  // With little amplitude beside the range it is a share of a thousandth of that.
+  // Below a thousandth of the range the amplitude counts as a share of that thousandth.
   for (const double range : {0.0, 10.0, 1e4}) {
     const FieldPtr field = derived(Derivation::detail, alternating(2.0, range));
     const double scale = std::max(2.0 * three_deviations(), 0.001 * (range + 4.0));
@@ -140,7 +140,7 @@ TEST(FineDetail, IsNothingWhereTheFilterLeavesNothing) {
 TEST(FineDetail, IsFiniteAnywhere) {
   const FieldPtr field = derived(Derivation::detail, alternating(2.0, 10.0));
   for (const Vec3& x : absurd_positions()) expect_outside_and_finite(*field, x);
-  // Voxels without a value are holes of the detail as of the field.
+  // Voxels without a value are holes of detail and field alike.
   std::vector<float> values;
   std::mt19937 random(5);
   for (int v = 0; v < 20 * 20 * 20; ++v) {

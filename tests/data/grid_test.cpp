@@ -15,7 +15,7 @@ using namespace test;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Affines of every kind: straight, oblique, sheared (a tilted gantry), mirrored, all of it.
+/// Affines of every kind: straight, oblique, sheared (a tilted gantry), mirrored, all combined.
 std::vector<Mat3> affines() {
   std::mt19937 random(7);
   const Mat3 steps{{{0.8e-3, 0, 0}, {0, 1.1e-3, 0}, {0, 0, 2.5e-3}}};
@@ -29,7 +29,7 @@ std::vector<Mat3> affines() {
 
 GridGeometry small_grid(const Mat3& index_to_world_m) { return {{4, 5, 3}, index_to_world_m, {0.12, -0.34, 0.05}}; }
 
-/// A trilinear function of the index that fits every type of voxel, and its derivative by the index.
+/// A trilinear function of the index that fits every voxel type, and its derivative by the index.
 double trilinear(double i, double j, double k) { return 1 + 2 * i + 3 * j + 5 * k + i * j + 2 * j * k + i * k + i * j * k; }
 Vec3 trilinear_slopes(double i, double j, double k) {
   return {2 + j + k + j * k, 3 + i + 2 * k + i * k, 5 + 2 * j + i + i * j};
@@ -68,7 +68,7 @@ TYPED_TEST(EveryVoxelType, is_exact_on_trilinear_functions_whatever_the_affine) 
       const ScalarSample s = scalar->scalar(at);
       ASSERT_TRUE(s.inside);
       EXPECT_NEAR(s.value, scale * value + offset, 1e-9);
-      // The gradient along a step of the index is the change per step: no inverse needed to say so.
+      // The gradient along an index step is the change per step, without an inverse.
       EXPECT_LT(largest_component(transposed_times(affine, s.gradient) - scale * slopes), 1e-8);
 
       const VectorSample v = vector->vector(at);
@@ -107,7 +107,6 @@ TYPED_TEST(EveryVoxelType, holds_the_extremes_of_its_type) {
   EXPECT_EQ(field->value_ranges()[0].max, static_cast<double>(Limits::max()));
 }
 
-/// Random voxels on a sheared, turned grid.
 FieldPtr random_grid(std::mt19937& random, const GridGeometry& geometry, int components = 1) {
   std::vector<float> values(geometry.voxels() * components);
   for (float& v : values) v = static_cast<float>(uniform(random, -1, 1));
@@ -196,7 +195,6 @@ TEST(Grid, has_data_from_the_first_to_the_last_voxel_centre) {
       EXPECT_FALSE(field->scalar(geometry.to_world({at(0, 0), at(1, 1e-5), at(2, 0)})).inside);
       EXPECT_FALSE(field->scalar(geometry.to_world({at(0, 0), at(1, 0), at(2, 1e-5)})).inside);
     }
-    // Outside the box there is nothing.
     const Box box = field->bounds_m();
     const Box around{box.low_m - box.size_m(), box.high_m + box.size_m()};
     for (int n = 0; n < 2000; ++n) {
@@ -288,7 +286,7 @@ TEST(Grid, a_voxel_that_is_not_finite_makes_its_cells_outside) {
   expect_hole<double>(-infinity);
 }
 
-/// What is found of voxels that are looked at, against a search one by one; and against a field that is felt.
+/// Value ranges by the library against a plain search and against an interpolated field.
 template <class T>
 void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int components, std::int64_t one_row_in,
                       bool with_holes) {
@@ -312,7 +310,7 @@ void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int co
     }
   }
   for (ValueRange& range : ranges) {
-    if (range.min > range.max) range = {0.0, 0.0};  // nothing is finite
+    if (range.min > range.max) range = {0.0, 0.0};
   }
   const Voxels voxels = voxels_of(values, components);
   const FieldPtr field = preview_grid_field(geometry, voxels, 1.0, 0.0, one_row_in);
@@ -372,7 +370,7 @@ TEST(Grid, what_overflows_is_outside) {
   expect_outside_and_finite(*posed(wild, {.translation_m = {10, 0, 0}}), {0.5, 0.5, 0.5});
   EXPECT_FALSE(wild->scalar({0.5, 0.5, 0.5}).inside);
 
-  // The values are fine, the slope per metre is not.
+  // The values are finite, the slope per metre is not.
   std::vector<double> steep(27, 1e300);
   steep[13] = 2e300;
   const Mat3 tiny{{{1e-20, 0, 0}, {0, 1e-20, 0}, {0, 0, 1e-20}}};
@@ -481,7 +479,7 @@ TEST(Grid, refuses_a_geometry_that_cannot_be_in_a_sentence) {
   expect_refused({{2, 2, 2}, {{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}}, {}}, "one plane");
   expect_refused({{2, 2, 2}, one, {0, nan, 0}}, "origin");
   EXPECT_EQ(problem_with({{2, 2, 2}, one, {}}), nullptr);
-  // The size of a step is no reason: molecules and storms.
+  // Any step size is valid: molecules and storms.
   EXPECT_EQ(problem_with({{2, 2, 2}, 1e-10 * one, {}}), nullptr);
   EXPECT_EQ(problem_with({{2, 2, 2}, 1e6 * one, {}}), nullptr);
 }

@@ -1,4 +1,4 @@
-// How deep a place lies in data that have holes.
+// Depth in data with holes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -38,7 +38,7 @@ std::vector<Lattice> lattices() {
           {"flat", {{n, n, 1}, steps, {}}}};
 }
 
-/// Random numbers, about so many voxels missing.
+/// Random numbers with about this many voxels missing.
 std::vector<float> with_holes(std::mt19937& random, const GridGeometry& geometry, int components, double holes) {
   const double share = holes / static_cast<double>(geometry.voxels());
   std::vector<float> values(static_cast<std::size_t>(geometry.voxels() * components));
@@ -78,7 +78,7 @@ TEST(Holes, DepthIsZeroWhereSamplingFailsAndChangesByAtMostTheWay) {
         steepest = std::max(steepest, std::abs(there - here) / norm(step));
         if (here > 0.0) {
           EXPECT_TRUE(is_inside(*field, x));
-          // Data go on for as far as that in every direction.
+          // The data reach that far in every direction.
           EXPECT_TRUE(norm(step) >= here || is_inside(*field, x + step));
         }
         if (!is_inside(*field, x)) {
@@ -108,7 +108,7 @@ TEST(Holes, DepthWithoutAnyIsThatOfTheBoxToTheBit) {
   }
 }
 
-// One voxel is missing in the middle: the depth along an axis, a diagonal of a face, and one of the cube.
+// One missing voxel in the middle: depth along an axis, a face's diagonal, and the cube's.
 TEST(Holes, DepthIsTheWayAlongTheAxes) {
   const double h = 1e-3;
   const GridGeometry geometry{{41, 41, 41}, {{{h, 0, 0}, {0, h, 0}, {0, 0, h}}}, {}};

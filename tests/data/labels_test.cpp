@@ -1,4 +1,4 @@
-// Label maps: told from images, and taken apart into one field for each label.
+// Label maps: distinguished from images, and split into a field for each label.
 #include "palpa/data/labels.h"
 
 #include <cmath>
@@ -23,7 +23,7 @@ FieldPtr scalars(Value value, double scale = 1.0, double offset = 0.0) {
   return grid_field(grid, voxels_of(std::move(values)), scale, offset);
 }
 
-/// A ball of 12 mm, one half of it 41 and the other 3, a core of 5 mm, 7.
+/// A ball of 12 mm, half 41 and half 3, with a core of 5 mm, 7.
 double parts(const Vec3& x) { return norm(x) > 0.012 ? 0.0 : norm(x) < 0.005 ? 7.0 : x.x > 0.0 ? 41.0 : 3.0; }
 
 TEST(LabelMap, NamesItsPartsTheLargestFirst) {

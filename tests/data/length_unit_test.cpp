@@ -19,7 +19,7 @@ std::string with(std::string text, int (*change)(int)) {
   return text;
 }
 
-/// The law of SI's prefixes, for both spellings, singular and plural, small, capital and mixed letters, joined or not.
+/// SI's prefixes in both spellings, singular and plural, small, capital and mixed letters, joined or not.
 TEST(LengthUnit, EveryPrefixTimesTheMetreInEverySpelling) {
   const std::pair<std::string, int> prefixes[] = {{"", 0},      {"deci", -1},  {"centi", -2}, {"milli", -3}, {"micro", -6},
                                                   {"nano", -9}, {"pico", -12}, {"kilo", 3},   {"hecto", 2}};
@@ -63,7 +63,7 @@ TEST(LengthUnit, NoOtherWordIsALength) {
        {"",    "?",   "furlong", "pixel", "voxels", "ms", "s",       "kg",     "degrees",      "degrees_east", "K",
         "m/s", "1/m", "m2",      "mm^2",  "mmHg",   "1",  "unknown", "metric", "millimeterss", "mmm"})
     EXPECT_EQ(metres(text), 0.0) << text;
-  // Two units of different size are written so: a factor of 10^9 hangs on it.
+  // An ambiguous spelling of two units, 10^9 apart.
   for (const char* text : {"Mm", "Pm", "NM"}) EXPECT_EQ(metres(text), 0.0) << text;
 }
 

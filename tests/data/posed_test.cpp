@@ -128,7 +128,7 @@ TEST(Posed, absurd_positions_and_scales_are_outside_and_finite) {
     EXPECT_EQ(moved.fields.size(), volume.fields.size());
     for (const Vec3& at : absurd_positions()) expect_outside_and_finite(*moved.fields[0].field, at);
   }
-  // So small that the slope per metre is beyond a double.
+  // Slope per metre beyond the range of a double.
   const FieldPtr speck = posed(head_phantom().fields[0].field, {.scale = 1e-306});
   for (int n = 0; n < 2000; ++n) {
     const ScalarSample s = speck->scalar(within(random, speck->bounds_m()));

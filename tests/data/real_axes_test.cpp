@@ -1,4 +1,4 @@
-// The main direction of diffusion in a measured brain: as read, its signs are those of a solver; felt, they mean nothing.
+// Main direction of diffusion in a measured brain, independent of the file's signs.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -63,7 +63,7 @@ TEST_F(RealAxes, flipping_signs_changes_no_bit_and_directions_are_those_of_the_v
       ASSERT_EQ(a.jacobian, b.jacobian);
       EXPECT_LE(worth->scalar(x).value, 1.0 + 1e-5);
       const std::int64_t nearest = (std::llround(p.z) * dims[1] + std::llround(p.y)) * dims[0] + std::llround(p.x);
-      // The file's components as the field gives them at the voxel itself.
+      // The file's components, as the field returns them at the voxel.
       const Vec3 there = grid.scale * Vec3{voxels[3 * nearest], voxels[3 * nearest + 1], voxels[3 * nearest + 2]};
       const double angle_deg =
           std::acos(std::min(1.0, std::abs(dot(normalized(a.value), normalized(there))))) * 180.0 / std::numbers::pi;
@@ -74,7 +74,7 @@ TEST_F(RealAxes, flipping_signs_changes_no_bit_and_directions_are_those_of_the_v
     std::sort(sure_deg.begin(), sure_deg.end());
     ASSERT_GT(sure_deg.size(), 1000U);
     const double median_deg = angles_deg[angles_deg.size() / 2];
-    // Of directions drawn anyhow, half would be beyond 60°.
+    // Half of random directions would be beyond 60°.
     EXPECT_LT(median_deg, 15.0);
     EXPECT_LT(sure_deg[sure_deg.size() * 99 / 100], 30.0);
     RecordProperty(std::string(name_of(filter)) + "_median_deg", std::to_string(median_deg));

@@ -1,5 +1,5 @@
-// Derived fields of measured and simulated flow, read by the real palpa-read. Facts about the voxels: shared/data/facts.json,
-// computed with numpy.gradient.
+// Derived fields of measured and simulated flow, by the real palpa-read. Facts: shared/data/facts.json, computed with
+// numpy.gradient.
 #include <cstdlib>
 #include <filesystem>
 
@@ -38,7 +38,7 @@ class RealFlow : public ::testing::Test {
   fs::path data_;
 };
 
-/// Curl at a voxel, per step of the grid, in the file's axes (the grids of both files lie along the axes).
+/// Curl at a voxel, per step of the grid, in the file's axes (along which both grids lie).
 Vec3 curl_per_step(const Field& curl, std::int64_t i, std::int64_t j, std::int64_t k) {
   const GridView& grid = *smooth_grid_of(curl);
   const auto* v = static_cast<const float*>(grid.voxels.data.get());

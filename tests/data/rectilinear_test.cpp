@@ -1,4 +1,4 @@
-// Grids whose planes lie at uneven distances: sampled natively, exact where the affine ones are.
+// Grids with uneven planes: sampled natively, exact where affine grids are.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ std::vector<double> uneven(std::mt19937& random, int n, double ratio) {
   return at;
 }
 
-/// Sheared, and up to 30 times finer in one place than in another.
+/// Sheared, and locally up to 30 times finer.
 GridGeometry uneven_grid(std::mt19937& random, std::array<std::int64_t, 3> dims = {19, 18, 27}) {
   Mat3 steps = 1e-3 * test::rotation(random);
   steps.row[0].y += 2e-4;
@@ -50,7 +50,7 @@ std::vector<float> noise(std::mt19937& random, std::int64_t count) {
   return values;
 }
 
-/// A place of the grid, away from planes, where slopes jump.
+/// A grid point away from planes, where slopes jump.
 Vec3 inside_a_cell(std::mt19937& random, const GridGeometry& grid) {
   const auto index = [&](std::size_t a) {
     return std::floor(uniform(random, 0, static_cast<double>(grid.dims[a] - 1))) + uniform(random, 0.1, 0.9);
@@ -204,7 +204,6 @@ TEST(Rectilinear, DerivedFieldsAreTakenEvenly) {
   }
 }
 
-/// The pieces of a whole way.
 std::vector<PolynomialPiece> pieces_of(const Field& field, const Vec3& from_m, const Vec3& to_m) {
   std::vector<PolynomialPiece> pieces;
   for (double begin = 0.0; begin < 1.0; begin = pieces.back().end)
@@ -212,7 +211,7 @@ std::vector<PolynomialPiece> pieces_of(const Field& field, const Vec3& from_m, c
   return pieces;
 }
 
-// The length of a vector is no polynomial: it is looked at in quarters of a cell, each of them within that cell.
+// The length of a vector is no polynomial: pieces are quarters of a cell, each within that cell.
 TEST(Rectilinear, AMagnitudeIsLookedAtCellByCell) {
   std::mt19937 random(8);
   for (int n = 0; n < 50; ++n) {
@@ -247,7 +246,7 @@ TEST(Rectilinear, AMagnitudeIsLookedAtCellByCell) {
   }
 }
 
-// A wall of thin cells among thick ones is seen, and the thick ones are not cut as fine for it.
+// A wall of thin cells among thick cells is found without fine pieces in the thick cells.
 TEST(Rectilinear, AMagnitudesThinWallIsSeenInFewPieces) {
   GridGeometry grid{{7, 2, 2}, 1e-3 * Mat3::identity(), {}};
   grid.planes[0] = {0.0, 1.0, 2.0, 2.00001, 2.00002, 3.0, 6.0};

@@ -31,7 +31,7 @@ TEST(Sampled, has_the_formula_at_every_sample) {
     for (std::int64_t k = 0; k < dk; ++k) {
       for (std::int64_t j = 0; j < dj; ++j) {
         for (std::int64_t i = 0; i < di; ++i) {
-          // The sample itself, pulled in by more than rounding so that the formula has data there.
+          // The sample's position, pulled in by more than rounding, where the formula has data.
           const Vec3 at = view->geometry.to_world({double(i), double(j), double(k)});
           const Vec3 centre = formula.bounds_m().centre_m();
           const Vec3 in = centre + (1.0 - 1e-12) * (at - centre);

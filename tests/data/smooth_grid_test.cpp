@@ -180,7 +180,7 @@ TEST(SmoothGrid, is_outside_where_one_of_64_coefficients_is_not_finite) {
   for (const double bad : {nan, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}) {
     for (const int components : {1, 3}) {
       std::vector<double> values(static_cast<std::size_t>(components * g.voxels()), 1.0);
-      values[static_cast<std::size_t>(components * ((3 * 8 + 4) * 9 + 5))] = bad;  // at (5, 4, 3)
+      values[static_cast<std::size_t>(components * ((3 * 8 + 4) * 9 + 5))] = bad;
       const FieldPtr field = smooth_grid_field(g, voxels_of(std::move(values), components));
       EXPECT_EQ(field->value_ranges()[0].max, 1.0);
       for (int n = 0; n < 5000; ++n) {

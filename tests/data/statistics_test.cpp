@@ -1,4 +1,4 @@
-// What is said of a field's values: against sums over the voxels, and histograms whose parts are known.
+// Statistics of a field's values, against sums over voxels and histograms of known parts.
 #include "palpa/data/statistics.h"
 
 #include <gtest/gtest.h>
@@ -93,7 +93,7 @@ TEST(Statistics, OfManyVoxelsAreThoseOfSomeRows) {
   EXPECT_NEAR(some.mean, all.mean, 3.0);
 }
 
-// However the numbers are stored: short ones are counted in a table, others looked at one by one.
+// For any storage: small types are counted in a table, others one by one.
 TEST(Statistics, AreTheSameOfTheSameNumbers) {
   std::mt19937 random(7);
   std::vector<std::int16_t> shorts(90 * 41 * 33);

@@ -1,4 +1,4 @@
-// Pieces of straight ways: they tile the way, hold the values that samples show, and hide nothing.
+// Pieces of straight paths: complete, equal to the samples, without hidden extrema.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ std::vector<float> noise(std::mt19937& random, const std::array<std::int64_t, 3>
   return values;
 }
 
-// A tilted, sheared grid: nothing is aligned with the world.
+// A tilted, sheared grid, aligned with no world axis.
 GridGeometry tilted(std::mt19937& random, const std::array<std::int64_t, 3>& dims) {
   Mat3 steps = 1e-3 * test::rotation(random);
   steps.row[0].y += 2e-4;
@@ -42,7 +42,7 @@ GridGeometry tilted(std::mt19937& random, const std::array<std::int64_t, 3>& dim
 struct Made {
   std::string name;
   FieldPtr field;
-  double tolerance;  // of the largest value: how well the polynomial is to agree
+  double tolerance;  // of the largest value: required accuracy of the polynomial
 };
 
 std::vector<Made> noise_fields(std::mt19937& random) {
@@ -62,7 +62,7 @@ std::vector<Made> noise_fields(std::mt19937& random) {
   return made;
 }
 
-// A way that begins and ends in or near the box.
+// A path that begins and ends in or near the box.
 std::pair<Vec3, Vec3> way_in(std::mt19937& random, const Field& field, double beyond = 0.1) {
   Box box = field.bounds_m();
   const Vec3 more = beyond * box.size_m();
@@ -70,7 +70,7 @@ std::pair<Vec3, Vec3> way_in(std::mt19937& random, const Field& field, double be
   return {test::within(random, box), test::within(random, box)};
 }
 
-// Calls act(piece, begin) for all pieces of a way and checks that they tile it.
+// Calls act(piece, begin) for all pieces of a path and checks that they tile it.
 void for_pieces(const Field& field, const Vec3& from, const Vec3& to, const ValueRange& quiet,
                 const std::function<void(const PolynomialPiece&, double)>& act) {
   double begin = 0.0;
@@ -115,7 +115,6 @@ TEST(PolynomialPiece, IsTheInterpolantAlongRandomWays) {
   }
 }
 
-// The value at the end of a piece is where the next begins, whatever faces, edges and corners lie between.
 TEST(PolynomialPiece, PiecesMeet) {
   std::mt19937 random(2);
   const std::array<std::int64_t, 3> dims{20, 20, 20};
@@ -131,7 +130,7 @@ TEST(PolynomialPiece, PiecesMeet) {
       {{3, 3, 0}, {3, 3, 19}},           //
       {{0, 19, 19}, {19, 0, 19}},        // through edges, in the last face
       {{-5, 3.5, 3.5}, {25, 3.5, 3.5}},  // in and out
-      {{2, 2, 2}, {2, 2, 2}},            // no way at all
+      {{2, 2, 2}, {2, 2, 2}},            // a path of length 0
       {{2.25, 2, 2}, {2.25, 2 + 1e-300, 2}},
       {{2.5, 2, 2}, {2.5 + 1e-12, 3, 2 - 1e-15}},
   };
@@ -165,7 +164,7 @@ TEST(PolynomialPiece, SaysWhereDataAreMissing) {
     for (float& v : values) {
       if (uniform(random, 0, 1) < 0.003) v = uniform(random, 0, 1) < 0.5 ? std::numeric_limits<float>::quiet_NaN() : INFINITY;
     }
-    // And a corner without any data: whole bricks of it.
+    // And a corner without data: whole bricks of it.
     const int c = kind < 2 ? 1 : 3;
     for (std::int64_t k = 0; k < 22; ++k) {
       for (std::int64_t j = 0; j < 20; ++j) {
@@ -195,12 +194,11 @@ TEST(PolynomialPiece, SaysWhereDataAreMissing) {
   }
 }
 
-// What is called quiet is: samples along a quiet piece stay between the levels.
 TEST(PolynomialPiece, QuietPiecesAreQuiet) {
   std::mt19937 random(4);
   const std::array<std::int64_t, 3> dims{70, 40, 50};
   for (const bool smooth : {false, true}) {
-    // Waves with some noise: whole bricks are quiet, others are not.
+    // Waves with some noise: some whole bricks are quiet.
     std::vector<float> values = noise(random, dims);
     std::size_t n = 0;
     for (int k = 0; k < 50; ++k) {
@@ -293,7 +291,7 @@ TEST(FirstPassage, FindsTheFirstOfManyRoots) {
     const bool up = value_of(c, degree, from) < level;
     const auto beyond = [&](double s) { return (value_of(c, degree, s) >= level) == up; };
     const double share = first_passage(c, degree, level, up, from);
-    // Brute force: no place before it is beyond, and it is.
+    // Brute force: no earlier sample is beyond the level, and this point is.
     const double end = share <= 1.0 ? share : 1.0;
     for (int i = 0; i <= 200; ++i) {
       const double s = from + (end - from) * i / 200.0;
@@ -353,7 +351,7 @@ TEST(FirstPassage, AtItsEnds) {
   EXPECT_GT(first_passage(flat, -1, 1.0, true), 1.0);
 }
 
-// Two dips within a millionth of the share: found, both of them.
+// Two dips within a millionth of the share: both are found.
 TEST(FirstPassage, FindsThinDips) {
   std::mt19937 random(8);
   for (int n = 0; n < 2000; ++n) {

@@ -1,4 +1,4 @@
-// What several tests of fields share: random positions, grids of known functions, finite differences.
+// Shared parts of field tests: random positions, grids of known functions, finite differences.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -52,14 +52,13 @@ struct VoxelTypeOf<double> {
   static constexpr auto value = VoxelType::float64;
 };
 
-/// Voxels that own a vector.
 template <class T>
 Voxels voxels_of(std::vector<T> values, int components = 1) {
   auto owner = std::make_shared<std::vector<T>>(std::move(values));
   return {VoxelTypeOf<T>::value, components, std::shared_ptr<const void>(owner, owner->data())};
 }
 
-/// A grid of double over a field's box, n voxels along every axis: no rounding of voxels in the way.
+/// A grid of double over a field's box, n voxels along every axis: no rounding of voxels.
 inline FieldPtr grid_of_doubles(const Field& field, int n) {
   const Box box = field.bounds_m();
   const Vec3 step = box.size_m() / (n - 1);
@@ -93,7 +92,6 @@ inline Vec3 numeric_gradient(const Field& field, const Vec3& at, double h) {
   }
   return {g[0], g[1], g[2]};
 }
-/// The Jacobian likewise.
 inline Mat3 numeric_jacobian(const Field& field, const Vec3& at, double h) {
   Mat3 columns;
   for (int a = 0; a < 3; ++a) {
@@ -109,7 +107,7 @@ inline double largest_difference(const Mat3& a, const Mat3& b) {
   return largest;
 }
 
-/// Positions that nobody should ask for: each coordinate NaN, infinite or huge, alone and together.
+/// Invalid positions: each coordinate NaN, infinite or huge, alone and together.
 inline std::vector<Vec3> absurd_positions() {
   std::vector<Vec3> positions;
   const double absurd[] = {std::numeric_limits<double>::quiet_NaN(),
@@ -126,7 +124,7 @@ inline std::vector<Vec3> absurd_positions() {
   return positions;
 }
 
-/// The law for any field at any position: outside means all zero, and every number is finite.
+/// For any field and position: outside is all zero, and every number is finite.
 inline void expect_outside_and_finite(const Field& field, const Vec3& at) {
   const ScalarSample s = field.scalar(at);
   EXPECT_FALSE(s.inside);

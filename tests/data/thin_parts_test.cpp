@@ -1,4 +1,4 @@
-// What the smoothing filter loses of thin parts, against shapes that can be counted and a plain recount.
+// Loss of thin parts by the smoothing filter, against countable shapes and a recount.
 #include "palpa/data/thin_parts.h"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ TEST(ThinParts, a_plate_of_one_voxel_is_thin_and_one_of_two_is_not) {
                         })));
     };
     const std::int64_t area = box.voxels() / box.dims[a];
-    // A plate of one voxel keeps 4/6 of its value, and one of two 5/6.
+    // A plate of one voxel keeps 4/6 of its value, a plate of two 5/6.
     const ThinParts below = thin_parts(*plate(1), 600), above = thin_parts(*plate(1), 700), two = thin_parts(*plate(2), 700);
     EXPECT_EQ(below.solid, area);
     EXPECT_EQ(below.thin, area);

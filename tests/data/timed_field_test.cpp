@@ -1,4 +1,4 @@
-// Data that change with time: blends, poses that move, where points go, and what is derived from them.
+// Time-dependent data: blends, moving poses, carried points and derived fields.
 #include "palpa/data/timed_field.h"
 
 #include <cmath>
@@ -18,8 +18,7 @@ namespace timed_field_test {
 
 using namespace test;
 
-/// A soft wall whose level 0 is at height z [m]: tanh of the depth below it over half a width, as a grid of
-/// 1 mm over a cube of 40 mm.
+/// A soft wall with level 0 at height z [m]: tanh of the depth over half a width, as a grid of 1 mm over a cube of 40 mm.
 FieldPtr wall_at(double z_m, double half_width_m, int samples = 41, double noise = 0.0, std::mt19937* random = nullptr) {
   const double step_m = 0.04 / (samples - 1);
   const GridGeometry geometry{
@@ -102,7 +101,7 @@ TEST(TimeSeries, stays_at_its_ends_unless_it_is_looped) {
   EXPECT_EQ(field.scalar_at(x, 0.0).value, field.scalar_at(x, -7.0).value);
   EXPECT_EQ(field.scalar_at(x, 0.0).value, field.scalar_at(x, std::nan("")).value);
   EXPECT_EQ(field.scalar_at(x, 0.0).value, field.scalar_at(x, {std::numeric_limits<double>::infinity(), true}).value);
-  // The last frame blends into the first, one period long.
+  // The last frame blends into the first after one period.
   const double last = field.scalar_at(x, 0.2).value, first = field.scalar_at(x, 0.0).value;
   EXPECT_NEAR(field.scalar_at(x, {0.25, true}).value, 0.5 * (last + first), 1e-12);
   EXPECT_NEAR(field.scalar_at(x, {-0.05, true}).value, 0.5 * (last + first), 1e-12);
@@ -227,10 +226,10 @@ TEST(TimeSeries, in_many_small_steps_a_point_rides_on_its_level) {
   const double value = field.scalar_at(x, 0.0).value;
   for (int tick = 0; tick < 400; ++tick) x = field.carried_m(x, tick * 1e-3, (tick + 1) * 1e-3);
   EXPECT_NEAR(field.scalar_at(x, 0.4).value, value, 1e-7);
-  EXPECT_NEAR(x.z, 4.3e-3, 1e-5);  // at a frame the wall is what the first one is, moved
+  EXPECT_NEAR(x.z, 4.3e-3, 1e-5);  // at a frame the wall equals the first, moved
 }
 
-// Findings 24: of a level that shifts by more than its edge is wide, a linear blend makes a jump.
+// Findings 24: a level's shift beyond its edge's width makes a linear blend jump.
 TEST(TimeSeries, says_where_a_level_jumps_instead_of_carrying_it) {
   for (const double half_widths : {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0}) {
     const double half_m = 1e-3, shift_m = half_widths * half_m;
@@ -286,7 +285,7 @@ TEST(FrameShift, is_the_way_of_a_level_by_the_width_of_its_edge) {
       EXPECT_EQ(shift.lost_share, 0.0);
     }
   }
-  // A wall that is gone in the next frame, and what is no scalar series.
+  // A wall that vanishes in the next frame, and fields that are no scalar series.
   const FieldPtr gone = time_series({wall_at(0.0, half_m), wall_at(1.0, half_m)}, 0.1);
   EXPECT_EQ(frame_shift(*series_of(*gone), 0.0).lost_share, 1.0);
   EXPECT_TRUE(std::isinf(frame_shift(*series_of(*gone), 0.0).median));
@@ -360,7 +359,7 @@ TEST(Moving, carries_its_points_with_it_there_and_back) {
     EXPECT_LT(distance(there.position_m, pose_at(track, to_s).to_world(local)), 1e-14);
     EXPECT_LT(distance(as_timed(field).carried_m(there.position_m, to_s, from_s), x), 1e-14);
     EXPECT_NEAR(as_timed(field).scalar_at(x, from_s).value, as_timed(field).scalar_at(there.position_m, to_s).value, 1e-12);
-    // Beyond the last pose nothing moves.
+    // Nothing moves after the last pose.
     EXPECT_EQ(as_timed(field).carried_m(x, 50.0, 51.0), x);
   }
 }
@@ -412,7 +411,7 @@ TEST(Moving, refuses_a_track_that_is_none) {
     EXPECT_THROW(moving(ball, track), std::invalid_argument);
   }
   EXPECT_EQ(problem_with(PoseTrack{{0.0, {}}, {1.0, {}}}), nullptr);
-  EXPECT_EQ(timed(*moving(ball, {{0.0, {Mat3::identity(), 2.0, {}}}})), nullptr);  // one pose: nothing moves
+  EXPECT_EQ(timed(*moving(ball, {{0.0, {Mat3::identity(), 2.0, {}}}})), nullptr);
 }
 
 TEST(TimedDerived, is_the_derived_field_of_each_frame_at_its_moment) {
@@ -474,7 +473,7 @@ TEST(BeatingChamber, is_free_of_divergence_and_moves_with_its_wall) {
     EXPECT_LT(norm(phi->scalar(x).gradient - numeric_gradient(*phi, x, 1e-6)), 1.0) << "of up to 1000 1/m";
     fastest = std::max(fastest, largest_component(v.value));
 
-    // What is carried keeps its signal; from the first moment on it moves as the wall does.
+    // Carried points keep their signal; after the first moment they move with the wall.
     const DataTime later{at.time_s + 0.05, true};
     const Vec3 carried_m = signal.carried_m(x, at, later);
     EXPECT_NEAR(signal.scalar_at(carried_m, later).value, signal.scalar_at(x, at).value, 1e-12);

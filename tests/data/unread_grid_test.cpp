@@ -1,5 +1,4 @@
-// Laws of grids that nobody has read yet: the same field as one that was read, made without looking at the voxels; and of many
-// samples at once: the same bits as one by one.
+// Grids of unread voxels against read grids, and batches of samples against single samples.
 #include "palpa/data/unread_grid.h"
 
 #include <gtest/gtest.h>
@@ -71,7 +70,7 @@ TEST(UnreadGrid, IsTheFieldThatWasRead) {
   EXPECT_THROW(unread_grid_field(oblique, random_voxels(false), nan), std::invalid_argument);
 }
 
-// What lies behind the first page cannot be read: whoever looks ends the test.
+// The first page alone can be read: further access ends the test.
 TEST(UnreadGrid, IsMadeAndSampledWithoutReadingAllVoxels) {
   constexpr std::int64_t side = 64;
   void* const memory = ::mmap(nullptr, side * side * side, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -88,7 +87,7 @@ TEST(UnreadGrid, IsMadeAndSampledWithoutReadingAllVoxels) {
   EXPECT_EQ(value, 0.0);
 }
 
-// A scene adds volumes through `filtered`: what ticks ask is a grid that has been read.
+// A scene adds volumes through `filtered`, so that ticks sample a grid that has been read.
 TEST(UnreadGrid, IsReadWhereItGetsItsFilter) {
   const Voxels voxels = random_voxels(true);
   for (const Filter filter : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
@@ -101,7 +100,7 @@ TEST(UnreadGrid, IsReadWhereItGetsItsFilter) {
 }
 
 TEST(UnreadGrid, IsReadOnceHoweverManyAsk) {
-  constexpr std::int64_t side = 200;  // so many voxels that all ask while the first one reads
+  constexpr std::int64_t side = 200;  // enough voxels for all threads to sample during the first read
   const auto values = std::make_shared<std::vector<std::uint8_t>>(side * side * side);
   const FieldPtr field = unread_grid_field({.dims = {side, side, side}}, {VoxelType::uint8, 1, {values, values->data()}});
   std::vector<const GridView*> seen(8);

@@ -1,4 +1,4 @@
-// What a sample is made of, found by changing every value of a grid in turn, is what the field says of it.
+// Values per sample, counted by changing every value of a grid in turn.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -34,7 +34,6 @@ bool are_alike(const Field& a, const Field& b) {
 
 using Make = FieldPtr (*)(std::vector<float> values, int components);
 
-// How many of the values change the sample.
 int values_read(Make make, int components) {
   const std::vector<float> values = noise(components);
   const FieldPtr as_it_is = make(values, components);

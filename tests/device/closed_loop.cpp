@@ -16,7 +16,7 @@ constexpr double dt = 1e-3;
 
 double rounded(double value_m, double step_m) { return step_m > 0.0 ? std::floor(value_m / step_m + 0.5) * step_m : value_m; }
 
-// The mean square from 20 to 500 Hz of what was sampled each millisecond for a second.
+// The mean square from 20 to 500 Hz of a second of samples at 1 kHz.
 double noise(const std::vector<double>& values) {
   double power = 0.0;
   const auto n = static_cast<double>(values.size());

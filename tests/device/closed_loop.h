@@ -1,4 +1,4 @@
-// Damper, spring and a plane in a closed loop with a device: how stiff it can be, how quiet it is.
+// Damper, spring and plane in a closed loop with a device: largest stable stiffness, noise.
 #pragma once
 
 #include "palpa/device/hand.h"
@@ -6,18 +6,18 @@
 
 namespace palpa::test {
 
-/// A hand on a device that presses against a plane through the origin, at 1 kHz and with one tick of delay besides the
-/// device's own.
+/// A device in a hand, pressed against a plane through the origin, at 1 kHz and with one tick of delay besides the device's
+/// own.
 struct ClosedLoop {
   DevicePlant plant;
-  Arm arm{.mass_kg = 0.0, .damping_ns_per_m = 0.0, .stiffness_n_per_m = 0.0};  ///< none: the hand has let go
-  bool friction = false;  ///< the device's Coulomb friction, which hides what the damper does
-  bool told = true;       ///< the damper knows the encoder step
+  Arm arm{.mass_kg = 0.0, .damping_ns_per_m = 0.0, .stiffness_n_per_m = 0.0};  ///< default: no hand
+  bool friction = false;  ///< the device's Coulomb friction, which hides the damper's effect
+  bool told = true;       ///< the damper has the encoder step
   double stiffness_n_per_m = 500.0;
   double damping_ns_per_m = 1.0;
   Vec3 normal{0.0, 0.0, 1.0};   ///< of the plane; unit
-  double push_n = 1.0;          ///< what presses besides the arm: towards the plane
-  double speed_m_per_s = 0.05;  ///< at which it meets the plane
+  double push_n = 1.0;          ///< push besides the arm's, towards the plane
+  double speed_m_per_s = 0.05;  ///< at contact with the plane
 };
 
 struct LoopFelt {
@@ -27,7 +27,7 @@ struct LoopFelt {
 LoopFelt felt_in(const ClosedLoop& loop, double duration_s = 8.0);
 
 /// The largest stiffness [N/m], in steps of 25 up to 2000, below which every loop comes to rest: swings by at most 12 encoder
-/// steps in the last of 8 s, whether it met the plane slowly or fast, along an axis or across.
+/// steps in the last of 8 s, at slow and fast contact, axial and oblique.
 double largest_stable_stiffness(ClosedLoop loop);
 
 }  // namespace palpa::test

@@ -1,4 +1,4 @@
-// The damper in a closed loop with a device: what its encoder leaves of the damping.
+// The damper in a closed loop with a device: damping left by the encoder.
 #include <gtest/gtest.h>
 
 #include "tests/device/closed_loop.h"
@@ -9,8 +9,8 @@ namespace damper_test {
 using test::ClosedLoop;
 using test::felt_in;
 
-// A hand lets go while it presses on a plane of up to 500 N/m: with 1 N·s/m the device comes to rest, without friction
-// of its own and a tick late, whether it met the plane slowly or fast, along its axes or across.
+// A released press on a plane of up to 500 N/m: with 1 N·s/m the device comes to rest, without its own friction and a tick
+// late, at slow and fast contact, axial and oblique.
 TEST(DamperOnADevice, HoldsAPlaneThatTheHandLetsGoOf) {
   for (const char* device : {"touch", "desktop", "omega"}) {
     for (const double k : {100.0, 200.0, 300.0, 400.0, 500.0}) {
@@ -26,7 +26,7 @@ TEST(DamperOnADevice, HoldsAPlaneThatTheHandLetsGoOf) {
   }
 }
 
-// At rest nothing trembles by more than the encoder lets the spring tremble; with the device's friction nothing at all.
+// At rest the damper adds no tremble to the spring's on the encoder; with the device's friction there is none.
 TEST(DamperOnADevice, IsAsQuietAsTheSpring) {
   for (const char* device : {"touch", "desktop", "omega", "falcon", "inverse3"}) {
     for (const Arm& arm : {Arm{0, 0, 0}, relaxed_arm, firm_arm}) {

@@ -1,4 +1,4 @@
-// The pointer's hand: it goes where it is moved, slower against a force, and never further than the force can hold.
+// The pointer's hand: motion under force, and reach.
 #include "palpa/device/mouse_hand.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace palpa {
 namespace pointer_test {
 
-// All that was pending has passed.
+// Runs until no motion is pending.
 void settle(MouseHand& pointer) {
   for (int n = 0; n < 1000; ++n) pointer.pass(1e-3);
 }

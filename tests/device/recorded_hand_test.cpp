@@ -1,5 +1,4 @@
-// Laws of recorded hands: every form is read into the same hand frame, the interpolant goes through its
-// rows and stays between neighbours, gaps are told apart from rest, and what fits no form is refused.
+// Recorded hands: forms, interpolation, gaps, refusals.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -90,7 +89,7 @@ TEST_F(RecordedHand, NamesWithoutUnitsAreSecondsAndMetres) {
 }
 
 TEST_F(RecordedHand, OurOwnTicksGiveBackEverySampleToTheBitAndTheirValidity) {
-  // Irregular values at the times of a 3 kHz clock, repeated ones among them.
+  // Irregular values at the times of a 3 kHz clock, with repeated times.
   std::string text = "tick,t_s,probe_x_m,probe_y_m,probe_z_m,probe_valid,buttons\n";
   std::vector<double> x;
   char row[200];
@@ -160,7 +159,6 @@ TEST_F(RecordedHand, TheCubicGoesThroughItsRowsAndStaysBetweenNeighbours) {
       const double now = hand->at(t[i] + (t[i + 1] - t[i]) * j / 50).position_m.x;
       EXPECT_GE(now, std::min(x[i], x[i + 1]));
       EXPECT_LE(now, std::max(x[i], x[i + 1]));
-      // Monotone between neighbours, to rounding.
       EXPECT_GE((now - last) * (x[i + 1] - x[i]), -1e-16);
       last = now;
     }
@@ -221,7 +219,7 @@ TEST_F(RecordedHand, ARowWithoutAPositionIsAGap) {
 }
 
 TEST_F(RecordedHand, RowsThatRepeatTheLastPositionAreDropped) {
-  // A logger twice as fast as its device: a steady motion in pairs of rows. Without the repeats it is steady.
+  // A logger twice as fast as its device: a steady motion in pairs of rows; steady without the repeats.
   std::string text = "t_s,x_m,y_m,z_m\n";
   for (int i = 0; i < 40; ++i) text += std::to_string(i * 0.005) + "," + std::to_string(i / 2 * 0.01) + ",0,0\n";
   const auto hand = open(text);
@@ -230,7 +228,7 @@ TEST_F(RecordedHand, RowsThatRepeatTheLastPositionAreDropped) {
 }
 
 TEST_F(RecordedHand, AtAHapticRateTheStepsOfAnEncoderStay) {
-  // A slow motion in steps of 55 µm at 1 kHz: a device rests in most ticks, and so does its recording.
+  // A slow motion in steps of 55 µm at 1 kHz: device and recording rest in most ticks.
   std::string text = "t_s,x_m,y_m,z_m\n";
   std::vector<double> x_m;
   char row[100];
@@ -243,7 +241,7 @@ TEST_F(RecordedHand, AtAHapticRateTheStepsOfAnEncoderStay) {
   for (int i = 0; i < 500; ++i) EXPECT_NEAR(hand->at(i * 1e-3).position_m.x, x_m[static_cast<std::size_t>(i)], 1e-15) << i;
 }
 
-/// A hand's motion by time, up to 0.14 m/s: strokes, presses with rests between them, a slow way that never turns.
+/// A hand's motion by time, up to 0.14 m/s: strokes, presses with rests between them, a slow path without turns.
 Vec3 moving_hand_m(int motion, double t) {
   switch (motion) {
     case 0: return {0.03 * std::sin(4.4 * t), 0.01 * std::sin(1.5 * t), 0.05 + 0.004 * std::sin(7.0 * t)};
@@ -252,8 +250,8 @@ Vec3 moving_hand_m(int motion, double t) {
   }
 }
 
-/// Five seconds of a hand that a tracker measures `tracker_hz` times a second, in rows that repeat the latest: each tracker's
-/// time is off by up to `unevenness` of its period.
+/// Five seconds of a hand under a tracker of `tracker_hz`, in rows that repeat the latest position; tracker times are off by up
+/// to `unevenness` of the period.
 std::string logged(int motion, double tracker_hz, double rows_hz, double unevenness) {
   std::mt19937 engine(7);
   std::vector<double> times_s;
@@ -271,8 +269,7 @@ std::string logged(int motion, double tracker_hz, double rows_hz, double unevenn
   return text;
 }
 
-// Whatever the two rates: no step from tick to tick is longer than twice what the hand moves in one, as all of a tracker's are
-// where its repeats are taken for rest.
+// At any two rates no step per tick is above twice the hand's own, as it would be with repeats taken for rest.
 TEST_F(RecordedHand, ATrackersRepeatsAreLeftOutAtEveryRateOfRows) {
   for (const int motion : {0, 1, 2}) {
     for (const double tracker_hz : {30.0, 60.0, 90.0, 144.0}) {
@@ -283,7 +280,7 @@ TEST_F(RecordedHand, ATrackersRepeatsAreLeftOutAtEveryRateOfRows) {
           double longest_m = 0.0;
           for (int n = 1; n < 4900; ++n)
             longest_m = std::max(longest_m, distance(hand->at(1e-3 * n).position_m, hand->at(1e-3 * (n - 1)).position_m));
-          // A motion that begins after a rest catches up with what the rest held back, and uneven times are uneven speeds.
+          // A motion after a rest catches up the held-back distance, and uneven times are uneven speeds.
           EXPECT_LT(longest_m, (motion == 1 ? 3.5 : 2.5) * (1.0 + unevenness) * fastest_m_per_s * 1e-3)
               << "motion " << motion << ", " << tracker_hz << " Hz in " << rows_hz << " rows a second, uneven " << unevenness;
         }
@@ -292,7 +289,6 @@ TEST_F(RecordedHand, ATrackersRepeatsAreLeftOutAtEveryRateOfRows) {
   }
 }
 
-// An encoder's rows come back as they are, each of them, in any motion.
 TEST_F(RecordedHand, AnEncodersStepsStayAtEveryHapticRate) {
   for (const int motion : {0, 1, 2}) {
     for (const double rows_hz : {500.0, 1000.0, 4000.0}) {
@@ -331,7 +327,7 @@ TEST_F(RecordedHand, WhatRepeatsAreTakenForIsTold) {
   EXPECT_THAT(open("t_s,x_m,y_m,z_m\n0,0,0,0\n0.01,1,0,0\n0.02,1,0,0\n0.03,2,0,0\n")->warnings(), testing::IsEmpty());
 }
 
-// Wherever the writing was stopped: every whole line counts, the rest is left out and told.
+// At any end of the text: complete lines count, the rest is left out and reported.
 TEST_F(RecordedHand, ALastLineWithoutItsEndIsLeftOut) {
   for (const std::string header : {"t_s,x_m,y_m,z_m\n", "tick,t_s,probe_x_m,probe_y_m,probe_z_m,probe_valid,buttons\n"}) {
     const bool is_own = header.starts_with("tick");
@@ -469,7 +465,7 @@ TEST_F(RecordedHand, RealRecordingsAreReadAsTheirDescriptionSays) {
       high = {std::max(high.x, point.position_m.x), std::max(high.y, point.position_m.y), std::max(high.z, point.position_m.z)};
     }
     EXPECT_EQ(valid, total) << known.file << ": no gap of these is longer than 40 ms";
-    // Centred: as far to one side as to the other; and the described extent.
+    // Centred in each direction, with the documented extent.
     EXPECT_NEAR(largest_component(low + high), 0, 2e-4);
     EXPECT_NEAR(largest_component(1e3 * (high - low) - known.extent_mm), 0, 0.7) << known.file;
   }

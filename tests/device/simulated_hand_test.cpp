@@ -1,4 +1,4 @@
-// Laws of the simulated hand: closed forms of its plant, its energy, and its paths.
+// The simulated hand: closed forms of its plant, its energy, and its paths.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,6 @@ namespace simulated_hand_test {
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// A target that stays where it is.
 class Still final : public Target {
  public:
   explicit Still(const Vec3& position_m = {}, double valid_until_s = 1e9)
@@ -75,7 +74,7 @@ TEST(SimulatedHand, SubStepsBoundTheDependenceOnTheRate) {
     for (int i = 0; i < static_cast<int>(0.05 * rate_hz); ++i) hand->advance(1 / rate_hz);
     return hand->read().position_m.x;
   };
-  EXPECT_NEAR(at_rate(100), at_rate(1000), 1e-12);  // 50 µs is the longest sub-step
+  EXPECT_NEAR(at_rate(100), at_rate(1000), 1e-12);
   EXPECT_NEAR(at_rate(4000), at_rate(1000), 1e-5);
 }
 
@@ -118,7 +117,7 @@ TEST(SimulatedHand, ReleasedItComesToRestOnItsTargetAndItsEnergyOnlyFalls) {
   for (int i = 0; i < 6000; ++i) {
     hand->advance(dt);
     const double x = hand->read().position_m.x;
-    // At turning points of the motion all energy is in the spring: they come closer and closer.
+    // At turning points of the motion all energy is in the spring: they converge.
     if (i > 10 && std::abs(x - last) < 1e-9) {
       EXPECT_LE(std::abs(x - 0.05), swing + 1e-9);
       swing = std::abs(x - 0.05);
@@ -324,7 +323,7 @@ TEST(SimulatedPath, CircleAndHelixKeepTheirRadius) {
 }
 
 TEST(SimulatedPath, CircleGoesRoundInTheTimeThatItsSpeedSays) {
-  // The sines are our own: against the closed form, over many turns.
+  // The generator's own sines against the closed form, over many turns.
   const double radius = 0.04, speed = 0.1;
   const auto circle = simulated_target("sim:circle,radius_m=0.04,speed_m_per_s=0.1");
   for (double t = 5; t < 300; t += 0.0917) {

@@ -1,5 +1,5 @@
-// What every kind of device is held to, whatever it is (rig.h): axes and units, limits, watchdogs, faults, that it stays the
-// device it was and comes back, that nothing that has gone holds anything, and that a stop of the program finds it at rest.
+// Requirements of every device kind (rig.h): axes, units, limits, watchdogs, faults, identity, reconnection, rest after removal
+// and stop.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -29,7 +29,7 @@ namespace conformance_test {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-// Far more than anything takes; only a failure waits for it.
+// Far above any run; only a failure takes it.
 constexpr std::chrono::seconds patience{20};
 constexpr double force_step_n = 1e-9;
 
@@ -150,7 +150,7 @@ TEST_P(EveryDevice, SaysThatItIsGoneAndComesBack) {
   EXPECT_TRUE(works(*device));
 }
 
-// A run belongs to the device that it began with.
+// A run keeps the device of its start.
 TEST_P(EveryDevice, TouchesNoOtherWhileItIsGone) {
   for (const bool is_there_before : {true, false}) {
     for (Rig::Fault& way : rig->ways_to_go()) {
@@ -160,13 +160,13 @@ TEST_P(EveryDevice, TouchesNoOtherWhileItIsGone) {
       const DeviceLimits limits = device->limits();
       if (is_there_before) {
         rig->plug_another();
-        std::this_thread::sleep_for(milliseconds(50));  // it is seen that both are there
+        std::this_thread::sleep_for(milliseconds(50));  // both are listed by then
       }
       way.begin();
       EXPECT_TRUE(comes(*device, {0.5, 0, 0}, [&] { return state.fault != nullptr; }));
       if (!is_there_before) rig->plug_another();
       rig->use_another();
-      // Longer than any driver looks for the next time.
+      // Longer than any driver's search interval.
       for (const auto end = Clock::now() + milliseconds(1000); Clock::now() < end;
            std::this_thread::sleep_for(milliseconds(1))) {
         device->write({0.5, 0, 0});
@@ -189,7 +189,7 @@ TEST_P(EveryDevice, TouchesNoOtherWhileItIsGone) {
   }
 }
 
-// An input that has gone is at rest, its buttons are up, a fault says so, and when it is back it starts anew.
+// A removed input is at rest with released buttons and a fault; back again it starts anew.
 TEST_P(EveryDevice, HoldsNothingWhileItIsGone) {
   const auto device = rig->open();
   const auto is_at_rest = [&] { return !state.velocity_m_per_s || norm(*state.velocity_m_per_s) < 1e-3; };
@@ -210,7 +210,7 @@ TEST_P(EveryDevice, HoldsNothingWhileItIsGone) {
     if (GetParam().is_steered) {
       EXPECT_LT(distance(state.position_m, left_m), 1e-4) << "[m] it goes on";
     }
-    // A hand that let go meanwhile.
+    // The hand released the button meanwhile.
     rig->press_button(0, false);
     if (GetParam().is_steered) rig->hold({}, {});
     way.end();
@@ -264,7 +264,7 @@ TEST_P(EveryDevice, HoldsNoButtonWhileItsPositionIsUnknown) {
   }
 }
 
-// What waits for motors, when the program is stopped, asks this.
+// A stop of the program polls this.
 TEST_P(EveryDevice, RestsOnlyOnceItsMotorsHaveNoForce) {
   const auto device = rig->open();
   EXPECT_TRUE(works(*device));
@@ -279,14 +279,13 @@ TEST_P(EveryDevice, RestsOnlyOnceItsMotorsHaveNoForce) {
     ASSERT_TRUE(device->rests());
     ASSERT_EQ(rig->force_n(), Vec3{});
   }
-  // Of a writer that is stopped itself.
   if (!GetParam().is_steered) {
     ASSERT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
   }
   for (const auto end = Clock::now() + patience; !device->rests() && Clock::now() < end;) std::this_thread::yield();
   EXPECT_TRUE(device->rests());
   EXPECT_EQ(rig->force_n(), Vec3{});
-  // One that has gone is not waited for.
+  // A removed device is not waited for.
   for (Rig::Fault& way : rig->ways_to_go()) {
     EXPECT_TRUE(works(*device));
     way.begin();
@@ -300,7 +299,7 @@ std::set<std::string> threads_of_this_process() {
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) out.insert(entry.path().filename());
   return out;
 }
-/// Blocked signals of a thread, a bit each from number 1 on; all where the thread has gone.
+/// Blocked signals of a thread, a bit each from number 1 on; all after the thread's end.
 std::uint64_t blocked_by(const std::string& thread) {
   std::ifstream status("/proc/self/task/" + thread + "/status");
   for (std::string word; status >> word;) {
@@ -311,7 +310,7 @@ std::uint64_t blocked_by(const std::string& thread) {
   return ~std::uint64_t{0};
 }
 
-// A signal's handler waits for the motors: on a driver's thread it would wait for itself.
+// A signal's handler waits for the motors; on a driver's thread that is a deadlock.
 TEST_P(EveryDevice, HasNoThreadThatTakesASignal) {
   const std::set<std::string> before = threads_of_this_process();
   const auto device = rig->open();
@@ -345,8 +344,7 @@ TEST_P(DeviceWithMotors, SaysEveryFaultWithoutAForceAndRecovers) {
   EXPECT_TRUE(works(*device));
 }
 
-// In the loop the guard sees to it: at the latest three ticks after a fault was told nothing is sent any more, and afterwards
-// the force comes back by the ramp.
+// The limiter in the loop: at the latest three ticks after a fault nothing is sent; afterwards the force returns by the ramp.
 TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
   Scene scene({.stiffness_n_per_m = 300});
   const FieldRef wind = scene.add("wind", head_phantom());
@@ -380,7 +378,7 @@ TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
       if (meanwhile) meanwhile();
     return what.load();
   };
-  // Into the head and out of it, so that there is always something to be felt.
+  // Into the head and out of it, for a steady change of force.
   double angle = 0.0;
   const auto stroke = [&] {
     angle += 0.02;
@@ -465,7 +463,6 @@ INSTANTIATE_TEST_SUITE_P(All, EveryDevice, testing::ValuesIn(rigs()), name_of);
 INSTANTIATE_TEST_SUITE_P(All, DeviceWithMotors, testing::ValuesIn(rigs_of(false)), name_of);
 INSTANTIATE_TEST_SUITE_P(All, SteeredDevice, testing::ValuesIn(rigs_of(true)), name_of);
 
-/// Writes until the condition holds.
 bool becomes(Device& device, const Vec3& force_n, const std::function<bool()>& condition) {
   for (const auto end = Clock::now() + patience; Clock::now() < end; std::this_thread::sleep_for(milliseconds(1))) {
     device.write(force_n);
@@ -523,7 +520,7 @@ TEST(Controller, RumblesWithTheForceAndKnocksAtATouch) {
   EXPECT_EQ(rig->rumble().slow, 0.0) << "it is left at rest";
 }
 
-// ---- libraries that are not what they should be ----
+// ---- damaged libraries ----
 
 std::string refusal(const char* backend, const DeviceSettings& settings) {
   try {

@@ -1,5 +1,4 @@
-// A library that behaves as Force Dimension's libdhd and libdrd do, with two omega.3 behind it: with the device's own watchdog,
-// a limit of force, brakes, a status, and whatever the tests have go wrong.
+// Stand-in for Force Dimension's libdhd and libdrd with two omega.3: watchdog, force limit, brakes, status, and faults.
 #include "tests/devices/dhd_stand_in.h"
 
 #include <fcntl.h>
@@ -48,14 +47,14 @@ struct Omega {
 std::mutex mutex;
 std::array<Omega, DhdStandIn::devices> omegas;
 
-/// As the system lists them: those that are there. A place, not a name: the list closes up when one goes.
+/// By index in the list of connected devices, which closes up when a device goes.
 Omega* at(int index) {
   for (Omega& omega : omegas)
     if (omega.is_there && index-- == 0) return &omega;
   return nullptr;
 }
 int id_of(const Omega* omega) { return omega == nullptr ? -1 : static_cast<int>(omega - omegas.data()); }
-/// One that is open is given once more.
+/// An open device has a handle already.
 int opened(Omega* omega) {
   if (omega == nullptr) return -1;
   if (!omega->is_open) omega->force = {};
@@ -71,7 +70,7 @@ Omega* of(char id) {
   return n < omegas.size() && omegas[n].is_there && omegas[n].is_open ? &omegas[n] : nullptr;
 }
 
-/// A call of the exchange: -1 where the device has gone.
+/// A call of the exchange: -1 after the device is gone.
 template <class Do>
 int call(char id, Do what) {
   bool freezes = false;
@@ -182,7 +181,7 @@ int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
     *x = omega.speed[0];
     *y = omega.speed[1];
     *z = omega.speed[2];
-    return 1;  // the time guard: what is given is fresh enough
+    return 1;  // the time guard: the data are fresh enough
   });
 }
 #ifndef WITHOUT_SET_FORCE
@@ -203,7 +202,7 @@ int dhdSetForce(double x, double y, double z, char id) {
     const double size = std::sqrt(x * x + y * y + z * z);
     if (size <= most_n) return 0;
     for (double& component : omega.force) component *= most_n / size;
-    return 2;  // the motors are saturated
+    return 2;
   });
 }
 #endif

@@ -1,35 +1,34 @@
-// What the tests ask of the stand-in for Force Dimension's library: in the vendor's axes and units.
+// Test interface of the stand-in for Force Dimension's library, in the vendor's axes and units.
 #pragma once
 
 namespace palpa::test {
 
-/// What a stand-in in another process shows: a file of this, which $PALPA_TESTS_DHD_SEEN names there, stays when that process
-/// ends, however it does. Of the first device.
+/// State of the first device of a stand-in in another process, in the file $PALPA_TESTS_DHD_SEEN, which outlives that process.
 struct DhdSeen {
   double place_m[3];      ///< of the handle; written by the test
-  double last_word_n[3];  ///< the force that was asked for last
+  double last_word_n[3];  ///< the last commanded force
 };
 
-/// One function of this name, `dhd_stand_in`, is exported by the stand-in besides the vendor's.
+/// The stand-in exports a function of this name, `dhd_stand_in`, besides the vendor's.
 struct DhdStandIn {
   static constexpr int devices = 2;
   enum class What {
-    there,        ///< plugged in
+    there,
     power,        ///< its supply is on
-    initialized,  ///< it knows its place
+    initialized,  ///< its position is initialised
     off_button,   ///< 1: the button on its base was pressed to switch the force off; 0: pressed again
-    speed_brake,  ///< 1: its speed was too high: it holds by its brakes and makes no force until it is enabled again
+    speed_brake,  ///< 1: its speed was too high: it brakes and makes no force until it is enabled again
     freezes,      ///< calls of the exchange return after 100 ms
     lies,         ///< its positions are not numbers
-    refuses,      ///< it takes no force
-    buttons,      ///< mask
+    refuses,
+    buttons,
   };
   void (*reset)(int device);
   void (*hold)(int device, const double place_m[3], const double speed_m_per_s[3]);
-  void (*force_n)(int device, double force_n[3]);  ///< that the motors make now
+  void (*force_n)(int device, double force_n[3]);
   void (*set)(int device, What what, int value);
   bool (*brakes)(int device);
-  /// Whether anything was said to its motors since the last `reset`, or, where the library opens by number, it was opened.
+  /// True if its motors got a command since the last `reset`, or it was opened in a library that opens by number.
   bool (*is_touched)(int device);
 };
 

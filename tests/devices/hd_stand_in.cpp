@@ -1,5 +1,4 @@
-// A library that behaves as 3D Systems' libHD does, with two Touch behind it: a thread of its own that calls back a thousand
-// times a second, errors that have to be asked for, motors that get warm, an inkwell, and whatever the tests have go wrong.
+// Stand-in for 3D Systems' libHD with two Touch: callback thread at 1 kHz, polled errors, warm motors, inkwell, and faults.
 #include "tests/devices/hd_stand_in.h"
 
 #include <algorithm>
@@ -20,7 +19,7 @@ using What = HdStandIn::What;
 
 constexpr unsigned nobody = 0xFFFFFFFF;
 constexpr double most_n = 3.3;
-// Frames without which the driver lets the motors rest.
+// Frames must be this frequent, or the driver releases the motors.
 constexpr auto rest_after = std::chrono::milliseconds(20);
 
 struct Touch {

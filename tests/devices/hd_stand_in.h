@@ -1,24 +1,24 @@
-// What the tests ask of the stand-in for 3D Systems' library: millimetres and newtons, in the vendor's axes.
+// Test interface of the stand-in for 3D Systems' library: millimetres and newtons, in the vendor's axes.
 #pragma once
 
 namespace palpa::test {
 
-/// One constant of this name, `hd_stand_in`, is exported by the stand-in besides the vendor's functions.
+/// The stand-in exports a constant of this name, `hd_stand_in`, besides the vendor's functions.
 struct HdStandIn {
-  static constexpr int devices = 2;  ///< "first" and "second"; the default device is the first of them that is there
+  static constexpr int devices = 2;  ///< "first" and "second"; the default device is the first connected
   enum class What {
-    there,       ///< plugged in
-    calibrated,  ///< else it waits for its inkwell
+    there,
+    calibrated,  ///< else it needs its inkwell
     error,       ///< a code that each frame reports; 0: none
     warm,        ///< temperature of its motors in hundredths
     stalls,      ///< the library's thread has no frames
-    buttons,     ///< mask
+    buttons,
   };
   void (*reset)(int device);
   void (*hold)(int device, const double place_mm[3], const double speed_mm_per_s[3]);
-  void (*force_n)(int device, double force_n[3]);  ///< that the motors make now
+  void (*force_n)(int device, double force_n[3]);
   void (*set)(int device, What what, int value);
-  bool (*is_touched)(int device);  ///< whether anything was said to its motors since the last `reset`
+  bool (*is_touched)(int device);  ///< its motors got a command since the last `reset`
 };
 
 }  // namespace palpa::test

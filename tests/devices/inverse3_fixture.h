@@ -1,4 +1,4 @@
-// What the tests of the Inverse3 share: a device on a stand-in for the Inverse Service, and waiting for what it feels.
+// Fixture of an Inverse3 on a stand-in for the Inverse Service.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace palpa::test {
 using Manner = Inverse3StandIn::Manner;
 using Clock = std::chrono::steady_clock;
 
-// Far more than anything takes; only a failure waits for it.
+// Far above any run; only a failure takes it.
 inline constexpr std::chrono::seconds patience{20};
 inline constexpr double force_step_n = 1e-9;
 

@@ -1,7 +1,7 @@
-"""An Inverse Service of another making: python3-websockets' server, for the test that has both libraries agree.
+"""An independent Inverse Service on python3-websockets' server: tests that both libraries agree.
 
-Prints its port. Its arm is a spring of 100 N/m that follows each force at once: where it is tells which force has come, in
-the service's axes. Ends when its input does.
+Prints its port. Its arm is a spring of 100 N/m without inertia: its position shows the received force, in the service's
+axes. Ends with its input.
 """
 
 import asyncio
@@ -67,7 +67,7 @@ async def main():
                 arm.obey(json.loads(text))
                 await socket.send(json.dumps(arm.told()))
         except websockets.ConnectionClosedError:
-            pass  # who only looks leaves without a word
+            pass  # a client that only polls leaves without a message
 
     async with websockets.serve(serve, "127.0.0.1", 0, process_request=version, ping_interval=0.05) as server:
         print(server.sockets[0].getsockname()[1], flush=True)

@@ -32,12 +32,12 @@ using Clock = std::chrono::steady_clock;
 using Manner = Inverse3StandIn::Manner;
 using std::chrono::milliseconds;
 
-// The service's: a force for which no message comes any more.
+// The service's: lifetime of a force without a further message.
 constexpr milliseconds force_lifetime{50};
 constexpr milliseconds slow_by{40};
 constexpr milliseconds drip_interval{5};
 constexpr std::size_t fragment_bytes = 7;
-// Of a frame that says that it is huge, before the stand-in waits for what comes of it.
+// Of a frame with a huge declared length, before the stand-in waits for the reaction.
 constexpr std::size_t huge_bytes = std::size_t{1} << 20;
 constexpr std::size_t most_kept_messages = 200;
 constexpr const char* own_id = "049D";
@@ -75,7 +75,7 @@ std::string fragments(const std::string& text, bool has_end) {
   return out;
 }
 
-/// What was told last is left out; a vector is left out as a whole.
+/// Leaves out unchanged entries; vectors as a whole.
 json without_repeats(const json& now, const json& before) {
   if (!now.is_object() || !before.is_object() || now.contains("x")) return now;
   json out = json::object();
@@ -95,7 +95,7 @@ class Inverse3StandIn::Server {
     port_ = listener_.local_endpoint().port();
     listen();
     thread_ = std::thread([this] {
-      const auto goes_on = boost::asio::make_work_guard(context_);  // also while nobody is connected and nobody listened for
+      const auto goes_on = boost::asio::make_work_guard(context_);  // also without a connection or a listener
       context_.run();
     });
   }
@@ -173,7 +173,7 @@ class Inverse3StandIn::Server {
   std::set<std::shared_ptr<Session>> sessions_;
   std::thread thread_;
 
-  // All of these are the server's thread's.
+  // Owned by the server's thread.
   Vec3 position_m, velocity_m_per_s, commanded_n, last_word_n;
   Clock::time_point last_message;
   bool has_power = true, is_calibrated = true, is_there = true, has_second = false, is_second_touched = false;
@@ -310,7 +310,7 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
     }
   }
 
-  /// Writes bytes one after the other, whoever asks for it.
+  /// Queues bytes of all callers for writing in order.
   void put(std::string bytes) {
     waiting_.push_back(std::move(bytes));
     if (waiting_.size() == 1) put_next();

@@ -1,4 +1,4 @@
-// A server that behaves as the Haply Inverse Service does with an Inverse3 on it, and misbehaves when it is told to.
+// A stand-in for the Haply Inverse Service with an Inverse3, with faults on request.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 
 namespace palpa::test {
 
-/// Sends a snapshot to whoever connects, then one state for each message. Forces and places are the service's own: x to the
-/// right, y away from the user, z up. GET /version is answered on the same port. A force ends when no message has come for
-/// 50 ms, when its connection is closed, and without power. Any function may be called from any thread at any time.
+/// Sends a snapshot at each connection, then one state for each message. Forces and positions are the service's own: x to the
+/// right, y away from the user, z up. GET /version is answered on the same port. A force ends after 50 ms without a message,
+/// with its connection, and without power. Thread-safe.
 class Inverse3StandIn {
  public:
-  /// How an answer is sent. The snapshot is always sent whole and at once.
+  /// Manner of an answer. The snapshot is always sent whole and at once.
   enum class Manner : std::uint8_t {
     whole,
     fragments,    ///< of seven bytes
@@ -24,12 +24,12 @@ class Inverse3StandIn {
     slow,         ///< after 40 ms
     drip,         ///< a byte each 5 ms
     silent,       ///< not at all
-    flood,        ///< again and again, asked or not
+    flood,        ///< repeated, also unasked
     twice,        ///< and again, unasked
     binary,       ///< as bytes, not as text
-    huge,         ///< a frame that says that it has 2^40 bytes, and a megabyte of it
+    huge,         ///< a frame with a declared length of 2^40 bytes, and a megabyte of it
     endless,      ///< fragments without a last one
-    wrong_frame,  ///< a frame of a kind that does not exist
+    wrong_frame,  ///< a frame of an undefined kind
     goes_away,    ///< a close frame with the code 1001 instead
     hangs_up,     ///< the end of the connection instead
   };
@@ -38,36 +38,36 @@ class Inverse3StandIn {
   Inverse3StandIn(const Inverse3StandIn&) = delete;
   Inverse3StandIn& operator=(const Inverse3StandIn&) = delete;
 
-  std::uint16_t port() const;  ///< chosen by the system; the same after `start`
+  std::uint16_t port() const;  ///< chosen by the system; kept across `start`
 
   // ---- the device ----
 
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s);
-  Vec3 force_n();            ///< that the motors make now
-  Vec3 last_word_n();        ///< that was sent last to it, whatever became of the connection
-  bool is_second_touched();  ///< whether a force was ever sent to another one than this
+  Vec3 force_n();
+  Vec3 last_word_n();        ///< the last force sent to it, on any connection
+  bool is_second_touched();  ///< true after a force to another device
   void turn_power(bool on);
   void calibrate(bool done);
   void connect_device(bool there);
-  void connect_second_device(bool there);  ///< "0BEE", before the other one, "049D", in the list
+  void connect_second_device(bool there);  ///< "0BEE", before the first device, "049D", in the list
   void scale_forces(double factor);        ///< [1] POST /settings/devices/force_scale of the service
   void press_wired(bool down);             ///< the button of a verse_grip
   void press_wireless(int number, bool down);
   void connect_grip(bool there);      ///< the wireless one, in the list
-  void tell_grip_is_gone(bool gone);  ///< it stays in the list, with its status "connected" false and its buttons as they were
+  void tell_grip_is_gone(bool gone);  ///< it stays in the list, with its status "connected" false and its buttons unchanged
 
   // ---- the service ----
 
-  void set_version(const std::string& version);  ///< that GET /version says; empty: there is no such page
+  void set_version(const std::string& version);  ///< reported by GET /version; empty: no such page
   void understand(bool vector, bool values);
-  void tell_all(bool all);  ///< false: what has not changed since the last message is left out
+  void tell_all(bool all);  ///< false: unchanged entries are left out
   void send(Manner manner);
-  /// Every text that is sent goes through `change`; none: as it is.
+  /// Every sent text goes through `change`; none: unchanged.
   void change_texts(std::function<std::string(const std::string&)> change, bool snapshots_too = false);
-  void stop();  ///< closes all connections and listens no more
+  void stop();
   void start();
 
-  // ---- what it has seen ----
+  // ---- received ----
 
   std::vector<std::string> first_messages();  ///< of each connection that sent one
   std::vector<std::string> last_messages(std::size_t most);

@@ -1,5 +1,4 @@
-// What is special to the Inverse3: its axes and words, how it is found, and how it ends. What a service may say wrongly is in
-// inverse3_wrong_test.cpp.
+// The Inverse3 alone: axes, messages, discovery and end. Faulty services: inverse3_wrong_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -77,7 +76,7 @@ TEST_F(Inverse3, SaysThatTheMotorsMakeNoForce) {
   EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return state.fault != nullptr; }));
   EXPECT_TRUE(state.valid);
   EXPECT_THAT(state.fault, HasSubstr("values"));
-  // Nobody is surprised by a force that comes late.
+  // The fault is latched: the force does not return until the power was off.
   service.understand(true, true);
   const std::int64_t messages = service.messages();
   EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return service.messages() > messages + 20; }));
@@ -345,7 +344,7 @@ class Peer {
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
 
-  const std::string& port() const { return port_; }  ///< empty: it could not be started
+  const std::string& port() const { return port_; }  ///< empty: not started
 
  private:
   pid_t child_ = 0;

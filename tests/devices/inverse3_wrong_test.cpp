@@ -1,4 +1,4 @@
-// Whatever a service of an Inverse3 may say or leave out: a wrong word of it costs the force, never the program.
+// Faulty services of an Inverse3: the force is lost, never the program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ Wrong sends(const char* name, Manner manner) {
 Wrong says(const char* name, const std::string& text) {
   return {name, [text](Inverse3StandIn& service) { service.change_texts([text](const std::string&) { return text; }); }};
 }
-/// Puts a text, which need not be JSON, in the place of a value.
+/// Replaces a value by a text, which need not be JSON.
 std::string with(const std::string& message, const std::string& pointer, const std::string& text) {
   json changed = json::parse(message);
   constexpr const char* mark = "\"the place\"";
@@ -113,7 +113,6 @@ const std::vector<Wrong>& wrongs() {
 
 class Inverse3Wrong : public Inverse3, public testing::WithParamInterface<Wrong> {
  protected:
-  /// As long as whoever is in the wrong is so.
   void expect_no_force(Device& device) {
     const auto end = Clock::now() + milliseconds(100);
     while (Clock::now() < end) {
@@ -167,7 +166,7 @@ TEST_F(Inverse3, IsNotOpenedByAServiceThatBeginsWithNonsense) {
     EXPECT_THAT(message_of([&] { open(); }), HasSubstr("device inverse3: the Inverse Service does not answer"));
     EXPECT_THAT(device_backend("inverse3").search(settings()).missing, SizeIs(1));
   }
-  // One that has begun well is tried again and again.
+  // After a good start the connection is retried.
   service.change_texts(nullptr);
   const auto device = open();
   service.change_texts([&](const std::string&) { return "{"; }, true);

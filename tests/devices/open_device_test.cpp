@@ -1,4 +1,4 @@
-// Devices by name, and what a user's devices.toml says of them: it may lower a limit, never raise one.
+// Devices by name, and lower limits in a user's devices.toml.
 #include "palpa/device/open_device.h"
 
 #include <gmock/gmock.h>

@@ -22,8 +22,8 @@ namespace palpa {
 
 namespace {
 
-/// spacenavd's socket: whoever connects says which protocol it knows, is told the same, may then ask what there is, and gets
-/// eight numbers for each event.
+/// spacenavd's socket: a client sends its protocol version, gets it back, may then query, and gets eight numbers for each
+/// event.
 class SpaceMouseRig final : public Rig {
  public:
   SpaceMouseRig() {
@@ -48,7 +48,7 @@ class SpaceMouseRig final : public Rig {
   }
   void unplug() override { change(is_there_, false, own); }
   void plug() override { change(is_there_, true, own); }
-  // Two of a model cannot be told apart: another one is of another.
+  // Two devices of a model are indistinguishable: the other is of another model.
   void plug_another() override {
     change(is_another_there_, true, others);
     use_another();
@@ -100,7 +100,7 @@ class SpaceMouseRig final : public Rig {
     is_there = there;
     tell({3, there ? 0 : 1, 1, model.type, model.usb_vendor, model.usb_product, 0, 0});
   }
-  /// What is asked of the first SpaceMouse, and the sensitivity, which is always there.
+  /// Queries of the first SpaceMouse, and the sensitivity, which is always available.
   Event answered(Event question) const {
     const Model* model = is_there_ ? &own : is_another_there_ ? &others : nullptr;
     Event answer{question[0], 0, 0, 0, 0, 0, 0, 0};
@@ -166,8 +166,8 @@ class SpaceMouseRig final : public Rig {
       ::usleep(1000);  // until the device has connected, if there is one
     }
   }
-  // Pushed right, up and away from the user the ball's three numbers grow. In its order of a message: x, z of ours swapped in
-  // sign by the vendor.
+  // Pushed right, up and away from the user the ball's three numbers grow. In a message's order: our x, z with the vendor's
+  // swapped sign.
   void tell_motion(const Vec3& deflection) {
     const auto counts = [](double share) { return static_cast<std::int32_t>(std::lround(350.0 * share)); };
     tell({0, counts(deflection.x), counts(deflection.y), counts(-deflection.z), 0, 0, 0, 16});
@@ -183,7 +183,6 @@ class SpaceMouseRig final : public Rig {
   Vec3 deflection_;
 };
 
-/// Joysticks that SDL makes up.
 class ControllerRig final : public ControllerRigBase {
  public:
   ControllerRig() {
@@ -211,7 +210,7 @@ class ControllerRig final : public ControllerRigBase {
     set(joystick_, deflection_);
   }
   void plug_another() override {
-    // Of two of a model without serial numbers the one that comes while the other is away cannot be told from it.
+    // Without serial numbers a second device of the model cannot be distinguished from the absent first.
     another_ = attached(anothers_, joystick_ != nullptr ? name : "another made-up controller");
     set(another_, {-1, 1, 1});
     SDL_JoystickSetVirtualButton(another_, 0, 1);
@@ -254,7 +253,7 @@ class ControllerRig final : public ControllerRigBase {
     for (int n = SDL_NumJoysticks() - 1; n >= 0; --n)
       if (SDL_JoystickGetDeviceInstanceID(n) == id) SDL_JoystickDetachVirtual(n);
   }
-  // Sticks count to the right and towards the user; pushed up the right one counts down.
+  // Sticks count to the right and towards the user; the right stick pushed up counts down.
   static void set(SDL_Joystick* joystick, const Vec3& deflection) {
     const auto counts = [](double share) { return static_cast<Sint16>(std::lround(32767.0 * share)); };
     SDL_JoystickSetVirtualAxis(joystick, SDL_CONTROLLER_AXIS_LEFTX, counts(deflection.x));
@@ -267,7 +266,7 @@ class ControllerRig final : public ControllerRigBase {
   Vec3 deflection_;
 };
 
-/// A window with a mouse: it tells motions while it has it, and once more in vain after it has lost it.
+/// A window with a mouse: it sends motions while it has it, and one in vain after losing it.
 class PointerRig final : public Rig {
  public:
   std::unique_ptr<Device> open() override {

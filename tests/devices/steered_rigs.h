@@ -1,4 +1,4 @@
-// A SpaceMouse on a stand-in for spacenavd, a game controller that SDL makes up, and a window with a mouse.
+// SpaceMouse on a stand-in for spacenavd, virtual game controller of SDL, window with a mouse.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace palpa {
 std::unique_ptr<Rig> spacemouse_rig();
 std::unique_ptr<Rig> pointer_rig();
 
-/// What a controller's motors were last told: [0, 1], slow and fast.
+/// The last command to a controller's motors: [0, 1], slow and fast.
 struct Rumble {
   double slow = 0.0, fast = 0.0;
 };

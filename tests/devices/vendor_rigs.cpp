@@ -21,7 +21,7 @@ void* opened_library(const std::string& file) {
   return library;
 }
 
-/// Two of each kind can be had at a time.
+/// At most two of each kind at a time.
 class Numbers {
  public:
   bool is_taken(int n) const { return taken_[n]; }
@@ -53,7 +53,7 @@ class ForceDimensionRig final : public ForceDimensionRigBase {
     numbers().give_back(number_);
   }
   std::unique_ptr<Device> open() override {
-    // By its place among those that are there.
+    // By its index among the connected devices.
     const bool is_second = number_ == 1 && (is_another_there_ || numbers().is_taken(0));
     return opened("force-dimension", {{"library", file_}, {"number", is_second ? "2" : "1"}});
   }

@@ -10,7 +10,7 @@ namespace palpa {
 
 class ForceDimensionRigBase : public Rig {
  public:
-  virtual bool brakes() = 0;  ///< whether it holds its handle by its brakes
+  virtual bool brakes() = 0;
 };
 enum class DhdLibrary : std::uint8_t { whole, by_index };  ///< by index: it opens no device by its serial number
 std::unique_ptr<ForceDimensionRigBase> force_dimension_rig(DhdLibrary library = DhdLibrary::whole);

@@ -1,8 +1,8 @@
-"""What the pages tell a reader to type works as it stands there.
+"""The commands of the pages work as printed.
 
-Every block ```sh of every page is run, line by line, the blocks of a page one after the other in one shell, in a folder laid out as
-the repository is. What no test can run stands in `not_run`, with its reason; a line there that no page has any more is an error, and so
-is a block of commands that does not say that it is one.
+Every block ```sh of every page is run, line by line, the blocks of a page in sequence in one shell, in a folder laid out as
+the repository. Exceptions are in `not_run`, with reasons; an exception without a line in its page is an error, and so is a
+block of commands without a language.
 
 Usage: commands_test.py SOURCE BUILD [PAGE…]      exit status 77: the program is not built
 """
@@ -23,7 +23,7 @@ device = "needs the device itself; stand-ins are in tests/devices"
 window = "opens a window and stays; tests/explorer"
 building = "builds for minutes; "
 another_name = "one of its kind is made; this is the same command with another name, which has to be that of a picture"
-# Page, the beginning of a line, why it is not run.
+# Page, beginning of a line, reason of the exception.
 not_run = [
     ("README.md", "./demo ", "installs packages and builds; tests/architecture/setup_scripts_test.sh"),
     ("README.md", "./test ", "runs this test"),
@@ -96,7 +96,7 @@ one_cell = """<VTKFile type="UnstructuredGrid"><UnstructuredGrid><Piece NumberOf
 <DataArray type="Int32" Name="offsets" format="ascii">4</DataArray>
 <DataArray type="UInt8" Name="types" format="ascii">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>
 """
-# What a page takes for granted that its reader has: made before its first line.
+# Assumed files of a page's reader: made before its first line.
 given = {
     "README.md": f"ln -s $DATA/ct_headphantom_dicom ct-folder && cat >flow.vtu <<'END'\n{one_cell}END",
     "docs/contracts/file.md": """mkdir headers $HOME/raw && cp $DATA/ct_head_cranium/cranium.raw.gz $HOME/raw &&
@@ -106,7 +106,7 @@ given = {
     "docs/slicer.md": "cp scenes/head_phantom.toml head.toml",
     "docs/start.md": "cp $DATA/ct_head_cranium/cranium.* . && cp examples/04_mode_plugin/ridge.toml .",
 }
-# The first whole scene of a page, and what the page calls it.
+# The first complete scene of a page, and its name in the page.
 scene_names = {"docs/start.md": "chamber.toml"}
 
 
@@ -120,7 +120,7 @@ def blocks(page, language):
 
 
 def commands(page):
-    """The lines of a page's blocks for a shell; one that ends in a backslash goes on in the next."""
+    """Lines of a page's blocks for a shell; backslashes join lines."""
     text = "".join(blocks(page, "sh")).replace("\\\n", " ")
     return [line for line in text.splitlines() if line.strip()]
 
@@ -131,8 +131,8 @@ def reason_not_to_run(page, line):
 
 
 def names_made_by(line):
-    """The files and folders that a line writes: the values of options for them, what it is redirected to, and of the commands
-    that turn one file into another the last word that is no option's."""
+    """The files and folders that a line writes: values of options, redirections, and of converters the last word that is no
+    option's."""
     words = line.split("#")[0].split()
     made = [word for before, word in zip(words, words[1:]) if before in ("--out", "--picture", "--scene", "--fix", "-o", ">")]
     if words[:1] == ["palpa"] and words[1:2] and words[1] in ("convert", "export", "map", "report"):
@@ -142,7 +142,7 @@ def names_made_by(line):
 
 
 def lines_without_data(lines):
-    """The lines that can be run where there are no data: none that names them, and none that reads what a line left out makes."""
+    """The lines that run without data: none that names data, and none that reads output of an omitted line."""
     kept, lacking = [], set()
     for line in lines:
         words = line.split("#")[0].split()
@@ -156,7 +156,7 @@ def lines_without_data(lines):
 
 
 def problems_with_lines_without_data():
-    """The rule, on lines made up."""
+    """The rule, on made-up lines."""
     lines = ["palpa run a.toml --data DATA --out a", "palpa export a a.vtp", "palpa export b b.vtp", "grep x a.vtp", "ls a/x",
              "palpa run c.toml --out a", "palpa report a --out a.html", "tool > a.vtp", "grep x a.vtp"]
     right = ["palpa export b b.vtp", "palpa run c.toml --out a", "palpa report a --out a.html", "tool > a.vtp", "grep x a.vtp"]
@@ -188,7 +188,7 @@ def problems_with_lists():
 
 
 def lay_out(folder):
-    """A folder like the repository. What commands write stays in it: what they write to is copied, all else is linked."""
+    """A folder like the repository: written paths are copied, all others linked, so that output stays in it."""
     for entry in source.iterdir():
         if entry.name in ("docs", "tools"):
             shutil.copytree(entry, folder / entry.name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -203,7 +203,7 @@ def lay_out(folder):
 
 
 def run(page):
-    """Runs a page; returns what went wrong, or nothing, and how many lines were run and left out."""
+    """Runs a page; returns its error, if any, and the numbers of run and omitted lines."""
     lines = [line for line in commands(page) if reason_not_to_run(page, line) is None]
     before = given.get(page, "")
     without_data = 0

@@ -50,7 +50,7 @@ def test_fig3_the_proxy_leads_by_at_most_strength_over_stiffness():
 def test_fig4_friction_is_a_play_of_strength_over_stiffness():
     k, line_n = 100.0, 0.4
     probes_mm, proxies_mm, friction_n, normal_n = common.friction_loop(0.006, 1.0, line_n, k, 0.02, 150)
-    play_mm, plays_mm = 0.0, []  # the play operator: the proxy follows where the probe is more than s/k away
+    play_mm, plays_mm = 0.0, []  # the play operator: the proxy follows a probe more than s/k away
     for probe_mm in probes_mm:
         play_mm = np.clip(play_mm, probe_mm - 1e3 * line_n / k, probe_mm + 1e3 * line_n / k)
         plays_mm.append(play_mm)
@@ -93,7 +93,7 @@ def test_a_plane_at_the_proxy_drifts_by_pi_speed_times_tick_and_ours_does_not(sp
 
 
 def test_in_a_groove_the_path_rests_and_one_step_a_tick_does_not():
-    def jump_n(found):  # the largest change of the force while the hand is still, after a few ticks to settle
+    def jump_n(found):  # the largest change of the force with a still hand, after a few settling ticks
         forces_n, _, still, slides, _, _ = found
         return np.linalg.norm(np.diff(forces_n[still + 9:slides], axis=0), axis=1).max()
 
@@ -127,7 +127,7 @@ def test_sweeps_leave_the_squared_cosine_of_the_error(angle):
     assert distances_m[-1] < 1e-9
     ratios = distances_m[1:-1] / distances_m[:-2]
     np.testing.assert_allclose(ratios, np.cos(np.radians(angle))**2, atol=1e-4)
-    planes, probe_m, k = theory.edge_of(angle)  # the fast sweep of two planes is that of any primitives
+    planes, probe_m, k = theory.edge_of(angle)  # the fast sweep of two planes equals the general sweep
     forces_n = np.zeros((2, 3))
     for distance_m in distances_m[:20]:
         assert common.norm(theory.sweep(planes, forces_n, probe_m, k)) == pytest.approx(distance_m, abs=1e-15)

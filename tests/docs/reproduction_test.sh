@@ -1,6 +1,5 @@
 #!/bin/bash
-# docs/reproduction.md holds what its program prints, unchanged, and says something of every claim.
-# Usage: reproduction_test.sh SOURCE PYTHON
+# docs/reproduction.md equals its program's output, and covers every claim. Usage: reproduction_test.sh SOURCE PYTHON
 set -euo pipefail
 page=$1/docs/reproduction.md
 "$2" -c 'import numpy, matplotlib' || exit 77

@@ -1,5 +1,5 @@
 #!/bin/bash
-# scenes/README.md says of every file that a scene reads where it comes from, and size and checksum are those of the real ones.
+# Source, size and checksum in scenes/README.md of every file of a scene.
 set -u
 root=$1
 data=${PALPA_SHARED:-$root/../shared}/data

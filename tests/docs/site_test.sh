@@ -1,14 +1,14 @@
 #!/bin/bash
-# The documentation's site is made without a warning, its links lead somewhere, it asks no other machine for anything, and a link or a
-# page that is wrong is seen.
-# Usage: site_test.sh SOURCE FOLDER      exit status 77: the packages for it are not there
+# The documentation's site builds without a warning, its links resolve, it loads nothing from other machines, and wrong links
+# and pages are found.
+# Usage: site_test.sh SOURCE FOLDER      exit status 77: its packages are missing
 set -euo pipefail
 source=$1
 folder=$2
 for program in sphinx-build doxygen; do
   command -v "$program" >/dev/null || { echo "there is no $program (packages.txt, [docs])" && exit 77; }
 done
-# Asked of the Python that runs Sphinx, which need not be the first on the path.
+# Checked in the Python that runs Sphinx, which need not be the first on the path.
 "$(sed -n '1s/^#! *//p' "$(command -v sphinx-build)")" -c 'import myst_parser, furo' 2>/dev/null || { echo "there is no myst_parser or no furo (packages.txt, [docs])" && exit 77; }
 failed=0
 expect() {
@@ -21,7 +21,7 @@ expect() {
 rm -rf "$folder"
 "$source/tools/make-docs" "$folder/site" || { echo "FAILED: no site" && exit 1; }
 
-# What the site is to have.
+# Required pages and parts.
 for page in index docs/start docs/concepts docs/modes/README docs/modes/viscosity docs/scene docs/data docs/devices docs/safety docs/explorer \
   docs/python docs/theory docs/felt docs/gallery docs/design api/index api/session-session api/mode-modes search; do
   expect "$page.html is there" test -s "$folder/site/$page.html"
@@ -30,12 +30,12 @@ expect "search knows a word of a page" grep -q syrup "$folder/site/searchindex.j
 expect "search knows the reference" grep -q error_bound_m "$folder/site/searchindex.js"
 expect "a function's words stand in the reference" grep -q "Allocates nothing" "$folder/site/api/solver-coupling.html"
 
-# Nothing is loaded from elsewhere: scripts, styles, pictures and fonts are the site's own.
+# No external scripts, styles, pictures or fonts.
 loads() { grep -rhoE '<(script|img|link|iframe)[^>]*(src|href)="(https?:)?//[^"]*"' "$folder/site" --include='*.html' | grep -v 'rel="canonical"'; }
 expect "no page loads anything from another machine" test -z "$(loads | sort -u | head -5)"
 expect "no style loads anything from another machine" test -z "$(grep -rhoE 'url\(.?(https?:)?//[^)]*|@import[^;]*//[^;]*' "$folder/site/_static" --include='*.css' | head -5)"
 
-# What is wrong is seen.
+# Planted errors are found.
 cp -r "$folder/site" "$folder/broken"
 sed -i 's|href="concepts.html"|href="concept.html"|' "$folder/broken/docs/start.html"
 expect "a link that leads nowhere is an error" bash -c "! python3 '$source/tools/docs_site/check_links.py' '$folder/broken' >/dev/null 2>&1"

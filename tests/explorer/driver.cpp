@@ -17,7 +17,7 @@ QApplication& application() {
   static int count = 1;
   static char name[] = "palpa-explorer-test";
   static char* names[] = {name, nullptr};
-  // The program has its reader beside it, a test has not.
+  // The program has its reader beside it, a test does not.
   if (const char* bin = std::getenv("PALPA_BIN")) ::setenv("PALPA_READER", (fs::path(bin) / "palpa-read").c_str(), 0);
   static const std::string problem = start_display();
   if (!problem.empty()) {
@@ -55,7 +55,7 @@ Driver::Driver(WindowOptions options) {
   window_ = std::make_unique<MainWindow>(options);
   window_->show();
   (void)QTest::qWaitForWindowExposed(window_.get());
-  QApplication::setActiveWindow(window_.get());  // no window manager does it
+  QApplication::setActiveWindow(window_.get());
 }
 
 Driver::~Driver() {
@@ -80,7 +80,7 @@ void Driver::press(QWidget& on, const QPoint& at, Qt::MouseButton button) { QTes
 void Driver::move(QWidget& on, const QPoint& from, const QPoint& to, Qt::MouseButton button, int steps) {
   for (int i = 1; i <= steps; ++i) {
     const QPoint at = from + (to - from) * i / steps;
-    // QTest's own move does not say which buttons are held.
+    // QTest's own move does not send the held buttons.
     QMouseEvent event(QEvent::MouseMove, at, on.mapTo(on.window(), at), on.mapToGlobal(at), Qt::NoButton, button, {});
     QApplication::sendEvent(&on, &event);
     QTest::qWait(20);

@@ -1,4 +1,4 @@
-// Drives the window as a person would: with mouse and keys, looking at what is shown.
+// Driver of the window: mouse, keys, and the shown content.
 #pragma once
 
 #include <QApplication>
@@ -13,13 +13,13 @@
 
 namespace palpa::explorer {
 
-/// The application of this process, on a display of its own. Skips nothing: without Xvfb the test fails.
+/// The application of this process, on a display of its own. Without Xvfb the test fails.
 QApplication& application();
 
-/// Folder for what tests write, empty at first.
+/// Output folder of tests, empty at first.
 std::filesystem::path fresh_folder(const std::string& name);
 std::filesystem::path embedded(const std::string& scene);
-/// A scene of the shared data; skipped with a word where they are not there.
+/// A scene of the shared data; skips with a message without them.
 std::filesystem::path shared_data();
 
 class Driver {
@@ -29,13 +29,13 @@ class Driver {
 
   MainWindow& window() { return *window_; }
   View3D& view() { return *window_->view(); }
-  /// Opens it and waits until it is drawn and felt. False: that did not come.
+  /// Opens it and waits until it is drawn and the loop runs; false after the limit.
   bool open(const std::filesystem::path& path);
-  /// Lets the window live until something holds. False: it did not for so long.
+  /// Runs the window until `holds`; false after the limit.
   static bool wait_for(const std::function<bool()>& holds, int at_most_ms = 20'000);
   static void live(int ms) { QTest::qWait(ms); }
 
-  // ---- the person ----
+  // ---- input ----
   void press(QWidget& on, const QPoint& at, Qt::MouseButton button = Qt::LeftButton);
   void move(QWidget& on, const QPoint& from, const QPoint& to, Qt::MouseButton button = Qt::LeftButton, int steps = 20);
   void release(QWidget& on, const QPoint& at, Qt::MouseButton button = Qt::LeftButton);
@@ -43,13 +43,12 @@ class Driver {
   void wheel(QWidget& on, const QPoint& at, int notches, Qt::MouseButton held = Qt::NoButton);
   void key(Qt::Key key, Qt::KeyboardModifiers modifiers = Qt::NoModifier);
 
-  // ---- what is seen ----
-  /// Keeps a picture of the whole window.
+  // ---- output ----
+  // Keeps a picture of the whole window.
   QImage look(const std::string& name);
   QString message();
-  /// [N] of the latest tick.
   double force_n();
-  /// A place of the view where a surface is seen, nearest to its middle; none: there is none.
+  /// A point of the view on a surface, nearest to the view's middle; none without a surface.
   std::optional<QPoint> surface_px();
 
  private:

@@ -1,4 +1,4 @@
-// The window, used as a person would: opened, turned, touched, changed, recorded, saved. Pictures of each state are kept.
+// The window under a user's actions, with pictures of each state.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -32,7 +32,7 @@ struct SceneCase {
   const char* name;
   const char* file;
   bool is_shared;
-  bool is_solid;  ///< its surfaces are felt, and nothing else
+  bool is_solid;  ///< surface modes only
 };
 void PrintTo(const SceneCase& one, std::ostream* out) { *out << one.name; }
 class ExplorerScene : public testing::TestWithParam<SceneCase> {};
@@ -46,7 +46,7 @@ std::optional<QPoint> touch(Driver& driver, int notches) {
   const auto at = driver.surface_px();
   if (!at) return at;
   driver.press(driver.view(), *at);
-  Driver::live(900);  // the guard's ramp
+  Driver::live(900);  // the limiter's ramp
   driver.wheel(driver.view(), *at, notches, Qt::LeftButton);
   Driver::live(400);
   return at;
@@ -56,7 +56,7 @@ bool is_felt(Driver& driver) {
   return Driver::wait_for([&] { return driver.force_n() > 0.05; });
 }
 
-/// Touches and waits until it is felt; nowhere, if it never is.
+/// Touches and waits for a force; none after the limit.
 std::optional<QPoint> touch_until_felt(Driver& driver, int notches) {
   const auto at = touch(driver, notches);
   return is_felt(driver) ? at : std::nullopt;
@@ -109,7 +109,6 @@ TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
       most_n = std::max(most_n, norm(shown.command_n));
     EXPECT_TRUE(most_n > 0.05 || Driver::wait_for([&] { return driver.force_n() > 0.05; }, 3000)) << "nothing was felt";
     driver.look(name + "-touched");
-    // The proxy is drawn where it is.
     const Moment moment = driver.window().touch().moment();
     const QPointF px = on_screen(driver.view().view(), moment.proxy_m);
     const QImage seen = driver.view().grab().toImage();
@@ -123,7 +122,7 @@ TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
       EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() < 0.05; }, 5000)) << "let go, and it is still felt";
     }
   } else {
-    // A flow: the hand goes in a plane through what is looked at.
+    // A flow: the hand moves in a plane through the view's focus.
     const QPoint middle = driver.view().rect().center();
     driver.press(driver.view(), middle);
     driver.move(driver.view(), middle, middle + QPoint(60, 20));
@@ -170,7 +169,7 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   EXPECT_TRUE(reader.header().complete);
   const std::vector<TraceTick> ticks = reader.ticks();
   ASSERT_GT(ticks.size(), 1000U);
-  // The trace proves it: nothing before the surface, a force where the proxy stays behind the probe.
+  // The trace: no force before the surface, a force where the proxy lags the probe.
   EXPECT_EQ(norm(ticks.front().frame.command_n), 0.0);
   double most_n = 0.0;
   for (const TraceTick& tick : ticks) {
@@ -214,12 +213,10 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   for (const auto& entry : fs::recursive_directory_iterator(std::getenv("HOME")))
     pictures += entry.path().extension() == ".png";
   EXPECT_NEAR(static_cast<double>(pictures), 25.0 * player.trace()->duration_s, 2.0);
-  // What if the skin were gone?
   driver.key(Qt::Key_1, Qt::ControlModifier);
   ASSERT_TRUE(Driver::wait_for([&] { return player.other_moment().has_value(); }));
   QTest::mouseClick(driver.window().findChild<QFrame*>("message_bar")->findChild<QToolButton*>(), Qt::LeftButton);
   driver.look("trace-what-if");
-  // Two recordings side by side.
   const fs::path second = fresh_folder("second-trace") / "press";
   RunOptions options;
   options.scene = embedded("head_phantom.toml");
@@ -250,7 +247,7 @@ TEST(ExplorerInFolder, AnotherSceneEndsTheHandThatIsFeltAgain) {
   ASSERT_TRUE(Driver::wait_for([&] { return player.has_trace(); }));
   ASSERT_TRUE(driver.open(embedded("beat_phantom.toml")));
   EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); }));
-  // What was begun for the scene before is felt to its end by then.
+  // A started replay of the scene before is done by then.
   EXPECT_FALSE(Driver::wait_for([&] { return player.has_trace(); }, 5000)) << "the trace of another scene";
 }
 
@@ -261,7 +258,7 @@ TEST(ExplorerInFolder, AStrengthThatIsSlidIsFeltAtOnceAndUndone) {
   const auto at = touch_until_felt(driver, 8);
   ASSERT_TRUE(at);
   const double felt_n = driver.force_n();
-  // The stiffness of the coupling: the force is as much less.
+  // The force falls with the stiffness of the coupling.
   FeelPanel& panel = *driver.window().findChild<FeelPanel*>();
   QSlider* slider = nullptr;
   for (ParameterForm* form : panel.findChildren<ParameterForm*>())
@@ -328,12 +325,11 @@ TEST(ExplorerInFolder, APointOfAFunctionIsDraggedAndTyped) {
   QTest::mouseClick(function, Qt::LeftButton);
   FunctionEditor& editor = *driver.window().findChild<FunctionEditor*>();
   ASSERT_TRUE(Driver::wait_for([&] { return editor.isVisible() && editor.shown().strength.has_value(); }));
-  Driver::live(1500);  // the histogram
+  Driver::live(1500);
   driver.look("function-editor");
   const Scene before = driver.window().document().scene();
   QTableWidget& table = *editor.findChild<QTableWidget*>("function_table");
   ASSERT_GE(table.rowCount(), 2);
-  // Typed.
   const QRect cell = table.visualItemRect(table.item(1, 1));
   QTest::mouseClick(table.viewport(), Qt::LeftButton, {}, cell.center());
   table.setFocus();
@@ -346,7 +342,6 @@ TEST(ExplorerInFolder, APointOfAFunctionIsDraggedAndTyped) {
   Driver::live(100);
   EXPECT_NEAR(editor.shown().strength->points()[1].result, 0.7, 1e-12);
   EXPECT_FALSE(driver.window().document().scene() == before);
-  // Dragged: the point that was typed goes up.
   QWidget& chart = *editor.findChild<QWidget*>("function_chart");
   const TransferFunction typed = *editor.shown().strength;
   const auto changed = [&] { return !(*editor.shown().strength == typed); };
@@ -427,7 +422,7 @@ TEST(ExplorerInFolder, TheStartPageOpensAnEmbeddedScene) {
 TEST(ExplorerInFolder, WhatCannotBeOpenedSavedOrRecordedIsSaidAndNothingIsLost) {
   const fs::path folder = fresh_folder("bad");
   const std::string settings = (folder / "palpa.ini").string();
-  // No folder for traces: a file is in its place.
+  // No folder for traces: a file has its name.
   std::ofstream(folder / "traces") << "a file";
   QSettings(QString::fromStdString(settings), QSettings::IniFormat)
       .setValue("traces", QString::fromStdString((folder / "traces").string()));
@@ -513,7 +508,7 @@ TEST(ExplorerInFolder, AFrozenWindowTakesTheForceAwayUntilItLivesAgain) {
 TEST(ExplorerInFolder, ACrashLeavesTheMotorsWithoutForce) {
   Driver driver;
   ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
-  const MotorsAtRest motors_at_rest;  // what the handler of a crash makes
+  const MotorsAtRest motors_at_rest;
   Driver::live(100);
   LiveLoop& loop = *driver.window().touch().loop();
   EXPECT_EQ(loop.latest().frame.guard_cause, GuardCause::stops);
@@ -557,7 +552,7 @@ TEST(ExplorerInFolder, EveryWidgetThatIsUsedHasANameForWhoCannotSeeIt) {
   }
 }
 
-/// What a program of ours says without a display, and its exit code.
+/// A program's message without a display, and its exit code.
 std::string said_without_display(const std::string& words) {
   const char* bin = std::getenv("PALPA_BIN");
   const fs::path folder = bin ? bin : "";
@@ -580,7 +575,7 @@ TEST(ExplorerProgram, SaysWhatToDoWhereThereIsNoDisplay) {
 }
 
 TEST(ExplorerProgram, TakesAFileBehindAFolderOfDataForAFile) {
-  // Two files are one too many: said only where both were taken for files.
+  // Two files are one too many; this message shows that both were taken for files.
   for (const std::string program : {"palpa-explorer", "palpa explore"}) {
     const std::string said = said_without_display(program + " --data /tmp one.toml two.toml");
     EXPECT_NE(said.find("two.toml: one file at a time"), std::string::npos) << said;

@@ -1,4 +1,4 @@
-// Random events: nothing crashes, no force is beyond its limit, memory does not grow.
+// Random events: no crash, no force beyond its limit, no memory growth.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -36,7 +36,7 @@ TEST(ExplorerMonkey, FindsNothingThatBreaks) {
   QElapsedTimer timer;
   timer.start();
   double most_n = 0.0, early_mib = 0.0, last_print_s = 0.0;
-  // The loop takes a scene that was changed when it is ready: for so long the limit that it had holds as well.
+  // The loop takes a changed scene when it is ready; until then the old limit holds as well.
   constexpr double change_s = 3.0;
   struct Limit {
     double since_s, most_n;
@@ -45,7 +45,7 @@ TEST(ExplorerMonkey, FindsNothingThatBreaks) {
   std::int64_t events = 0;
   static constexpr const char* scenes[] = {"head_phantom.toml", "flow_phantom.toml", "wing_phantom.toml"};
   const auto elapsed_s = [&] { return 1e-3 * static_cast<double>(timer.elapsed()); };
-  // What opens a dialogue of the desktop or ends the program is left out: a person answers those.
+  // Keys that open a desktop dialogue or end the program are left out: they need a person.
   static constexpr Qt::Key keys[] = {
       Qt::Key_1,     Qt::Key_2,   Qt::Key_3,      Qt::Key_Home,   Qt::Key_M,      Qt::Key_S,      Qt::Key_Space,
       Qt::Key_P,     Qt::Key_N,   Qt::Key_B,      Qt::Key_Left,   Qt::Key_Right,  Qt::Key_Up,     Qt::Key_Plus,

@@ -1,5 +1,4 @@
-// Parts of the window that need no display: rows of parameters, valleys, presets, the place under the cursor, what is felt
-// again.
+// Window parts without a display: parameter rows, valleys, presets, cursor point, replay.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -36,7 +35,7 @@ TEST(ParameterRows, ShowEveryModeAndChangeOneValueAlone) {
         EXPECT_EQ(after[other].value == before[other].value, other != row) << mode.type() << " " << before[row].info.name;
       set_row(visit, row, *number);
     }
-    set_row(visit, before.size() + 5, 1.0);  // there is none
+    set_row(visit, before.size() + 5, 1.0);  // out of range
     EXPECT_EQ(rows_of(visit).size(), before.size());
   }
 }
@@ -72,7 +71,7 @@ TEST(SurfaceFinder, FindsWhereALineMeetsAnEmbeddedHead) {
   const auto front = finder.first({0.0, 0.0, 1.0}, {0.0, 0.0, -1.0});
   ASSERT_TRUE(front);
   EXPECT_NEAR(front->x, 0.0, 1e-12);
-  // From any direction through the middle: there is one, in front of the one from the other side.
+  // From any direction through the middle: a hit, in front of the hit from the other side.
   for (int i = 0; i < 40; ++i) {
     const double a = 0.3 * i;
     const Vec3 way = normalized({std::cos(a), 0.4 * std::sin(3.0 * a), std::sin(a)});
@@ -140,7 +139,7 @@ TEST(Jobs, StopWhenTheyAreCancelledAndSayNothing) {
   jobs.cancel_all();
   EXPECT_FALSE(jobs.is_under_way(Jobs::Purpose::look));
   EXPECT_TRUE(Driver::wait_for([&] { return is_over.load(); })) << "the work goes on";
-  begin();  // the next takes its place
+  begin();  // the next replaces it
   begin();
   is_over = false;
   jobs.cancel(Jobs::Purpose::look);

@@ -205,7 +205,7 @@ TEST(Protocol, AMemoryInTwoFilesIsOne) {
       const std::uint64_t at = random() % bytes;
       write(at, random() % (bytes - at));
     }
-    if (middle < bytes) write(middle - 3, 7), write(middle, 5), write(middle - 5, 5);  // across the two, beside their border
+    if (middle < bytes) write(middle - 3, 7), write(middle, 5), write(middle - 5, 5);
     EXPECT_EQ(std::memcmp(to.all.get(), expected.data(), bytes), 0);
     EXPECT_EQ(std::memcmp(mapped(files, bytes, false).all.get(), expected.data(), bytes), 0);
   }
@@ -234,7 +234,7 @@ TEST(Protocol, DescriptorsTravelWithMessages) {
   char c = 0;
   EXPECT_EQ(::read(pipe_ends[0], &c, 1), 1);
 
-  // Two at once, and a message that is only looked at comes again.
+  // Two at once, and a peeked message comes again.
   EXPECT_TRUE(send(pair[0], ReadRequest{{1}}, pipe_ends[1], pipe_ends[0]));
   for (const bool take : {false, true}) {
     const auto both = receive(pair[1], garbled, take);

@@ -1,4 +1,4 @@
-// Plays palpa-read for tests, well or badly, as $STAND_IN says.
+// Stand-in for palpa-read, right or faulty by $STAND_IN.
 #include <pthread.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -29,7 +29,7 @@ int main() {
     ::pthread_attr_init(&small);
     ::pthread_attr_setstacksize(&small, 1 << 16);
     pthread_t thread{};
-    for (int made = 0; made < 3000; ++made)  // an end, so that the test harms nobody
+    for (int made = 0; made < 3000; ++made)  // bounded, so that the test is harmless
       ::pthread_create(
           &thread, &small, [](void*) -> void* { return ::pause(), nullptr; }, nullptr);
     ::pause();

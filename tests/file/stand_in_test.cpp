@@ -1,4 +1,4 @@
-// Whatever the reader does: a volume or one line; no descriptor, no child and no wait is left.
+// A volume or a one-line error from any reader, without leaks and hangs.
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -199,7 +199,7 @@ TEST_F(StandIn, NoReaderIsStartedForWhatIsNoFile) {
     return {};
   };
   EXPECT_NE(what(folder_ / "missing").find("does not exist"), std::string::npos);
-  EXPECT_NE(what(folder_).find("no program"), std::string::npos);  // only a reader can tell what a folder holds
+  EXPECT_NE(what(folder_).find("no program"), std::string::npos);  // folders are up to the reader
   EXPECT_NE(what(write("empty", "")).find("is empty"), std::string::npos);
   const fs::path pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

@@ -32,7 +32,7 @@ using Clock = std::chrono::steady_clock;
 double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
 constexpr std::size_t most_notes = 64;         // [1] of a round; more failures are counted, not kept
-constexpr std::size_t most_choices = 1 << 20;  // [1] that are noted of a case; what comes after them cannot be made smaller
+constexpr std::size_t most_choices = 1 << 20;  // [1] recorded for a case; later choices cannot be minimised
 constexpr int most_jobs = 64;
 
 struct Text {
@@ -44,7 +44,7 @@ struct Text {
   }
 };
 
-// What processes say to one another. Zero at first.
+// Shared memory of processes. Zero at first.
 template <class T>
 class SharedMemory {
  public:
@@ -68,7 +68,6 @@ struct Note {
   Text broken;
 };
 
-// One process of a round.
 struct Worker {
   std::atomic<std::uint64_t> seed;
   std::atomic<double> since_s;  // 0: between two cases
@@ -92,7 +91,6 @@ struct Round {
   }
 };
 
-// A case of which its choices are noted.
 struct NotedCase {
   std::uint64_t choices[most_choices];
   std::size_t taken;
@@ -109,20 +107,20 @@ double peak_bytes() {
   return most;
 }
 
-// A folder in the system's place for such, gone with it.
+// A temporary folder; the destructor removes it.
 class OwnFolder {
  public:
   OwnFolder() {
     std::string name = (fs::temp_directory_path() / "palpa-campaign-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made; set TMPDIR to another folder");
     path_ = name;
-    fs::permissions(path_, fs::perms(0755));  // some cases are tried by other users
+    fs::permissions(path_, fs::perms(0755));  // some cases run as other users
   }
   ~OwnFolder() { remove(path_); }
   OwnFolder(const OwnFolder&) = delete;
   OwnFolder& operator=(const OwnFolder&) = delete;
   const fs::path& path() const { return path_; }
-  // Also what nobody may write into.
+  // Read-only content too.
   static void remove(const fs::path& folder) {
     std::error_code ignored;
     for (auto entry = fs::recursive_directory_iterator(folder, ignored); entry != fs::recursive_directory_iterator();
@@ -137,7 +135,7 @@ class OwnFolder {
   fs::path path_;
 };
 
-// Calls `act` in a process of its own, which ends when this one does and can be killed with all that it started.
+// Calls `act` in a child process, which ends with this process and can be killed with its children.
 pid_t started(const std::function<void()>& act) {
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
@@ -162,7 +160,7 @@ pid_t started(const std::function<void()>& act) {
 
 void kill_all_of(pid_t process) { ::kill(-process, SIGKILL); }
 
-// What the end of a process says that should not have ended; empty: it ended well.
+// Description of an abnormal exit status; empty: normal end.
 std::string crash_of(int status) {
   if (WIFSIGNALED(status)) return "crashes: signal " + std::to_string(WTERMSIG(status));
   if (WEXITSTATUS(status) != 0) return "crashes: exit code " + std::to_string(WEXITSTATUS(status));
@@ -189,11 +187,11 @@ Tried tried(const Attempt& attempt, Choices& choices, const fs::path& folder) {
   return result;
 }
 
-// What all cases of a process share, in a folder of its own beside that of each of them.
+// Sets up the shared parts of a process's cases, in a folder beside the cases' own.
 Attempt begun(const Campaign& campaign, const fs::path& folder) {
   OwnFolder::remove(folder);
   fs::create_directories(folder / "shared");
-  ::setenv("TMPDIR", folder.c_str(), 1);  // of all that works for it
+  ::setenv("TMPDIR", folder.c_str(), 1);  // for all child processes
   return campaign.begin(folder / "shared");
 }
 
@@ -216,7 +214,7 @@ void work(const Campaign& campaign, std::int64_t tries, double round_s, const fs
   }
 }
 
-// What one case breaks, in a process of its own. Its choices are noted.
+// The broken promise of one case, run in a process of its own. Its choices are recorded.
 std::string broken_by(const Campaign& campaign, const Attempt& attempt, const std::function<Choices()>& choices,
                       const fs::path& folder, NotedCase& noted) {
   noted.broken.set("");
@@ -241,17 +239,17 @@ std::string broken_by(const Campaign& campaign, const Attempt& attempt, const st
   return crash.empty() ? noted.broken.characters : crash;
 }
 
-// Makes what broke a promise smaller and keeps it.
+// Minimises a failure and keeps it.
 void examine(const Campaign& campaign, std::uint64_t seed, const std::string& broken, const fs::path& work_folder,
              const fs::path& keep) {
-  constexpr double most_s = 60.0;  // more: smaller cases; less: a campaign that finds much goes on sooner
+  constexpr double most_s = 60.0;  // more: smaller cases; less: campaigns with many failures go on sooner
   constexpr int most_runs = 2000;
   const Attempt attempt = begun(campaign, work_folder);
   SharedMemory<NotedCase> noted;
   const fs::path folder = work_folder / "case";
   const std::string again = broken_by(
       campaign, attempt, [&] { return Choices(seed, noted->choices); }, folder, *noted);
-  // A case that crashed has not said how many there were.
+  // A crashed case has not reported its number of choices.
   std::size_t taken = noted->taken > 0 ? noted->taken : most_choices;
   while (taken > 0 && noted->choices[taken - 1] == 0) --taken;
   std::vector<std::uint64_t> choices(noted->choices, noted->choices + taken);
@@ -280,10 +278,10 @@ std::string file_name_of(const std::string& name) {
   return file;
 }
 
-// \param examined  what was kept before
+// \param examined  findings kept before
 void keep_failures(const Campaign& campaign, const Round& round, const RunOptions& options, const fs::path& folder,
                    std::vector<std::string>& examined) {
-  constexpr int most_alike = 3;  // of one promise; more findings than a person looks at
+  constexpr int most_alike = 3;  // of one promise; more findings than a person reads
   for (std::size_t n = 0; n < std::min(round.notes.load(), most_notes); ++n) {
     const Note& note = round.noted[n];
     if (options.says) *options.says << campaign.name << ", seed " << note.seed << ": " << note.broken.characters << std::endl;
@@ -313,7 +311,7 @@ void run_round(const Campaign& campaign, std::int64_t tries, const Row& row, con
   for (std::size_t n = 0; n < processes.size(); ++n) start(n);
   for (bool told = false; std::any_of(processes.begin(), processes.end(), [](pid_t process) { return process != 0; });) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    if (interrupted && !told) {  // each ends with the case that it is at
+    if (interrupted && !told) {  // each ends with its current case
       told = true;
       for (const pid_t process : processes) {
         if (process != 0) ::kill(process, SIGTERM);

@@ -1,5 +1,4 @@
-// Laws of the frame: what breaks a promise is found whatever way it breaks it, made smaller, kept, and found again; what ended
-// goes on where it was.
+// The campaign frame: finding, minimisation, storage and reproduction of failures; resumption.
 #include "tests/fuzz/campaign.h"
 
 #include <gmock/gmock.h>
@@ -39,7 +38,7 @@ class CampaignTest : public testing::Test {
   Row row_;
 };
 
-/// A list of up to 50 numbers below 1000, which must not hold one above 900.
+/// A list of up to 50 numbers below 1000; a number above 900 breaks its promise.
 Tried judged_list(Choices& choices) {
   for (std::uint64_t n = choices.below(51); n > 0; --n) {
     if (choices.below(1000) > 900) return {.broken = "no number is above 900: " + std::to_string(n)};

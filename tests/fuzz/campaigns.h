@@ -1,4 +1,4 @@
-// All campaigns. Each of these adds its own, in the order of the table; what is not built adds none.
+// All campaigns, in the order of the table; parts that are not built add none.
 #pragma once
 
 #include "tests/fuzz/campaign.h"

@@ -1,4 +1,4 @@
-// The choices that a case is made of: drawn from a seed, or replayed from a list, which is how a case is made smaller.
+// Choices of a case: drawn from a seed, or replayed from a list for minimisation.
 #pragma once
 
 #include <algorithm>
@@ -11,16 +11,13 @@
 
 namespace palpa::fuzz {
 
-/// Where a case takes its choices from. Whatever is chosen is told by whole numbers of which 0 is the plainest, and a list that
-/// has come to its end goes on with zeros: so a shorter list, or one with smaller numbers, is a plainer case, and one way of
-/// making cases smaller does for all campaigns.
+/// Source of a case's choices: whole numbers with 0 the plainest; an exhausted list continues with zeros. A shorter list, or
+/// one with smaller numbers, is a plainer case, so that one minimiser serves all campaigns.
 class Choices {
  public:
-  /// All choices of one seed, unlike those of its neighbours, the same on every machine. They are noted in `record` as far as
-  /// it goes.
+  /// All choices of one seed, unlike its neighbours', identical on every machine. Recorded in `record` up to its size.
   explicit Choices(std::uint64_t seed, std::span<std::uint64_t> record = {})
       : state_(mixed(mixed(seed + 1) + 0x632BE59BD9B4E019u)), record_(record) {}
-  /// The choices of a list.
   explicit Choices(std::vector<std::uint64_t> list) : list_(std::move(list)), replays_(true) {}
 
   /// 0…n − 1, n > 0.
@@ -41,11 +38,11 @@ class Choices {
   double between(double low, double high) {
     return low + (high - low) * static_cast<double>(below(std::uint64_t{1} << 53)) * 0x1p-53;
   }
-  /// [low, high) with each power of ten as often; the plainest is `low`. Unit [1].
-  double log_between(double low, double high) {  // whose quotient may be beyond all numbers
+  /// [low, high), log-uniform; the plainest is `low`. Unit [1].
+  double log_between(double low, double high) {  // whose quotient may overflow
     return std::clamp(std::exp(std::log(low) + between(0.0, std::log(high) - std::log(low))), low, high);
   }
-  /// One of a list; the plainest is the first.
+  /// An element of a list; the plainest is the first.
   template <class List>
   const auto& one_of(const List& list) {
     return list[static_cast<std::size_t>(below(std::size(list)))];
@@ -55,7 +52,6 @@ class Choices {
     for (char& c : made) c = static_cast<char>(below(256));
     return made;
   }
-  /// How many were asked for.
   std::size_t taken() const { return taken_; }
 
  private:

@@ -1,5 +1,5 @@
-// The program at work while its machine fails: killed, out of disk, descriptors or memory, where it may not write, under names
-// that nobody gives. It ends, says why in one line, and what it leaves is whole or says that it is not.
+// The program on a failing machine: killed, out of disk, descriptors or memory, without write permission, under odd file names.
+// Required: an end, a one-line error, and output that is complete or marked as incomplete.
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
@@ -35,13 +35,13 @@ std::string content(const fs::path& file) {
 
 // ---- work ----
 
-/// Something that the program does, and what it makes in the folder where it runs.
+/// A command of the program, and its output in its working folder.
 struct Work {
   std::vector<std::string> arguments;
-  std::string makes{};  ///< empty: nothing
+  std::string makes{};
 };
 
-/// What all work needs: a scene, a hand, a file of voxels, a trace. Made once and only read after that.
+/// Inputs of all commands: a scene, a hand, a file of voxels, a trace. Made once, then read-only.
 class Given {
  public:
   explicit Given(const fs::path& folder) : folder_(folder) {
@@ -69,7 +69,7 @@ class Given {
       fs::permissions(entry.path(), entry.is_directory() ? fs::perms(0755) : fs::perms(0644));
   }
 
-  /// \param from  where scene, hand, file and trace lie
+  /// \param from  folder of scene, hand, file and trace
   Work any_work(Choices& choices, const fs::path& from) const {
     const auto given = [&](const char* name) { return (from / name).string(); };
     switch (choices.below(12)) {
@@ -98,7 +98,7 @@ Start start_of(const Work& work, const fs::path& folder) {
   return {.program = programs_folder() / "palpa", .arguments = work.arguments, .folder = folder, .patience_s = 60.0 * slowness};
 }
 
-/// That what is left of the work is whole, or says that it is not.
+/// Checks that output is complete or marked as incomplete.
 std::string broken_by_rest(const Work& work, const fs::path& folder, const Ended& run) {
   const fs::path made = folder / work.makes;
   if (work.makes.empty() || !fs::exists(made)) return run.code == 0 && !work.makes.empty() ? "what ends well was made" : "";
@@ -125,7 +125,6 @@ std::string broken_by_rest(const Work& work, const fs::path& folder, const Ended
   return look.code == 0 ? "" : "what has its name is whole" + said() + ": " + look.err.substr(0, 200);
 }
 
-/// That nothing lies there but what was to be made.
 std::string broken_by_litter(const Work& work, const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
@@ -147,7 +146,6 @@ Tried tried(const Ended& run, std::string broken) {
 
 // ---- faults ----
 
-/// By a signal at any moment.
 Tried ended_by(int signal, const Given& given, Choices& choices, const fs::path& folder) {
   const Work work = given.any_work(choices, given.folder());
   const double moment_s = choices.log_between(1e-4, 1.0);
@@ -159,18 +157,17 @@ Tried ended_by(int signal, const Given& given, Choices& choices, const fs::path&
   const Ended run = ended(start);
   if (run.code != 128 + signal) return tried(run, broken_by_end(work, folder, run));
   std::string broken = broken_by_rest(work, folder, run);
-  // What is killed cannot tidy up.
+  // SIGKILL leaves no time for cleanup.
   if (broken.empty() && signal != SIGKILL) broken = broken_by_litter(work, folder);
   return tried(run, broken.empty() ? broken : broken + " (palpa " + work.arguments[0] + ")");
 }
 
-/// Within limits of its own.
 Tried limited(const std::function<void()>& limit, const Given& given, Choices& choices, const fs::path& folder) {
   const Work work = given.any_work(choices, given.folder());
   Start start = start_of(work, folder);
   start.before = limit;
   const Ended run = ended(start);
-  // Before the program itself begins the system's loader may give up, in its own words.
+  // Before the program's start the system's loader may fail, in its own words.
   if (run.code == 127 || run.err.find("error while loading shared libraries") != std::string::npos) return tried(run, {});
   return tried(run, broken_by_end(work, folder, run));
 }
@@ -190,7 +187,7 @@ Tried without_memory(const Given& given, Choices& choices, const fs::path& folde
   return limited([=] { limit(RLIMIT_AS, most); }, given, choices, folder);
 }
 
-/// A small disk of its own, which is full at some time.
+/// A small disk of its own, which fills up.
 class Disk {
  public:
   Disk(const fs::path& at, std::uint64_t bytes) : at_(at) {
@@ -214,7 +211,7 @@ Tried on_full_disk(const Given& given, Choices& choices, const fs::path& folder)
   return tried(run, broken_by_end(work, folder / "disk", run));
 }
 
-/// Where it may not write, or not read, as root or as nobody.
+/// Without permission to write, or to read, as root or as nobody.
 Tried forbidden(const Given& given, Choices& choices, const fs::path& folder) {
   const Work work = given.any_work(choices, given.folder());
   Start start = start_of(work, folder / "own");
@@ -237,8 +234,7 @@ Tried forbidden(const Given& given, Choices& choices, const fs::path& folder) {
   return tried(run, broken_by_end(work, folder / "own", run));
 }
 
-/// Everything lies in folders with names that nobody gives. There is nothing wrong: all work is done, but that a scene, which
-/// is UTF-8, cannot name a file that is not.
+/// All files lie in folders with odd names. All commands succeed, but a scene, which is UTF-8, cannot name other files.
 Tried oddly_named(const Given& given, Choices& choices, const fs::path& folder) {
   static const std::vector<std::string> names{
       "a b",    "a\tb",         "a\nb", "-x",   "'q'", "\"d\"", "%s%n", "a;b", "$(id)", "\x1b[31m", "\xff\xfe",
@@ -281,7 +277,7 @@ Campaign campaign(const std::string& name, Fault fault, std::function<std::strin
           .of = "faults",
           .long_tries = 1'700,
           .begin = [=](const fs::path& shared) -> Attempt {
-            // Its disks are nobody else's, and gone with the process.
+            // Its disks are private, and gone with the process.
             if (mounts && (::unshare(CLONE_NEWNS) != 0 || ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0))
               throw std::runtime_error("no small disk can be mounted where containers forbid it");
             return [fault, given = Given(shared)](Choices& choices, const fs::path& folder) {

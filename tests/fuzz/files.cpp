@@ -1,4 +1,4 @@
-// Files of every format, damaged, each through a palpa-read of its own.
+// Damaged files of every format, each through a palpa-read of its own.
 #include <algorithm>
 
 #include "tests/fuzz/campaigns.h"
@@ -12,10 +12,10 @@ test::Damage damage_of(Choices& choices) {
   return test::Damage([&](std::size_t n) { return static_cast<std::size_t>(choices.below(std::max<std::size_t>(n, 1))); });
 }
 
-/// A reader that ended is its user's one line; under sanitizers it is also what they found in ours, and they end it by an exit
-/// code. A signal is taken for that of a library, which is not sanitized: a line without them, too. Of ours only a full stack
-/// or an address that is neither null nor of any memory looks the same. An abort may be an assertion of ours, but for DICOM,
-/// where Debian leaves in GDCM's.
+/// A crashed reader is a one-line error for its user; under sanitizers it is also a finding in Palpa's code, and ends with an
+/// exit code. A signal counts as an unsanitized library's: a line without findings, too. Only a stack overflow or an address of
+/// no memory that is not null looks alike in Palpa's code. An abort may be an assertion of Palpa, but for DICOM, where Debian
+/// keeps GDCM's.
 bool is_crash_of_library(const std::string& set, const std::string& ended) {
   const auto by = [&](const char* signal) { return ended.find(signal) != std::string::npos; };
   const bool is_gdcm = set.find("dicom") != std::string::npos;
@@ -27,7 +27,7 @@ Attempt begin(const test::SetToDamage& set) {
   options.reader = programs_folder() / "palpa-read";
   options.max_bytes = 1'000'000'000;
   options.idle_limit_s = 8.0 * slowness;
-  options.checksums = false;  // which would notice what a reader passes over
+  options.checksums = false;  // which would find damage that a reader passes over
   const auto damaged = std::make_shared<test::DamagedSet>(set, options);
   return [damaged, name = set.name](Choices& choices, const fs::path& folder) {
     test::Damage damage = damage_of(choices);
@@ -55,7 +55,7 @@ void add_files(std::vector<Campaign>& to) {
   for (const test::SetToDamage& set : test::sets_to_damage(facts.parent_path())) {
     to.push_back({.name = "file " + set.name,
                   .of = "files",
-                  .long_tries = 2'000,  // of each format: of all of them together more than 100 000
+                  .long_tries = 2'000,  // of each format: more than 100 000 together
                   .begin = [set](const fs::path&) { return begin(set); },
                   .patience_s = 120.0 * slowness,
                   .missing = [set] { return missing(set); }});

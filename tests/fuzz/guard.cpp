@@ -1,4 +1,4 @@
-// Random hands against the guard's promises (docs/safety.md).
+// Random hands against the limiter's promises (docs/safety.md).
 #include "tests/fuzz/campaigns.h"
 #include "tests/loop/guard_laws.h"
 

@@ -1,4 +1,4 @@
-// What a hostile reader does, as a campaign writes it down.
+// Acts of a hostile reader, as a campaign writes them to a file.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@ namespace palpa::fuzz {
 struct Act {
   enum Kind : std::uint8_t {
     send,     ///< the bytes as one packet
-    receive,  ///< whatever comes
-    fill,     ///< the memory that came, with the bytes over and over
-    shrink,   ///< that memory
-    close,    ///< its end of the conversation
-    spin,     ///< for ever
-    hang,     ///< for ever
+    receive,  ///< any message
+    fill,     ///< the received memory, with the bytes repeated
+    shrink,
+    close,  ///< its end of the socket
+    spin,   ///< endless
+    hang,   ///< endless
     crash,
   };
   Kind kind = send;

@@ -1,4 +1,4 @@
-// Plays palpa-read as the file $PALPA_HOSTILE says: one act after another, whatever the caller answers.
+// Hostile stand-in for palpa-read: runs the acts of the file $PALPA_HOSTILE.
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -13,7 +13,7 @@
 #include "tests/fuzz/hostile_acts.h"
 
 int main() {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a campaign that is killed leaves no act that never ends
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // no endless act survives a killed campaign
   using palpa::fuzz::Act;
   const char* file = std::getenv("PALPA_HOSTILE");
   std::ifstream acts(file != nullptr ? file : "", std::ios::binary);

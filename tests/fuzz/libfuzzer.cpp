@@ -1,4 +1,4 @@
-// A parser that is ours under libFuzzer, which looks for bytes that reach new code: libfuzzer NAME, see the script beside it.
+// Palpa's parsers under libFuzzer: libfuzzer NAME; see the script beside it.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>

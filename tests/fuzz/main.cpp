@@ -1,8 +1,8 @@
-// Campaigns as a command: tries, from a seed on, to break what is promised, and prints the table.
+// Campaigns as a command: runs them from a seed on, and prints the table.
 //
-//   palpa_campaign [OPTION]... [NAME]...      a NAME, or how it begins: "ticks", "file", "fault disk"; none: all
+//   palpa_campaign [OPTION]... [NAME]...      a NAME, or its beginning: "ticks", "file", "fault disk"; none: all
 //
-// 0 all was kept, 1 something was broken, 2 wrong usage.
+// 0: no failure, 1: failures, 2: wrong usage.
 #include <signal.h>
 
 #include <charconv>
@@ -47,7 +47,7 @@ bool take_number(const char* text, T& number) {
   return error == std::errc() && last == end && number > 0;
 }
 
-/// Far from that of yesterday: more than the tries of a day.
+/// Far from yesterday's: more than the tries of a day.
 std::uint64_t seed_of_today() {
   using namespace std::chrono;
   return 1'000'000'000U * static_cast<std::uint64_t>(floor<days>(system_clock::now()).time_since_epoch().count());
@@ -64,7 +64,7 @@ std::optional<Options> options_of(int argc, char** argv) {
       options.lists = true;
     } else if (word == "--long") {
       options.is_long = true;
-      options.run.round_s = 60.0;  // what the cases share is made in each: less of a round's time
+      options.run.round_s = 60.0;  // each process makes the shared parts: less of a round's time
     } else if (!word.starts_with("-")) {
       options.names.emplace_back(word);
     } else {

@@ -32,7 +32,7 @@ fs::path written(const fs::path& file, std::string_view bytes) {
   return file;
 }
 
-/// What the action breaks, which may refuse in words.
+/// The promise broken by the action, which may refuse with a message.
 template <class Action>
 std::string unless_refused(Action action) {
   try {
@@ -84,7 +84,7 @@ std::vector<std::string> seeds_of_packets() {
 
 // ---- TOML ----
 
-/// What is let through can be parsed, or is refused by the parser itself; what is not has a place in the text and a sentence.
+/// Accepted text can be parsed, or the parser itself refuses it; refused text has a position and a message.
 std::string broken_by_toml(std::string_view text, const fs::path&) {
   if (const auto problem = detail::problem_with_toml(text)) {
     const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1;
@@ -94,7 +94,7 @@ std::string broken_by_toml(std::string_view text, const fs::path&) {
   }
   try {
     const toml::table parsed = toml::parse(text);
-    // Tables within tables are what the parser takes down one within the other.
+    // The parser recurses for tables within tables.
     std::size_t deepest = 0;
     const auto look = [&](const auto& self, const toml::node& node, std::size_t depth) -> void {
       deepest = std::max(deepest, depth);
@@ -123,7 +123,7 @@ std::vector<std::string> seeds_of_toml() {
 
 // ---- CSV ----
 
-/// Lines and cells are those of the text, whatever is in it, and a cell that was written is read back.
+/// Lines and cells are those of the text for any content, and a written cell is read back.
 std::string broken_by_csv(std::string_view bytes, const fs::path& folder) {
   return unless_refused([&]() -> std::string {
     detail::LineFile file(written(folder / "a.csv", bytes));
@@ -176,8 +176,7 @@ std::string broken_by_target(const Target& target) {
   for (const std::string& warning : target.warnings()) {
     if (warning != detail::shown(warning)) return "a warning is one line in words";
   }
-  constexpr double beyond_m =
-      2100.0;  // the farthest that is let in, from one end of a box to the other, and what rounding adds
+  constexpr double beyond_m = 2100.0;  // the longest admitted distance, between ends of a box, with rounding
   for (int n = -2; n <= 34; ++n) {
     const Target::Point point = target.at(duration_s * n / 32.0);
     if (point.valid && !(largest_component(point.position_m) < beyond_m)) return "a valid position is where a hand can be";
@@ -186,7 +185,7 @@ std::string broken_by_target(const Target& target) {
   return {};
 }
 
-/// A recorded hand is somewhere at every time, whatever its form is taken for.
+/// A recorded hand has a position at every time, for any form.
 std::string broken_by_hand(std::string_view bytes, const fs::path& folder) {
   const fs::path file = written(folder / "hand.csv", bytes);
   const RecordingOptions with_rate{.hand_rate_hz = 200.0, .center = false};
@@ -233,8 +232,8 @@ void record(const fs::path& folder) {
   writer.finish();
 }
 
-/// The first byte says which file of a trace the others are. What is read of it is what its numbers are, or it is refused; it
-/// compares as the same with itself.
+/// The first byte selects the trace's file of the other bytes. Read values are the text's numbers, or the trace is refused; it
+/// equals itself.
 std::string broken_by_trace(std::string_view bytes, const fs::path& folder) {
   if (bytes.empty()) return {};
   const fs::path sound = folder / "sound", damaged = folder / "damaged";
@@ -254,7 +253,7 @@ std::string broken_by_trace(std::string_view bytes, const fs::path& folder) {
     return unless_refused([&]() -> std::string {
       const TraceDifference difference = compare_traces(a, b);
       if (difference.where != detail::shown(difference.where)) return "where traces differ is said in one line";
-      // It may lack what a recording has, but no value of its own is another one.
+      // Values may be missing, but none may differ from itself.
       if (a == b && difference.where.find(" against ") != std::string::npos)
         return "a trace is the same as itself: " + difference.where;
       return {};

@@ -1,4 +1,4 @@
-// NRRD and MetaImage as palpa-read opens them, without its process: what its own limits and its cage do is not tried here.
+// NRRD and MetaImage as palpa-read opens them, without its process limits and sandbox.
 #include <algorithm>
 #include <fstream>
 #include <memory>
@@ -19,7 +19,7 @@ namespace {
 
 using Open = std::unique_ptr<reader::Source> (*)(const protocol::Request&);
 
-/// A header is refused, or it fits a packet and its voxels are read into the room that it asked for.
+/// A header is refused, or it fits a packet and its voxels are read into the requested memory.
 std::string broken_by(Open open, const char* name, std::string_view bytes, const fs::path& folder) {
   const fs::path file = folder / name;
   std::ofstream(file, std::ios::binary) << bytes;
@@ -35,7 +35,7 @@ std::string broken_by(Open open, const char* name, std::string_view bytes, const
     const auto places = protocol::place(source->header, room);
     constexpr std::uint64_t most_bytes = 1 << 22;
     if (!places || places->back() > most_bytes || source->header.working_bytes > most_bytes) return {};  // as a caller would
-    std::vector<std::vector<std::byte>> memory;  // apart, so that a byte beyond one of them is found
+    std::vector<std::vector<std::byte>> memory;  // separate, so that an overrun of either is found
     std::vector<std::byte*> to;
     for (std::size_t n = 0; n < room.fields.size() * static_cast<std::size_t>(room.frames); ++n) {
       memory.emplace_back(*protocol::voxel_bytes(source->header.fields[n % room.fields.size()]));
@@ -46,7 +46,7 @@ std::string broken_by(Open open, const char* name, std::string_view bytes, const
     source->check_files();
   } catch (const LoadError& error) {
     return broken_by_refusal(detail::shown(error.what()));  // as its caller shows it
-  } catch (const std::bad_alloc&) {                         // which palpa-read puts in words
+  } catch (const std::bad_alloc&) {                         // palpa-read has a message for it
   }
   return {};
 }

@@ -64,7 +64,7 @@ Ended ended(const Start& start) {
   const fs::path out = fs::path(streams) / "out", err = fs::path(streams) / "err";
 
   const auto begin = std::chrono::steady_clock::now();
-  // Not fork: it copies the tables of all memory, which takes as long as many a run.
+  // Not fork: it copies the page tables, which takes as long as many a run.
   const pid_t process = ::vfork();
   if (process < 0) throw std::runtime_error("no process can be started; are there too many?");
   if (process == 0) {

@@ -1,4 +1,4 @@
-// The protocol of palpa-read: packets that are none, and readers that do not keep to it; and the other parsers that are ours.
+// The protocol of palpa-read: invalid packets and hostile readers; and Palpa's other parsers.
 #include "palpa/file/protocol.h"
 
 #include <sys/wait.h>
@@ -73,14 +73,13 @@ std::size_t open_descriptors() {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
 }
 
-/// A parser's own seeds, damaged.
 Attempt begin(const Parser& parser) {
   return [parser, seeds = parser.seeds()](Choices& choices, const fs::path& folder) {
     return Tried{.broken = parser.broken_by(damaged(choices, choices.one_of(seeds)), folder)};
   };
 }
 
-/// Whatever the reader does its caller gets a volume or one line, in time, and keeps nothing of it.
+/// For any reader the caller gets a volume or a one-line error, in time, and leaks nothing.
 Tried hostile_reader(Choices& choices, const fs::path& folder) {
   std::ofstream(folder / "a.nrrd") << "any bytes";
   {
@@ -128,9 +127,9 @@ void add_protocol(std::vector<Campaign>& to) {
                 .of = "readers",
                 .long_tries = 20'000,
                 .begin = [](const fs::path&) { return Attempt(hostile_reader); },
-                .patience_s = 120.0});  // a reader may compute for seconds of its own, which a busy machine makes a minute
+                .patience_s = 120.0});  // a reader may compute for seconds, which a busy machine makes a minute
   for (const Parser& parser : parsers()) {
-    if (parser.name == "packet") continue;  // which has its own, of messages with any content
+    if (parser.name == "packet") continue;  // which has its own campaign, of messages with any content
     to.push_back({.name = "parser " + parser.name, .of = "texts", .long_tries = 1'000'000, .begin = [parser](const fs::path&) {
                     return begin(parser);
                   }});

@@ -43,7 +43,7 @@ Mat3 rotation(Choices& choices) { return rotation_about(direction(choices), choi
 
 // ---- volumes ----
 
-/// Distances between planes, from even to a thousandth of the mean, and to nothing at all.
+/// Distances between planes, from even to a thousandth of the mean, and to 0.
 std::vector<double> uneven_planes(Choices& choices, std::int64_t count) {
   std::vector<double> planes{0.0};
   const double unevenness = choices.one_of(std::array{2.0, 10.0, 1e3, 1e6});
@@ -53,7 +53,7 @@ std::vector<double> uneven_planes(Choices& choices, std::int64_t count) {
   return planes;
 }
 
-/// About 0.1 m large where it is ordinary.
+/// About 0.1 m large if ordinary.
 GridGeometry geometry(Choices& choices) {
   GridGeometry made;
   for (std::int64_t& dim : made.dims) dim = choices.one_in(10) ? 1 : 2 + static_cast<std::int64_t>(choices.below(9));
@@ -79,7 +79,7 @@ GridGeometry geometry(Choices& choices) {
   return made;
 }
 
-/// One number of a grid, from what the content is: smooth waves, noise, or hardly a number at all.
+/// One number of a grid by the kind of content: smooth waves, noise, or extreme numbers.
 struct Content {
   explicit Content(Choices& choices)
       : wave(choices.between(0.1, 2.0)),
@@ -165,7 +165,7 @@ FieldPtr grid(Choices& choices, int components) {
 }
 
 Volume volume(Choices& choices, int components) {
-  if (choices.one_in(240)) {  // what is derived of one takes several times as long as to feel a scene
+  if (choices.one_in(240)) {  // derived fields take several times as long as a scene's ticks
     const auto& of = choices.one_in(3) ? beating_volumes() : analytic_volumes();
     return choices.one_of(of).make();
   }
@@ -184,7 +184,7 @@ Similarity pose(Choices& choices) {
   return {rotation(choices), choices.log_between(0.5, 2.0), choices.between(0.0, 0.1) * direction(choices)};
 }
 
-/// Its fields are added to the names of scalar and vector fields.
+/// Adds its fields to the names of scalar and vector fields.
 void add_volume(Choices& choices, Scene& scene, int components, std::vector<std::string> (&names)[2]) {
   const std::string name = "v" + std::to_string(scene.volumes().size());
   const Volume made = volume(choices, components);
@@ -208,7 +208,7 @@ void add_volume(Choices& choices, Scene& scene, int components, std::vector<std:
 
 // ---- modes ----
 
-/// Fills in every parameter of a mode, whatever it is, from what the parameter says of itself.
+/// Sets every parameter of any mode, by the parameter's own description.
 class AnyParameters : public ParameterVisitor {
  public:
   AnyParameters(Choices& choices, const Scene& scene, const std::vector<std::string> (&names)[2])
@@ -240,7 +240,7 @@ class AnyParameters : public ParameterVisitor {
       case 0: value = choices_.log_between(0.1, 5.0); break;
       case 1: value = function(1.0); break;
       case 2: value = choices_.log_between(1e-9, 1000.0); break;
-      default: break;  // its own
+      default: break;
     }
   }
   void numbers(const ParameterInfo& info, std::vector<double>& value) override {
@@ -280,7 +280,7 @@ class AnyParameters : public ParameterVisitor {
     }
     return {choices_.one_of(own)};
   }
-  /// A value that the field takes, or about.
+  /// A value in the field's range, or about it.
   double level() {
     ValueRange range{-1.0, 1.0};
     if (!last_scalar_.name.empty()) range = scene_.field(last_scalar_).field->value_ranges().front();
@@ -331,7 +331,7 @@ double odd_number(Choices& choices, double usual) {
 
 Scene random_scene(Choices& choices) {
   Scene scene(coupling(choices));
-  std::vector<std::string> names[2];  // of scalar, of vector fields
+  std::vector<std::string> names[2];
   const std::uint64_t volumes = 1 + choices.below(3);
   for (std::uint64_t n = 0; n < volumes; ++n) add_volume(choices, scene, choices.one_in(2) ? 3 : 1, names);
   if (choices.one_in(3)) {
@@ -341,7 +341,7 @@ Scene random_scene(Choices& choices) {
   scene.workspace.fit = "v0";
   if (choices.one_in(6)) scene.workspace.scale = choices.log_between(1e-6, 1e6), scene.workspace.fit.clear();
   const std::uint64_t modes = 1 + choices.below(5);
-  // A mode that its parameters do not fit is refused, as a scene's file would be; the others are felt.
+  // A mode with unfit parameters is refused, as a scene's file would be; the others run.
   for (std::uint64_t n = 0; n < modes; ++n) {
     try {
       add_mode(choices, scene, names);

@@ -1,4 +1,4 @@
-// Scenes that nobody would make: every mode with any parameters, on grids of every type with any content.
+// Random scenes: every mode, any parameters, grids of every type and content.
 #pragma once
 
 #include "palpa/scene/scene.h"
@@ -6,7 +6,7 @@
 
 namespace palpa::fuzz {
 
-/// A number for a hand, a voxel or a time: an ordinary one of about `usual` [1], or one of those that make trouble.
+/// A number for a hand, a voxel or a time: about `usual` [1], or an extreme number.
 double odd_number(Choices& choices, double usual);
 
 /// A scene of one to three volumes and one to five modes. Throws SceneError, as a program's own scene would.

@@ -1,4 +1,4 @@
-// Scenes, hands and traces as nobody would write them, given to the program: each is a result or one line.
+// Damaged scenes, hands and traces for the program.
 #include <sys/resource.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ std::string content(const fs::path& file) {
 }
 void write(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
 
-// Were it in a page as it stands, it would be part of the page and not of its words.
+// Unescaped in a page it would be part of the page's markup.
 constexpr const char* foreign_markup = "</script><script>palpa_was_here()</script>";
 
 const std::vector<std::string>& hostile_words() {
@@ -124,11 +124,10 @@ bool is_of_word(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("._-+\"").find(c) != std::string_view::npos;
 }
 
-/// A word of the line becomes another.
 void change_word(Choices& choices, std::string& line, const std::string& by) {
   if (line.empty()) return;
   std::size_t at = static_cast<std::size_t>(choices.below(line.size()));
-  // Most often the value, which is what a person mistypes and what is computed with.
+  // Most often the value, where typing errors are likely and which is computed with.
   if (const std::size_t equals = line.find("= "); equals != std::string::npos && !choices.one_in(4)) at = equals + 2;
   std::size_t begin = at, end = at;
   while (begin > 0 && is_of_word(line[begin - 1])) --begin;
@@ -136,7 +135,7 @@ void change_word(Choices& choices, std::string& line, const std::string& by) {
   line.replace(begin, end - begin, by);
 }
 
-/// Text damaged as text: words and lines exchanged, taken out, doubled and put in; or as bytes.
+/// Text damaged as text: words and lines exchanged, removed, doubled and inserted; or as bytes.
 std::string damaged_text(Choices& choices, const std::string& text, const std::vector<std::string>& others) {
   test::Damage damage([&](std::size_t n) { return static_cast<std::size_t>(choices.below(n)); });
   std::string result = text;
@@ -165,8 +164,7 @@ std::string damaged_text(Choices& choices, const std::string& text, const std::v
   return result;
 }
 
-/// Text of which a value became another: a text between quotes, a cell of a row. What it is a part of stays what it was, so
-/// that it is not refused for its form.
+/// Text with one changed value (a quoted text, a cell of a row) in its unchanged context, so that the form is not refused.
 std::string with_another_value(Choices& choices, const std::string& text) {
   static const std::vector<std::string> values{"0",
                                                "-1",
@@ -204,13 +202,13 @@ std::string with_another_value(Choices& choices, const std::string& text) {
   return result;
 }
 
-/// What a scene or a hand may name by mistake.
+/// Files that a scene or a hand may name by mistake.
 void put_traps(const fs::path& folder) {
   ::mkfifo((folder / "pipe").c_str(), 0600);
   fs::create_symlink("/dev/zero", folder / "link");
 }
 
-// ---- what is damaged ----
+// ---- seeds ----
 
 const std::string small_scene = R"toml(palpa = 1
 title = "a head"
@@ -264,7 +262,7 @@ std::string small_hand(int columns) {
   return text.str();
 }
 
-/// The shipped scenes that need no data, on coarse grids, and small ones.
+/// The shipped scenes without data, on coarse grids, and small scenes.
 std::vector<std::string> scenes() {
   std::vector<std::string> all{small_scene};
   for (const auto& entry : fs::directory_iterator(PALPA_SCENES_FOLDER)) {
@@ -288,7 +286,7 @@ Start start_of(const fs::path& folder, std::vector<std::string> arguments) {
           .patience_s = 60.0 * slowness};
 }
 
-/// A run with little memory, as on a small machine: a text may ask for as much as there is.
+/// A run with little memory, as on a small machine: a text may request all memory.
 Ended ended_in_little_memory(Start start) {
   start.before = [] {
     const rlimit little{1'500'000'000, 1'500'000'000};
@@ -317,7 +315,7 @@ Ended run_scene(const fs::path& folder, const std::string& scene, const std::str
   write(folder / "hand.csv", hand);
   std::vector<std::string> arguments{"run",          "scene.toml", "--hand", "hand.csv", "--hand-fit", laid ? "on" : "off",
                                      "--duration-s", "0.2",        "--out",  "trace"};
-  if (hand.starts_with("x,")) arguments.insert(arguments.end(), {"--hand-rate-hz", "200"});  // it has no time of its own
+  if (hand.starts_with("x,")) arguments.insert(arguments.end(), {"--hand-rate-hz", "200"});  // without times of its own
   return ended_in_little_memory(start_of(folder, arguments));
 }
 
@@ -328,7 +326,7 @@ Tried felt(const fs::path& folder, const std::string& scene, const std::string& 
   return result;
 }
 
-/// Undamaged all of them are felt: else nothing would be tried.
+/// Undamaged all must run, else nothing is tested.
 void expect_felt(const fs::path& folder, const std::string& scene, const std::string& hand) {
   fs::create_directory(folder);
   const Ended run = run_scene(folder, scene, hand, false);
@@ -355,7 +353,7 @@ Attempt begin_hands(const fs::path& shared) {
   };
 }
 
-/// A trace with all its files, of which a copy is damaged.
+/// A trace with all its files; damage is done to a copy.
 class Recorded {
  public:
   explicit Recorded(const fs::path& folder) : trace_(folder / "trace") {

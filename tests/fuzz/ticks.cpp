@@ -1,4 +1,4 @@
-// Sessions of scenes that nobody would make, under hands that nobody has: every tick is judged by what a tick promises.
+// Every tick of random scenes under random hands, against a tick's promises.
 #include <time.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct Moment {
   double time_step_s = 1e-3;
 };
 
-/// A hand that moves in stretches, near or far, smoothly or not, and now and then gives what is no position at all.
+/// A hand that moves in pieces, near or far, smoothly or not, with some invalid positions.
 class AnyHand {
  public:
   explicit AnyHand(Choices& choices) : choices_(choices) {}
@@ -86,7 +86,7 @@ class AnyHand {
   Vec3 position_m_, middle_m_, step_m_;
 };
 
-/// What a tick gave, to the bit, as far as a trace has it.
+/// A hash of a tick's result, to the bit, for the traced quantities.
 std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
   const Tick& t = frame.result;
   const std::array numbers{t.proxy_m.x,       t.proxy_m.y,           t.proxy_m.z,         t.force_n.x,        t.force_n.y,
@@ -109,7 +109,7 @@ bool is_finite_all(const Energy& e) {
          std::isfinite(e.ticks_j) && std::isfinite(e.ticks_bound_j);
 }
 
-/// What docs/contracts/session.md lets a tick answer with bad_input.
+/// Inputs for which docs/contracts/session.md excludes bad_input.
 bool is_usable(const Moment& moment) {
   const Probe& probe = moment.probe;
   return probe.valid && is_finite(probe.position_m) && (!probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s)) &&
@@ -132,8 +132,8 @@ const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double 
   return nullptr;
 }
 
-/// A proxy that a probe leaves behind without moving is held by strengths: what no strength bears is at most a hundredth of the
-/// force. Hostile data may have no balance; then the proxy turns back and forth, and stands nowhere.
+/// The force on a proxy that stays while its probe moves on is borne by strengths, but for a hundredth at most. Hostile data
+/// may have no balance; then the proxy oscillates.
 const char* broken_by_standing(const Tick& before, const Tick& t) {
   constexpr double still_m = 1e-12, led_m = 1e-6;
   if (t.status != TickStatus::resting || before.status != TickStatus::resting) return nullptr;
@@ -141,7 +141,7 @@ const char* broken_by_standing(const Tick& before, const Tick& t) {
   return stands && t.unborne_n > 0.01 * norm(t.force_n) + 1e-3 ? "a proxy that stands is held by strengths" : nullptr;
 }
 
-/// A balance of the exact law against the formula of docs/trace.md; empty, or what is wrong.
+/// A balance of the exact law against the formula of docs/trace.md; empty, or the error.
 std::string broken_by_balance(const SubStep& step, std::span<const PlacedPrimitive> placed) {
   if (step.balance.status != BalanceStatus::exact && step.balance.status != BalanceStatus::capped) return {};
   test::BalanceFormula formula(step.balance.position_m, step.probe_m, step.directed_n, step.stiffness_n_per_m,
@@ -207,7 +207,7 @@ class AnySession {
   double max_force_n_;
 };
 
-/// The scene and the last moments of a case that broke something, for who looks at it.
+/// Keeps the scene and the last moments of a failure for inspection.
 void keep(const fs::path& folder, const Scene& scene, const std::vector<Moment>& moments, std::uint64_t last) {
   std::ofstream(folder / "scene.toml") << to_toml(scene);
   std::ofstream out(folder / "hand.csv");
@@ -233,23 +233,23 @@ Tried felt(Choices& choices, const fs::path& folder) {
     first.emplace(*scene);
   } catch (const LoadError& problem) {
     return {.broken = broken_by_refusal(problem.what()), .tries = 0, .slowest_s = 0.0, .refused = 1};
-  } catch (const std::invalid_argument&) {  // a grid that is refused by the function that makes it, in a sentence
+  } catch (const std::invalid_argument&) {  // refused by the grid's own function, with a message
     return {.tries = 0, .slowest_s = 0.0, .refused = 1};
   }
-  // A scene costs as much as ten thousand ticks, and what goes wrong mostly goes wrong soon.
+  // A scene costs as much as ten thousand ticks, and most failures are early.
   const auto ticks = static_cast<std::uint64_t>(choices.log_between(1e3, 2e5));
   AnyHand hand(choices);
   std::vector<Moment> moments;
   for (std::uint64_t n = 0; n < ticks; ++n) moments.push_back(hand.next());
 
   constexpr std::uint64_t balance_in = 64;  // a check costs more than a tick
-  // Where every tick is at its budget, a hundred of them are as much as a long session.
+  // At full budget a hundred ticks cost as much as a long session.
   constexpr std::int64_t most_work = 500'000;
   Tried result{.slowest_s = 0.0};
   std::int64_t work = 0;
   std::uint64_t hash = 0;
   Tick before{.status = TickStatus::bad_input};
-  // The thread's own clock takes as long as a tick, but for one that sanitizers look at.
+  // The thread's own clock costs as much as a tick, except under sanitizers.
   constexpr clockid_t clock = is_sanitized ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC;
   double begin_s = now_s(clock);
   for (std::uint64_t n = 0; n < ticks && work < most_work && result.broken.empty(); ++n) {
@@ -278,8 +278,8 @@ Tried felt(Choices& choices, const fs::path& folder) {
     keep(folder, *scene, moments, n);
   }
   if (!result.broken.empty()) return result;
-  // Felt again it is the same to the bit. What seems slow is felt up to three times more: a machine that stands still for a
-  // while is not always known to a thread's clock.
+  // A repeated session is equal to the bit. Slow ticks are repeated up to three times: a thread's clock may count a stalled
+  // machine.
   constexpr double slow_s = 2e-3 * slowness;
   const bool once_more = choices.one_in(16);
   for (int more = 0; more < 3 && ((more == 0 && once_more) || result.slowest_s >= slow_s); ++more) {

@@ -1,5 +1,4 @@
-// The benchmark itself: its data are those that were published, its truths are true, its scores find what is wrong and nothing
-// else, and its protocol bears whatever a renderer does.
+// The benchmark itself: published data, truths, scores, and the protocol under faulty renderers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -44,7 +43,6 @@ std::set<std::string> lines_of(const fs::path& file) {
   return lines;
 }
 
-/// A folder that goes away.
 class Folder {
  public:
   Folder() {
@@ -66,7 +64,6 @@ const fs::path& made() {
   return folder.path;
 }
 
-/// The few that are run.
 const fs::path& made_quick() {
   static const Folder folder;
   static const bool done = [] {
@@ -132,7 +129,7 @@ TEST(Shapes, KnowTheirDistanceAndTheirNormal) {
                                shape.depth_m(x + Vec3{0, 0, h_m}) - depth_m} /
                           h_m;
       EXPECT_NEAR(norm(uphill), 1.0, 0.03) << description;
-      // At an edge there is no one normal.
+      // An edge has no single normal.
       const Vec3 foot = x + depth_m * shape.outward(x);
       if (description["kind"] != "wedge" && description["kind"] != "groove") {
         EXPECT_LT(std::abs(shape.depth_m(foot)), 0.05 * std::abs(depth_m) + 1e-9) << description;
@@ -142,7 +139,7 @@ TEST(Shapes, KnowTheirDistanceAndTheirNormal) {
   }
 }
 
-// Whatever made it: the hand's spring ends on the shape, and pulls along its normal where there is no friction.
+// For any maker: the hand's spring ends on the shape, and pulls along its normal without friction.
 TEST(Truth, IsOnTheShapeAndAlongItsNormal) {
   int looked_at = 0;
   for (const MadeCase& one : cases()) {
@@ -167,7 +164,7 @@ TEST(Truth, IsOnTheShapeAndAlongItsNormal) {
   EXPECT_GT(looked_at, 50000);
 }
 
-// A groove's free space is convex: the hand is held at the nearest free place, and nowhere else.
+// A groove's free space is convex: the proxy is the nearest free point.
 TEST(Truth, OfGroovesIsTheNearestFreePlace) {
   Noise random(3);
   for (const MadeCase& one : cases()) {
@@ -186,7 +183,6 @@ TEST(Truth, OfGroovesIsTheNearestFreePlace) {
   }
 }
 
-// The hand does not jump: what is felt is a motion that a hand could make.
 TEST(Hands, MoveLikeHands) {
   for (const MadeCase& one : cases()) {
     for (std::size_t i = 1; i < one.touches.size(); ++i)
@@ -243,7 +239,7 @@ TEST(Scores, FindNothingRightWithoutAForce) {
   }
 }
 
-/// A hand that goes round a ball of 25 mm, 1 N deep, `turns` times, and is held still at last.
+/// A hand `turns` times round a ball of 25 mm at a depth of 1 N, then still.
 MadeCase round_a_ball(int period_ticks, int turns, int still_ticks) {
   MadeCase one{.shape = {{"kind", "sphere"}, {"radius_m", 0.025}}, .period_ticks = period_ticks};
   for (int i = 0; i <= turns * period_ticks + still_ticks; ++i) {
@@ -254,7 +250,7 @@ MadeCase round_a_ball(int period_ticks, int turns, int still_ticks) {
   return one;
 }
 
-/// The scores of a truth that was made wrong.
+/// The scores of a falsified truth.
 Scores score_of(MadeCase one, std::vector<std::string> wanted, const std::function<Vec3(std::size_t, const Touch&)>& wrong) {
   one.scores = std::move(wanted);
   std::vector<Vec3> forces_n;
@@ -292,8 +288,7 @@ TEST(Scores, OfADragAreItsWorkAndNoDrift) {
 
 TEST(Scores, OfWhatCreepsAreHowFarInATurn) {
   const Scores scores = score_of(round_a_ball(400, 5, 0), {"drift"}, [](std::size_t i, const Touch& touch) {
-    const double crept_m =
-        2e-6 * std::max(0.0, static_cast<double>(i) / 400.0 - 1.0);  // what the first turn did does not count
+    const double crept_m = 2e-6 * std::max(0.0, static_cast<double>(i) / 400.0 - 1.0);
     return touch.force_n + Vec3{0, 0, stiffness_n_per_m * crept_m};
   });
   EXPECT_NEAR(scores.at("drift_um"), 2.0, 1e-9);
@@ -468,8 +463,7 @@ TEST(Runner, TakesARenderersNameBeforeItsCommand) {
   EXPECT_EQ(named("./a b=c").command, "./a b=c");
 }
 
-// What is measured has no hand in the measure: of Palpa, what makes the data and what scores know vectors, a sine, a checksum
-// and files.
+// Data makers and scores use only Palpa's vectors, sine, checksum and files.
 TEST(Measure, KnowsNothingOfHowPalpaFeels) {
   static const std::regex include(R"re(#include [<"](palpa/[^>"]+)[>"])re");
   const std::set<std::string> allowed{"palpa/solver/vec3.h",      "palpa/base/load_error.h", "palpa/device/sine_cosine.h",

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A renderer that knows the answers: it reads the truth beside its case. Whatever scores it must find nothing wrong."""
+"""A renderer that reads the truth beside its case: scores must find no error."""
 import pathlib
 import sys
 

@@ -1,10 +1,10 @@
 #!/bin/bash
-# Builds the packages, installs them in a bare Debian 12, runs what they bring, purges them, and compares
-# the files before and after. Needs root, debootstrap and dpkg-dev, a mirror of Debian as apt is set up here,
-# and up to 3 GB; so it is not among the tests of ctest. By hand:
+# Builds the packages, installs them in a bare Debian 12, runs their programs, purges them, and compares the files before and
+# after. Needs root, debootstrap and dpkg-dev, a Debian mirror as in this machine's apt, and up to 3 GB; so ctest leaves it out.
+# By hand:
 #   sudo tests/install/deb_test.sh BUILD [ROOT]
-# BUILD is a finished build that was configured with CMAKE_INSTALL_PREFIX=/usr and BUILD_TYPE Release.
-# ROOT is a bare root made before (by debootstrap --variant=minbase, of the release that this machine runs); it is copied, not changed.
+# BUILD is a finished build, configured with CMAKE_INSTALL_PREFIX=/usr and BUILD_TYPE Release. ROOT is a bare root made before
+# (by debootstrap --variant=minbase, of this machine's release); it is copied, not changed.
 set -eu
 build=$(cd "$1" && pwd)
 base=${2:-}
@@ -20,7 +20,7 @@ fail() {
   exit 1
 }
 inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
-# Everything but what apt and dpkg keep for themselves.
+# All files but those of apt and dpkg themselves.
 files() {
   (cd "$root" && find . -xdev \( -path ./proc -o -path ./tmp -o -path ./var/cache -o -path ./var/log -o -path ./var/lib/apt \
     -o -path ./var/lib/dpkg -o -path ./root \) -prune -o -print) | LC_ALL=C sort
@@ -54,10 +54,10 @@ cp "$build"/*.deb "$root/tmp/debs/"
 install_what_is_missing() {
   inside sh -c "apt-get -qq -y --no-install-recommends install $1" >"$work/apt.log" 2>&1 || { tail -30 "$work/apt.log"; fail "apt-get install $1"; }
 }
-# What the packages need stays: what is compared is what they bring themselves.
+# Dependencies stay: the comparison covers the packages' own files.
 needed=$(for deb in "$build"/*.deb; do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' |
   grep -v -e '^libpalpa' -e '^palpa' -e '^python3-palpa' | sort -u | tr '\n' ' ')
-if [ -n "$(find "$build" -maxdepth 1 -name 'palpa-explorer*.deb')" ]; then needed="$needed xvfb xauth libgl1-mesa-dri"; fi  # a display
+if [ -n "$(find "$build" -maxdepth 1 -name 'palpa-explorer*.deb')" ]; then needed="$needed xvfb xauth libgl1-mesa-dri"; fi
 echo "== what they need: $needed"
 install_what_is_missing "$needed"
 files >"$work/before"
@@ -65,7 +65,7 @@ files >"$work/before"
 echo "== installed and run"
 install_what_is_missing "/tmp/debs/*.deb"
 inside dpkg-query -W -f '${Package} ${Version} ${Installed-Size} kB\n' 'libpalpa*' 'palpa*' 'python3-palpa*'
-# As an ordinary user, who can write nothing.
+# As an ordinary user without write permission.
 inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c 'cd / && palpa demo' >"$work/demo" || fail "palpa demo"
 sed -n 1,12p "$work/demo"
 grep -q "head_phantom.toml, felt by" "$work/demo" || fail "palpa demo shows no table"
@@ -82,7 +82,7 @@ if [ -e "$root/usr/bin/palpa-explorer" ]; then
   status=0
   inside palpa explore 2>"$work/window" || status=$?
   if [ $status != 2 ] || ! grep -q "no display" "$work/window"; then fail "palpa explore without a display: $(cat "$work/window")"; fi
-  # As an ordinary user again; it lives until it is ended.
+  # As an ordinary user again; it runs until it is ended.
   status=0
   inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c \
     'cd /tmp/felt && HOME=/tmp/felt timeout 10 xvfb-run -a palpa explore /usr/share/palpa/scenes/head_phantom.toml' \

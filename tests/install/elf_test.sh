@@ -1,12 +1,12 @@
 #!/bin/bash
-# What every program and library keeps of what the dynamic linker and the system offer against abuse:
-# - libraries are looked for beside the file alone ($ORIGIN): an empty or relative element of a RUNPATH would run whatever lies
-#   in the current folder under a library's name, an absolute one whatever lies where the build was;
+# Hardening of every program and library:
+# - libraries are searched beside the file alone ($ORIGIN): an empty or relative element of a RUNPATH would load a file of a
+#   library's name from the current folder, an absolute element from the build's former folder;
 # - its tables of addresses are read-only once it runs (RELRO, and bound at the start);
-# - its stack is not executable, and a program lies at another address each time (PIE).
+# - its stack is not executable, and a program's address is random (PIE).
 #   elf_test.sh FOLDER
 set -eu
-# What is wrong with an ELF file, a line each.
+# Prints the faults of an ELF file, a line each.
 faults() {
   local dynamic segments
   dynamic=$(readelf -dW "$1") segments=$(readelf -lW "$1")
@@ -22,7 +22,7 @@ faults() {
   return 0
 }
 
-# The check itself must see each fault, and nothing in a file without one.
+# The check must find each fault, and none in a faultless file.
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 hard=(-fPIE -pie -Wl,-z,relro,-z,now,-z,noexecstack)

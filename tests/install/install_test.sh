@@ -1,6 +1,6 @@
 #!/bin/bash
-# Installs the build into an empty prefix, moves the prefix, and uses it as others would: the installed
-# program, a program and a plug-in built outside of the tree. Then uninstalls, and nothing may be left.
+# Installs the build into an empty prefix, moves the prefix, and uses it from outside: the installed program, a program and a
+# plug-in built outside of the tree. Then uninstalls; no file may be left.
 #   install_test.sh SOURCE BUILD
 set -eu
 source=$1 build=$2
@@ -35,7 +35,7 @@ build_outside() {
   configure "$@" || { cat "$work/$1.log"; fail "$1 does not configure"; }
   cmake --build "$work/$1" >>"$work/$1.log" 2>&1 || { cat "$work/$1.log"; fail "$1 does not build"; }
 }
-# refused NAME PIECES ARGUMENT…: find_package says PIECES (a pattern) and fails
+# refused NAME PIECES ARGUMENT…: find_package fails with a message that matches PIECES
 refused() {
   local name=$1 pieces=$2
   shift 2
@@ -69,7 +69,7 @@ step "libraries beside each file, read-only tables, no executable stack, PIE"
 bash "$(dirname "${BASH_SOURCE[0]}")/elf_test.sh" "$moved"
 
 step "every installed header can be included, alone and with all others; there are few"
-with_vtk=$(sed -n 's/^ *foreach(header \(.*\))$/\1/p' "$source/palpa/CMakeLists.txt")  # of the component vtk
+with_vtk=$(sed -n 's/^ *foreach(header \(.*\))$/\1/p' "$source/palpa/CMakeLists.txt")
 [ -n "$with_vtk" ] || fail "the headers of the component vtk are not known"
 find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/every.cpp"
 for header in $with_vtk; do
@@ -87,7 +87,7 @@ build_outside program "$source/examples/05_own_program"
 "$work/program/feel" | grep -q "touched the surface in [1-9]" || fail "the program felt nothing"
 build_outside plugin "$source/examples/04_mode_plugin"
 
-if [ -n "$(find "$moved" -name palpa-view-targets.cmake)" ]; then  # built where VTK is
+if [ -n "$(find "$moved" -name palpa-view-targets.cmake)" ]; then  # built with VTK
   step "a program that has VTK"
   build_outside viewer "$source/examples/07_vtk_program"
 fi
@@ -188,7 +188,7 @@ fi
 if [ -e "$moved/bin/palpa" ]; then
   step "the installed program"
   cd "$work"
-  env -u PALPA_SCENES -u PALPA_DATA XDG_DATA_HOME="$work/no_data" "$moved/bin/palpa" demo >demo.txt  # the scans of whoever tests are not known
+  env -u PALPA_SCENES -u PALPA_DATA XDG_DATA_HOME="$work/no_data" "$moved/bin/palpa" demo >demo.txt  # without the tester's own scans
   grep -q "head_phantom.toml, felt by" demo.txt || fail "the demo shows no table"
   "$moved/bin/palpa" run "$source/examples/04_mode_plugin/ridge.toml" --hand sim:press --duration-s 2 \
     --plugin plugin/ridge.so --out trace | grep -q "max 0.600 N" || fail "the ridge is not felt"

@@ -1,4 +1,4 @@
-// A plug-in that is in order, and says whether anything in it ran.
+// A valid plug-in that reports whether any of its code ran.
 #include <cstdlib>
 
 #include "plugin_ridge.h"

@@ -1,4 +1,4 @@
-// A plug-in that was not linked with all that it uses.
+// A plug-in with a missing library.
 #include "plugin_ridge.h"
 
 void lab_table();

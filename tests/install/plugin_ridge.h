@@ -1,4 +1,4 @@
-// The mode of the plug-ins that are tested. A kind gives it a type, and may have something done when it is made.
+// The mode of the tested plug-ins; a kind adds its type, and code at construction.
 #pragma once
 
 #include "palpa/palpa.h"

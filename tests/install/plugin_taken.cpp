@@ -1,4 +1,4 @@
-// A plug-in whose second mode has the name of one of Palpa's.
+// A plug-in whose second mode has a name of Palpa's modes.
 #include "plugin_ridge.h"
 
 struct Other {

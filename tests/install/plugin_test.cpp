@@ -1,4 +1,4 @@
-// Plug-ins: what is loaded is felt; what cannot be is refused in one line, before anything in it runs.
+// Plug-ins: loaded modes, and one-line refusals before any of their code runs.
 #include "palpa/mode/plugin.h"
 
 #include <elf.h>
@@ -27,7 +27,7 @@ using testing::HasSubstr;
 using testing::MatchesRegex;
 using testing::StartsWith;
 
-/// Why a plug-in is refused; empty where it is not.
+/// The reason of a refusal; empty: accepted.
 std::string refusal(const fs::path& file, ModeCatalog& catalog) {
   try {
     load_plugin(file, catalog);
@@ -69,7 +69,7 @@ class Plugin : public ProgramTest {
     std::memcpy(bytes.data() + at, &value, sizeof value);
     return file_of(bytes);
   }
-  /// Where the stamp's note begins in the good plug-in.
+  /// Offset of the stamp's note in the good plug-in.
   std::size_t stamp_at() const {
     const detail::PluginStamp stamp = detail::plugin_stamp(detail::plugin_abi());
     const std::string bytes = bytes_of(good);
@@ -172,7 +172,7 @@ TEST_F(Plugin, WithLyingNumbersIsRefusedBeforeItRuns) {
     EXPECT_THAT(refusal(changed(stamp_at() + 4, number)), HasSubstr("no plug-in")) << number;
   }
 
-  // Without its stamp no change of the headers can make it a plug-in: all that reads them must hold.
+  // Without its stamp no change of the headers can make it a plug-in: all their readers must survive.
   std::string bytes = bytes_of(good);
   bytes[stamp_at() + offsetof(detail::PluginStamp, owner)] = 'P';
   std::mt19937 random(4);

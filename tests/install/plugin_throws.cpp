@@ -1,4 +1,4 @@
-// A plug-in whose mode cannot be made.
+// A plug-in whose mode's construction throws.
 #include <stdexcept>
 
 #include "plugin_ridge.h"

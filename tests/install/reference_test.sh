@@ -1,5 +1,5 @@
 #!/bin/bash
-# The man page and the completion hold every command and every option that --help shows, and what these take.
+# Man page and completion contain every command and option of --help, with their values.
 #   reference_test.sh PALPA
 set -eu
 palpa=$1
@@ -10,7 +10,7 @@ fail() {
 man_text=$("$palpa" --print man | sed 's/\\-/-/g')
 eval "$("$palpa" --print bash)"
 
-# complete WORD…: what is offered for the last one
+# complete WORD…: completions of the last word
 complete_words() {
   COMP_WORDS=(palpa "$@")
   COMP_CWORD=$#
@@ -35,7 +35,7 @@ done
 complete_words run --hand-hold re | grep -qx relaxed || fail "no completion of a word that an option takes"
 [ -z "$(complete_words run nosuchfile)" ] || fail "a scene is completed to a word"
 
-# Hands, settings and types: what is offered, this program takes.
+# Completed hands, settings and types are accepted by this program.
 here=$(mktemp -d)
 trap 'rm -rf "$here"' EXIT
 cat >"$here/scene.toml" <<'TOML'
@@ -71,7 +71,7 @@ complete_words run "$here/nowhere.toml" --set cou | grep -qx coupling. || fail "
 settings=$("$palpa" --print-sets "$here/scene.toml")
 [ "$(wc -l <<<"$settings")" -gt 60 ] || fail "few settings"
 while IFS= read -r setting; do taken --set "$setting"; done <<<"$settings"
-# In a real shell a word is cut at ':' and '=', and what is offered goes behind the last of them.
+# A real shell cuts a word at ':' and '=', and appends completions after the last of them.
 COMP_LINE="palpa run --hand sim:st" COMP_POINT=23
 COMP_WORDS=(palpa run --hand sim : st)
 COMP_CWORD=5
@@ -81,7 +81,7 @@ unset COMP_LINE COMP_POINT
 
 if "$palpa" --print nonsense 2>/dev/null; then fail "prints nonsense"; fi
 
-# What the formatter thinks of the page, where there is one.
+# The formatter's warnings, if it is installed.
 if command -v groff >/dev/null; then
   complaints=$("$palpa" --print man | groff -k -man -Tutf8 -ww 2>&1 >/dev/null)
   [ -z "$complaints" ] || fail "groff: $complaints"

@@ -1,4 +1,4 @@
-// The formula of docs/trace.md, by which a balance is checked without the solver, in arithmetic of 113 bits.
+// The check of a balance by docs/trace.md without the solver, in arithmetic of 113 bits.
 #pragma once
 
 #include <cmath>
@@ -36,14 +36,14 @@ inline Quad root(Quad a) {
 inline Quad length(const Quad3& a) { return root(dot(a, a)); }
 inline Quad largest(Quad a, Quad b) { return a > b ? a : b; }
 
-// What a primitive holds of strength `s` that is `d` away: Huber's function of d if it has a stiffness, of none s d.
+// Stored energy of a primitive of strength `s` at distance `d`: Huber's function of d with a stiffness, else s d.
 inline Quad held_j(double s, double stiffness_n_per_m, Quad d) {
   const Quad stiffness = stiffness_n_per_m;
   if (!(stiffness > 0)) return s * d;
   return stiffness * d <= s ? stiffness / 2 * d * d : s * d - Quad(s) * s / (2 * stiffness);
 }
 
-/// What the formula says of one balance. Its terms are added primitive by primitive; nothing of ours solves anything here.
+/// The formula of one balance, summed primitive by primitive, independent of the library's solver.
 class BalanceFormula {
  public:
   /// \param x_m         the balance
@@ -56,7 +56,7 @@ class BalanceFormula {
     rho_rounding_ = k * position_ulp_m_;
   }
 
-  /// A primitive that is neither directed nor a facet, with its kind as the trace calls it; stiffness 0 where it is rigid.
+  /// A primitive that is neither directed nor a facet, with its kind as the trace calls it; stiffness 0: rigid.
   void add(std::string_view kind, const Vec3& position_m, const Vec3& direction, double s, double c, double stiffness_n_per_m,
            const Vec3& force_n) {
     Quad3 q = wide(direction);
@@ -87,7 +87,7 @@ class BalanceFormula {
     epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(length(R)));
   }
 
-  /// The facets of a corner of strength `s`, elastic if it has a stiffness above 0; `forces_n` point along their normals.
+  /// The facets of a corner of strength `s`, elastic if its stiffness is above 0; `forces_n` point along their normals.
   void add_corner(const Facets& facets, double s, double stiffness_n_per_m, const std::vector<Vec3>& forces_n) {
     Quad3 u;
     Quad held = 0, largest_m = 0, sizes = 0;
@@ -115,8 +115,7 @@ class BalanceFormula {
     const Quad rho = length(left_);
     return static_cast<double>((rho + root(rho * rho + 4 * k_ * largest(0, epsilon_))) / (2 * k_));
   }
-  /// How much of that rounding to doubles may have brought: position and forces are doubles, and the bound has a root over
-  /// both.
+  /// The part due to rounding: position and forces are doubles, and the bound has a root over both.
   double rounding_m() const {
     const auto k = static_cast<double>(k_);
     return rho_rounding_ / k + std::sqrt(epsilon_rounding_ / k);

@@ -1,5 +1,4 @@
-// The energy table of every scene that we ship, under several hands and at two rates, worked out again from the files of
-// its trace alone.
+// Energy table of every shipped scene under several hands and at two rates, recomputed from its trace's files alone.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -22,7 +21,7 @@ namespace fs = std::filesystem;
 using Entries = std::map<std::string, double>;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double share_of_time = 0.1;  // a sanitizer looks at every access, not at every tick
+constexpr double share_of_time = 0.1;  // a sanitizer checks every access, so fewer ticks suffice
 #else
 constexpr double share_of_time = 1.0;
 #endif
@@ -45,7 +44,6 @@ double largest_of(const Table& table) {
   return largest_j;
 }
 
-/// What a row of ticks.csv says.
 struct Row {
   bool usable = false;
   Vec3 probe_m, proxy_m, force_n, command_n;
@@ -61,7 +59,7 @@ struct Row {
         elastic_j(ticks.number("elastic_j")) {}
 };
 
-/// The spring's stiffness, where it was pressed most; 0 where it never was.
+/// The spring's stiffness at the largest extension; 0 without an extension.
 double stiffness_of(const fs::path& trace) {
   double k = 0.0, most_j = 0.0;
   for (test::CsvRows ticks(trace / "ticks.csv"); ticks.next();) {
@@ -73,8 +71,8 @@ double stiffness_of(const fs::path& trace) {
   return k;
 }
 
-/// What the moves of each tick lost where the proxy went further than the hand and the data took it, from balances.csv and,
-/// where data move, works.csv (docs/trace.md, Energy).
+/// Loss of each tick's moves where the proxy outran the hand and the data took the energy, from balances.csv and, for moving
+/// data, works.csv (docs/trace.md, Energy).
 std::map<std::int64_t, double> let_go_j(const fs::path& trace) {
   std::map<std::pair<std::int64_t, std::int64_t>, double> carried_m;
   if (fs::exists(trace / "works.csv")) {
@@ -105,7 +103,7 @@ std::map<std::int64_t, double> let_go_j(const fs::path& trace) {
   return lost_j;
 }
 
-/// The whole table, from positions, forces and the modes' works: as anybody would write it down.
+/// The whole table, from positions, forces and the modes' works by the plain definitions.
 Table worked_out(const fs::path& trace) {
   const double k = stiffness_of(trace);
   const bool primitives = fs::exists(trace / "balances.csv");
@@ -125,7 +123,7 @@ Table worked_out(const fs::path& trace) {
     const std::int64_t tick = ticks.integer("tick");
     const Row row(ticks);
     const bool goes_on = row.usable && last && last->usable;
-    // What spring and elastic levels held is gone where the proxy was put on the probe.
+    // A reset of the proxy to the probe discards the energy of spring and elastic levels.
     const double lost_j = goes_on || !last ? 0.0 : last->stored_j + last->elastic_j;
     const double took_j = row.elastic_j - (goes_on ? last->elastic_j : 0.0);
     double snapped_j = ticks.number("let_go_j") - lost_j;

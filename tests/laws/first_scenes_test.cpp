@@ -1,5 +1,5 @@
-// The first scenes of measured data, felt by slow hands and as maps: what they feel is borne by strengths. Scans are cut off,
-// and where a surface meets the end of the data a proxy was held by more than all strengths together.
+// First scenes of measured data under slow hands and as maps: forces within the sum of strengths. Scans are cut off, and where
+// a surface met the end of the data a proxy was once held by more.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace palpa {
 namespace first_scenes_test {
 
-// One file of each set that is read.
+// One file of each data set.
 const std::vector<std::string> files = {"ct_headphantom_dicom",
                                         "ct_head_cranium/cranium.mhd",
                                         "ct_head_headsq/quarter.nhdr",
@@ -51,7 +51,7 @@ class FirstSceneOf : public testing::TestWithParam<std::string> {
   Scene scene_;
 };
 
-/// The strengths [N] of what was placed in a tick, of a corner once, and what drags add at the speed of the proxy.
+/// The strengths [N] placed in a tick, of a corner once, plus drags at the proxy's speed.
 double met_n(const Session& session) {
   double most_n = 0.0;
   for (const SubStep& step : session.sub_steps()) {
@@ -67,8 +67,8 @@ double met_n(const Session& session) {
   return most_n;
 }
 
-/// Whether a mode drives: its forces move a proxy at rest, as on the core of a vortex. Then there may be no balance to come to,
-/// and after some turns the path goes on with the next probe position.
+/// True if a mode's forces move a proxy at rest, as on a vortex' core: there may be no balance, and after some turns the path
+/// continues with the next probe position.
 bool is_driven(const Scene& scene) {
   return std::ranges::any_of(scene.modes(), [](const SceneMode& mode) {
     return places_directed_forces(mode.mode.type()) || mode.mode.type() == "vortex_line";
@@ -95,7 +95,7 @@ TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
       const double untold_n = is_driven(scene_) ? 0.1 * unborne_felt_n : 1e-3;
       worst_n = std::max(worst_n, tick.unborne_n);
       ASSERT_LE(tick.unborne_n, 0.01 * force_n + untold_n) << probe_m.x << ", " << probe_m.y << ", " << probe_m.z;
-      // A level that bears more than reaches the hand holds a rigid hand however deep it is: there the guard limits.
+      // A level stronger than the output limit holds a rigid hand at any depth: there the limiter acts.
       ASSERT_LE(force_n, 1.01 * met_n(session) + 1e-3) << probe_m.x << ", " << probe_m.y << ", " << probe_m.z;
     }
   }
@@ -105,9 +105,9 @@ TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
   EXPECT_GT(felt, 1000) << "too little was met";
 }
 
-/// All that the scene's modes can exert on a hand at rest [N].
+/// Largest force of the scene's modes on a hand at rest [N].
 double strengths_of(const Scene& scene) {
-  // What a session places says it, wherever a way goes: the most of any place.
+  // Taken from placed primitives along any path: the largest of all points.
   double most_n = 0.0;
   Session session(scene);
   session.set_force_limit(scene.coupling.max_force_n);

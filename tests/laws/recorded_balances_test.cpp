@@ -1,5 +1,4 @@
-// What a trace says can be checked without our solver and without our ledger: by formats of the trace
-// alone, from balances.csv, primitives.csv, modes.csv and ticks.csv, in 10⁵ ticks of random scenes.
+// Balances and ledger of 10⁵ ticks of random scenes, checked from balances.csv, primitives.csv, modes.csv and ticks.csv alone.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -62,7 +61,7 @@ Scene random_scene(test::Random& random, int number) {
   return scene;
 }
 
-// A CSV file as the simplest reader would see it: column name → text, row by row.
+// A CSV file by the plainest parser: column name → text, row by row.
 class Table {
  public:
   explicit Table(const fs::path& file) : in_(file) {
@@ -98,7 +97,7 @@ class Table {
 };
 
 struct Row {
-  Primitive primitive;  // its id has the slot alone; of stiffness 0: rigid
+  Primitive primitive;  // its id has the slot alone; stiffness 0: rigid
   std::string mode;
   Vec3 force_n;
 };
@@ -108,7 +107,7 @@ struct Recomputed {
   double rounding_m = 0.0;  // of this formula on numbers of 53 bits: |u| is s only to an ulp, and ε has a root over it
 };
 
-// What a surface of strength s holds that one is d deep in: Huber's function of d if it is elastic.
+// Stored energy of a surface of strength s at depth d: Huber's function of d if elastic.
 long double held_j(const Primitive& p, long double d) {
   const long double s = p.strength_n, stiffness = p.stiffness_n_per_m;
   if (!(stiffness > 0)) return s * d;
@@ -118,7 +117,7 @@ long double conjugate_j(const Primitive& p, const Vec3& u) {
   return p.stiffness_n_per_m > 0 ? norm_squared(u) / (2.0L * p.stiffness_n_per_m) : 0.0L;
 }
 
-// The check formula of a trace (docs/trace.md), as anyone would write it down.
+// The check formula of a trace (docs/trace.md), in its plainest form.
 Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const Vec3& probe, const Vec3& directed, double k,
                             double T) {
   Vec3 sum;
@@ -274,11 +273,11 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
             push += row.force_n;
             continue;
           }
-          // No primitive brings in more than its strength over the way from the start to it.
+          // No primitive injects more than its strength over the distance from the start to it.
           const double injects = dot(row.force_n, step) - norm(row.force_n) * distance(row.primitive.position_m, start);
           if (exact) {
             ASSERT_LE(injects, 1e-15) << "tick " << tick << " mode " << row.mode;
-          } else {  // a balance that is not quite one may hide what its bound says
+          } else {  // an inexact balance may hide its bound
             ASSERT_LE(injects, 1e-15 + k * returned * returned) << "tick " << tick << " mode " << row.mode;
             capped_injections += injects > 1e-15;
           }

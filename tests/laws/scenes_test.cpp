@@ -1,4 +1,4 @@
-// What every scene that we ship promises under the hand that the demo gives it: it is felt, and so is each of its modes.
+// Every shipped scene under the demo's hand: forces of all its modes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

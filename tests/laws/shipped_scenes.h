@@ -1,4 +1,4 @@
-// The scenes that we ship, by name, for tests that hold for each of them.
+// The shipped scenes by name, for tests of all of them.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ inline std::filesystem::path scene_file(const std::string& name) {
   return std::filesystem::path(PALPA_SCENES_FOLDER) / (name + ".toml");
 }
 
-/// What a variable of the environment holds, followed by a part of a path.
+/// An environment variable's value, followed by a part of a path.
 inline std::filesystem::path from_environment(const char* variable, const char* part) {
   const char* value = std::getenv(variable);
   return std::filesystem::path(value ? value : "") / part;
@@ -31,7 +31,7 @@ inline std::filesystem::path from_environment(const char* variable, const char* 
 inline std::filesystem::path shared_data() { return from_environment("PALPA_SHARED", "data"); }
 inline std::filesystem::path reader() { return from_environment("PALPA_BIN", "palpa-read"); }
 
-/// Why this scene cannot be felt here; empty if it can.
+/// The reason why this scene cannot run here; empty: it can.
 inline std::string missing_for(const std::string& name) {
   if (name.ends_with("_phantom")) return {};
   if (!std::filesystem::is_directory(shared_data())) return "no real data: " + shared_data().string() + " is not there";

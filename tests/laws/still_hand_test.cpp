@@ -1,5 +1,4 @@
-// A hand held still feels a still force: at 10 000 places of every scene that we ship, after coming there from
-// 20 mm away.
+// Still hands at 10 000 points of every shipped scene, approached from 20 mm away.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,12 +11,12 @@ namespace palpa {
 namespace still_hand_test {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int places = 1000;  // a sanitizer looks at every access, not at every place
+constexpr int places = 1000;  // a sanitizer checks every access, so fewer points suffice
 #else
 constexpr int places = 10000;
 #endif
 constexpr int approach_ticks = 200;
-constexpr double approach_m = 0.02;  // 0.1 m/s: surfaces are met on the way, modes have something to remember
+constexpr double approach_m = 0.02;  // 0.1 m/s: the approach meets surfaces and fills the modes' memory
 constexpr int settling_ticks = 100;
 constexpr int watched_ticks = 20;
 

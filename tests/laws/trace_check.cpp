@@ -12,13 +12,12 @@ namespace palpa::test {
 
 namespace {
 
-// Traces from before levels had one are of rigid ones.
+// Older traces without stiffness have rigid levels.
 double stiffness_of(const CsvRows& primitives) {
   const std::string column = "stiffness_n_per_m";
   return primitives.has(column) && !primitives.text(column).empty() ? primitives.number(column) : 0.0;
 }
 
-// The rows of one corner, as they are met.
 struct Corner {
   std::string owner;
   Facets facets;
@@ -128,10 +127,10 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
 
 namespace {
 
-// What one primitive, or one corner, can exert at a place: the force nearest to a wanted one.
+// The set of forces of a primitive or a corner at a point: the nearest to a given force.
 struct Exertable {
   std::string kind, owner;
-  std::vector<Vec3> at_m, directions;  // of a corner its facets
+  std::vector<Vec3> at_m, directions;
   double strength_n = 0.0, drag_n_per_m = 0.0, stiffness_n_per_m = 0.0;
   Vec3 force_n;
 
@@ -139,7 +138,7 @@ struct Exertable {
     const double length_n = norm(wanted_n);
     return length_n > strength_n ? strength_n / length_n * wanted_n : wanted_n;
   }
-  // Of a plane or facet that the proxy is behind by `depth_m`.
+  // Of a plane or facet at depth `depth_m` of the proxy.
   double pressed_n(double depth_m) const {
     return stiffness_n_per_m > 0.0 ? std::min(strength_n, stiffness_n_per_m * depth_m) : strength_n + drag_n_per_m * depth_m;
   }
@@ -151,7 +150,7 @@ struct Exertable {
       if (length_m <= tolerance_m) return within_strength(across(wanted_n));
       return (strength_n + drag_n_per_m * length_m) / length_m * way_m;
     }
-    // A plane, or the facets of a corner: those that the proxy lies on press as is wanted, one after another.
+    // A plane, or the facets of a corner: touched facets press as demanded, in sequence.
     Vec3 sum_n, left_n = wanted_n;
     for (int sweep = 0; sweep < 50; ++sweep) {
       sum_n = {};
@@ -200,7 +199,7 @@ void check_rests(const std::filesystem::path& trace, double tolerance_m, const s
       all.back().directions.push_back(kind == "point" ? Vec3{} : primitives.vector("direction", ""));
     }
     const Vec3 demand_n = k * (x_m - balances.vector("probe", "m")) - directed_n;
-    // Each in turn takes what the others leave, which is exact where their spans are independent and converges where not.
+    // Each takes the others' remainder: exact for independent spans, convergent otherwise.
     Vec3 left_n = demand_n;
     for (int sweep = 0; sweep < 300 && norm(left_n) > 1e-6; ++sweep) {
       for (Exertable& one : all) {
@@ -256,8 +255,8 @@ std::map<std::int64_t, ElasticEnergy> elastic_energies(const std::filesystem::pa
   CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
   while (balances.next()) {
     ElasticEnergy& held = all[balances.integer("tick")];
-    held = {};                            // what earlier sub-steps had is gone
-    std::map<std::string, Level> levels;  // by mode and slot
+    held = {};  // earlier sub-steps' energy is gone
+    std::map<std::string, Level> levels;
     for (std::int64_t i = balances.integer("primitives"); i > 0; --i) {
       if (!primitives.next()) throw LoadError(balances.place() + ": its primitives are missing");
       if (!(stiffness_of(primitives) > 0.0)) continue;

@@ -1,5 +1,4 @@
-// Every balance of every scene that we ship, under a hand, checked by the formula of docs/trace.md from the
-// trace's files alone.
+// Every balance of every shipped scene under a hand, checked from the trace's files alone (docs/trace.md).
 #include "tests/laws/trace_check.h"
 
 #include <gtest/gtest.h>
@@ -68,7 +67,7 @@ TEST_P(ShippedTrace, ProvesEachOfItsBalances) {
 INSTANTIATE_TEST_SUITE_P(Scenes, ShippedTrace, testing::ValuesIn(test::shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
-// The check itself: a force, a position or a bound that is made up does not pass it.
+// The check rejects a falsified force, position or bound.
 TEST(TraceCheck, SeesWhatIsMadeUp) {
   const fs::path folder = fs::temp_directory_path() / ("palpa-trace-check-" + std::to_string(::getpid()));
   fs::create_directory(folder);
@@ -89,8 +88,8 @@ TEST(TraceCheck, SeesWhatIsMadeUp) {
       };
   EXPECT_LE(checked("0", "1").bound_m, 1e-15);
   EXPECT_NEAR(checked("0", "0.9").bound_m, 1e-4, 1e-12);     // 0.1 N left over
-  EXPECT_GE(checked("-1e-6", "1").bound_m, 1e-6);            // not where the plane holds
-  EXPECT_GE(checked("-0.001", "0").bound_m, 1e-3);           // as if nothing held
+  EXPECT_GE(checked("-1e-6", "1").bound_m, 1e-6);            // off the plane's side that holds
+  EXPECT_GE(checked("-0.001", "0").bound_m, 1e-3);           // without any hold
   EXPECT_GE(checked("1e-6", "1.001").bound_m, 1e-6);         // pulls back on its free side
   EXPECT_NEAR(checked("0.002", "3").bound_m, 3.0e-3, 2e-3);  // beyond its strength: 2 N count, not 3
   EXPECT_THROW(checked("zero", "1"), LoadError);
@@ -99,12 +98,12 @@ TEST(TraceCheck, SeesWhatIsMadeUp) {
   fs::remove_all(folder);
 }
 
-// So is the check of rests: a drag that carries what it could at a speed alone, off the place of a record, does not pass.
+// The check of rests rejects a drag that bears off its recorded position, which takes motion.
 TEST(TraceCheck, SeesARestThatNothingBears) {
   const fs::path folder = fs::temp_directory_path() / ("palpa-trace-rest-" + std::to_string(::getpid()));
   fs::create_directory(folder);
   std::ofstream(folder / "ticks.csv") << "tick,status\n0,resting\n";
-  // A point of 0.05 N and 1 N·s/m where the proxy is, a plane of 2 N in front of it; k = 500 N/m, the probe 10 mm behind.
+  // A point of 0.05 N and 1 N·s/m at the proxy, a plane of 2 N in front of it; k = 500 N/m, the probe 10 mm behind.
   const auto left_n = [&](const std::string& plane_z_m, const std::string& strength_n) {
     std::ofstream(folder / "balances.csv") << "tick,dt_s,probe_x_m,probe_y_m,probe_z_m,k_n_per_m,directed_x_n,directed_y_n,"
                                               "directed_z_n,proxy_x_m,proxy_y_m,proxy_z_m,primitives\n"
@@ -118,7 +117,7 @@ TEST(TraceCheck, SeesARestThatNothingBears) {
     return left;
   };
   EXPECT_NEAR(left_n("-0.001", "2"), 5.0 - 0.05, 1e-5);  // off the plane
-  EXPECT_NEAR(left_n("0", "2"), 5.0 - 2.05, 1e-5);       // on it, and more than it bears
+  EXPECT_NEAR(left_n("0", "2"), 5.0 - 2.05, 1e-5);       // on it, and above its strength
   EXPECT_NEAR(left_n("0", "7"), 0.0, 1e-5);
   EXPECT_NEAR(left_n("0.003", "4.95"), 0.0, 1e-5);  // behind it: all of its strength
   fs::remove_all(folder);

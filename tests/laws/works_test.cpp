@@ -1,4 +1,4 @@
-// What every primitive brought in, and what data that move did, checked from the trace's files alone.
+// Work of every primitive, and of moving data, checked from the trace's files alone.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -51,7 +51,7 @@ TEST_P(Works, AreThoseThatTheLedgerBooks) {
     EXPECT_EQ(carried, 0);
   }
 
-  // What an elastic level takes is neither brought in nor lost: it holds it, and so the tick says. One mode has such levels.
+  // Energy stored by an elastic level is neither injected nor lost; the tick reports it as stored. One mode has elastic levels.
   std::map<std::int64_t, double> took_j;
   std::string elastic_mode;
   double before_j = 0.0, most_j = 0.0;

@@ -1,4 +1,4 @@
-// A level that lets go is felt as a fall, not as a knock; one that is stronger than what reaches the hand never lets go.
+// Fade of a level at break-through; levels stronger than the output limit.
 #include "palpa/loop/break_through_filter.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(BreakThroughFilter, LeavesACommandAsItIsWhileNothingLetsGo) {
   }
 }
 
-// From any force to any other, at any rate: in a straight line, in 5 to 20 ms, at 0.5 N/ms where that allows it.
+// Between any two forces, at any rate: in a straight line, in 5 to 20 ms, at 0.5 N/ms where that allows it.
 TEST(BreakThroughFilter, FallsInAStraightLineInItsTime) {
   Random random(2);
   for (int run = 0; run < 500; ++run) {
@@ -53,7 +53,7 @@ TEST(BreakThroughFilter, FallsInAStraightLineInItsTime) {
   }
 }
 
-// A proxy that snaps over an edge: what fingers would feel as a step takes 20 ms, what they would not is left alone.
+// A proxy that snaps over an edge: steps above the tactile threshold take 20 ms, others none.
 TEST(BreakThroughFilter, SpreadsWhatAProxyLetsGo) {
   Random random(11);
   for (int run = 0; run < 500; ++run) {
@@ -77,7 +77,7 @@ TEST(BreakThroughFilter, SpreadsWhatAProxyLetsGo) {
   }
 }
 
-// What else steps while that is under way has 20 ms again, also where nothing lets go: none of it is left for the end.
+// A further step during the fade has 20 ms again, also without a release.
 TEST(BreakThroughFilter, SpreadsWhatStepsWhileAProxyLetsGo) {
   Random random(13);
   int begun_again = 0;
@@ -101,7 +101,7 @@ TEST(BreakThroughFilter, SpreadsWhatStepsWhileAProxyLetsGo) {
   EXPECT_GT(begun_again, 100);
 }
 
-// Whatever the hand does meanwhile: it gets no more than a spring lets go that loses this step, and holds its force for a tick.
+// For any motion of the hand: at most the energy of the spring's loss in this step, with the force held for a tick.
 TEST(BreakThroughFilter, GivesNoMoreThanTheSpringLetGo) {
   Random random(12);
   for (int run = 0; run < 2000; ++run) {
@@ -111,7 +111,7 @@ TEST(BreakThroughFilter, GivesNoMoreThanTheSpringLetGo) {
     BreakThroughFilter release;
     release.shape(before_n, false, 0.0, dt_s);
     double given_j = 0.0, held_j = 0.0;
-    Vec3 lag_n = before_n - after_n;  // what was sent in the tick before is felt until this one
+    Vec3 lag_n = before_n - after_n;  // the force of the tick before acts until this tick
     const Vec3 along = normalized(lag_n);
     for (int i = 0; i < 25; ++i) {
       const Vec3 step_m = dt_s * speed * (random.below(4) ? along : random.direction());
@@ -123,7 +123,7 @@ TEST(BreakThroughFilter, GivesNoMoreThanTheSpringLetGo) {
   }
 }
 
-// As where drags hold the proxy after a level has let go: the spring's own fall is a part of the half newton.
+// As where drags hold the proxy after a break-through: the spring's own fall is a part of the half newton.
 TEST(BreakThroughFilter, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) {
   Random random(3);
   for (int run = 0; run < 500; ++run) {
@@ -142,8 +142,8 @@ TEST(BreakThroughFilter, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) 
   }
 }
 
-// Whatever is asked of it: never longer than what was there, over in 20 ms, and no further behind than the spring went beyond
-// what the hand made of it.
+// For any input: never longer than the force at the start, over in 20 ms, and no further behind than the spring's change beyond
+// the hand's own.
 TEST(BreakThroughFilter, AddsNoForceOfItsOwnAndEnds) {
   Random random(4);
   for (int run = 0; run < 500; ++run) {
@@ -198,13 +198,13 @@ Scene wall(double strength_n, double max_force_n, bool material = false) {
   return scene;
 }
 
-/// A hand that goes straight down to `depth_m` and up again.
+/// A hand straight down to `depth_m` and up again.
 struct Pressed {
   int breaks = 0;
   double deepest_proxy_m = 0.0;
   double largest_command_n = 0.0;
-  double fastest_fall_n = 0.0;  ///< of the command in a tick
-  double unbooked_j = 0.0;      ///< most that work on the hand, held back and force × way differ by
+  double fastest_fall_n = 0.0;
+  double unbooked_j = 0.0;  ///< largest difference between work on the hand, withheld energy and force × path
 };
 Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
   Session session(scene);
@@ -230,7 +230,7 @@ Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
 
 TEST(BreakThroughFilter, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
   for (const double strength_n : {0.5, 2.0, 5.0, 9.0}) {
-    for (const double drag_ns_per_m : {0.0, 0.2, 1.0, 3.0}) {  // what is behind the level
+    for (const double drag_ns_per_m : {0.0, 0.2, 1.0, 3.0}) {
       Scene scene = wall(strength_n, 10.0);
       if (drag_ns_per_m > 0.0) scene.add("syrup", Viscosity{.drag_ns_per_m = drag_ns_per_m});
       const Pressed pressed = press(scene, 0.025, 20.0);
@@ -242,7 +242,7 @@ TEST(BreakThroughFilter, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
   }
 }
 
-// It could only be broken unfelt: the hand would feel the limit before, and the limit after.
+// Its break-through would be hidden: the hand would get the limit before and after it.
 TEST(BreakThroughFilter, NeverIsOfALevelStrongerThanWhatReachesTheHand) {
   for (const double strength_n : {3.5, 5.0, 12.0, 60.0}) {
     for (const bool by_device : {false, true}) {
@@ -262,8 +262,8 @@ TEST(BreakThroughFilter, IsOfNoMaterialThatYields) {
   EXPECT_NEAR(pressed.largest_command_n, 1.0, 1e-3);
 }
 
-// A strength that is there and gone within less than the hand goes in a tick, as at the edge of a wing's boundary layer: what
-// lets go is spread and told, and no step that fingers tell is left beyond the hand's own.
+// A strength that rises and falls within the hand's path of a tick, as at the edge of a wing's boundary layer: the release is
+// faded and reported, with no step above the tactile threshold beyond the hand's own.
 TEST(BreakThroughFilter, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
   constexpr double k = 600.0, step_m = 5e-5;
   const auto scene_of = [](auto mode, double edge_m) {

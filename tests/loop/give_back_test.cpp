@@ -1,5 +1,5 @@
-// What reaches a hand at rest, behind the guard, is k times the stretch within the limit, whatever came before: there again
-// within 50 ms, and by no step above the slew limit.
+// The command to a hand at rest, behind the limiter: k times the extension within the limit, within 50 ms, without a step above
+// the slew limit.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ Vec3 due_n(const TickFrame& frame, double most_n) {
   return norm(n) > most_n ? most_n * normalized(n) : n;
 }
 
-/// Feels a scene behind a guard, and judges every frame.
+/// Runs a scene behind a limiter, and checks every frame.
 class Guarded {
  public:
   Guarded(const Scene& scene, double rate_hz, bool motors)
@@ -41,7 +41,7 @@ class Guarded {
       EXPECT_LE(test::grown_n(frame.command_n, last_n_), options_.slew_n_per_s * time_step_s_ * (1 + 1e-9) + 1e-12)
           << "tick " << ticks_;
     }
-    // A drag goes on to let the proxy creep: the command is no further behind than what is due has changed in that time.
+    // A drag lets the proxy creep: the command lags by no more than the due force's change in that time.
     due_n_.push_back(due_n(frame, options_.max_force_n));
     if (!options_.motors && rests_s_ >= back_s) {
       const Vec3& before_n = due_n_[due_n_.size() - 1 - static_cast<std::size_t>(back_s / time_step_s_)];
@@ -52,7 +52,7 @@ class Guarded {
     ++ticks_;
     return frame;
   }
-  /// For a time [s], and until nothing has waited for 50 ms.
+  /// For a time [s], and until all pending force has been out for 50 ms.
   TickFrame rest(const Vec3& at_m, double time_s) {
     TickFrame frame = tick(at_m);
     for (double s = time_step_s_; s < time_s || (rests_s_ < back_s + time_step_s_ && s < 10.0); s += time_step_s_)
@@ -108,7 +108,7 @@ TEST(GivenBackByTheLoop, AfterAGlitch) {
   EXPECT_GT(withheld, 500) << "nothing was withheld";
 }
 
-// Motors: strokes that are no fault bring the hand to rest with the wall's force, never by a step above the slew limit.
+// Motors: strokes without a fault end with the wall's force, without a step above the slew limit.
 TEST(GivenBackByTheLoop, AfterAFastStrokeByMotors) {
   int withheld = 0;
   for (const test::RestingHand& hand : test::resting_hands(0.5 * spacing_m)) {
@@ -133,7 +133,7 @@ TEST(GivenBackByTheLoop, AfterAFastStrokeByMotors) {
   EXPECT_GT(withheld, 50) << "nothing was withheld";
 }
 
-// A glitch too fast for a hand is a fault to motors: the hand begins anew by the ramp, and has at rest what is due to it.
+// A glitch too fast for a hand is a fault to motors: restart by the ramp, due force at rest.
 TEST(GivenBackByTheLoop, AfterAGlitchByMotors) {
   for (const test::RestingHand& hand : test::resting_hands(spacing_m)) {
     for (const double rate_hz : test::resting_rates_hz) {

@@ -1,4 +1,4 @@
-// What the guard promises (docs/safety.md), judged from its inputs and commands alone, and hands that try to break it.
+// The limiter's promises (docs/safety.md), checked from its inputs and commands alone, and hostile hands.
 #pragma once
 
 #include <array>
@@ -12,13 +12,12 @@
 
 namespace palpa::test {
 
-/// Judges one guard, tick by tick. It knows the options and the inputs, and takes nothing of what the guard says of itself for
-/// granted but its states, whose order it checks.
+/// Checks one limiter, tick by tick, from its options and inputs; of its own report only the order of its states.
 class Judge {
  public:
   explicit Judge(const GuardOptions& options) : options_(options) {}
 
-  /// Empty, or the promise that was broken.
+  /// Empty, or the broken promise.
   const char* broken_by(const GuardInput& in, const Guard& guard, const Guard::Passed& out) {
     const char* broken = judge(in, guard, out);
     last_n_ = out.command_n;
@@ -49,7 +48,7 @@ class Judge {
     paused_s_ = pause || fault ? paused_s_ + in.time_step_s : 0.0;
     overdue_ticks_ = paused_s_ > 0.05 + 1e-9 ? overdue_ticks_ + 1 : 0;  // a fault in its last tick takes three more
     if (overdue_ticks_ > 3 && sent_n > 0) return "a pause ends at zero within 50 ms and three ticks";
-    // Whatever mean of its velocity is taken: after 25 ms of the same one it is that one.
+    // For any mean of the velocity: after 25 ms of a constant velocity the mean equals it.
     const bool steps = in.usable && is_finite(in.probe_step_m);
     const Vec3 velocity = steps ? in.probe_step_m / in.time_step_s : Vec3{};
     const bool is_same =
@@ -65,7 +64,7 @@ class Judge {
     if (was_silent && !has(in, Circumstance::panic) && has(in, Circumstance::resume)) is_off_ = false;
     if (is_off_ && sent_n > norm(last_n_)) return "after a panic nothing goes out until a person says so";
 
-    // The way back: from zero, with what is felt begun anew, by the ramp.
+    // Recovery: from zero, with a reset session, by the ramp.
     if (fault || pause) {
       allowed_s_ = 0.0;
       is_returning_ = true;
@@ -118,7 +117,7 @@ class Judge {
   bool is_returning_ = true, has_begun_ = false, is_off_ = false;
 };
 
-/// A hand and a program that do everything wrong that they can, in stretches of random length.
+/// A hand and a program with every fault, in pieces of random length.
 class RandomHand {
  public:
   explicit RandomHand(std::uint64_t seed) : random_(seed) {}

@@ -1,4 +1,4 @@
-// Laws of the guard's state machine: docs/safety.md, on told time.
+// The limiter's state machine (docs/safety.md), in simulated time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace guard_states_test {
 
 constexpr double dt_s = 1e-3;
 
-/// A guard under a steady force and a still hand, unless something else is told.
+/// A limiter under a steady force and a still hand, unless a test changes them.
 class GuardStates : public testing::Test {
  protected:
   Guard::Passed tick(const Vec3& force_n, std::uint32_t circumstances = 0, bool usable = true, const Vec3& step_m = {}) {

@@ -1,4 +1,4 @@
-// Laws of the guard: what it lets out is finite, within the limit, and points where the force points.
+// Limiter output: finite, within the limit, and along the force.
 #include "palpa/loop/guard.h"
 
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ TEST(Guard, ALimitThatIsNoneLetsNothingThrough) {
   for (const double bad : {nan, -1.0, 0.0}) EXPECT_EQ(Guard(bad).pass({1, 2, 3}).command_n, Vec3{});
 }
 
-// The same of a session under it, whatever its scene allows.
+// Likewise for a session under it, for any scene.
 TEST(GuardedSession, WithALimitThatIsNoneLetsNothingThrough) {
   for (const double bad : {nan, -1.0, 0.0}) {
     EXPECT_FALSE(guard_options_for({.max_force_n = bad}, 3.3).max_force_n > 0.0);

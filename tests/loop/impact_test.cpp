@@ -1,4 +1,4 @@
-// What hits something hard is felt by a pulse that grows with its speed; nothing else changes.
+// Impact: pulse of a contact on hard material, which grows with its speed.
 #include "palpa/loop/impact.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ Scene scene_of(const Wall& wall) {
   return scene;
 }
 
-/// Two hands on the same way: one feels impacts, and one does not.
+/// Two hands on one path, with and without impacts.
 class Both {
  public:
   explicit Both(const Wall& wall, double dt_s = 1e-3, double device_max_force_n = 50.0)
@@ -81,7 +81,7 @@ class Both {
   GuardedSession guarded_with_, guarded_without_;
 };
 
-/// The pulses of a hand that goes straight, from 10 mm before the wall, for 0.2 s; the first is that of the tick of the onset.
+/// The pulses of a straight hand, from 10 mm before the wall, for 0.2 s; the first is at the onset's tick.
 std::vector<Vec3> pulses_of(const Wall& wall, const Vec3& velocity_m_per_s, double dt_s = 1e-3) {
   Both both(wall, dt_s);
   std::vector<Vec3> pulses_n;
@@ -101,7 +101,7 @@ double share_at(double t_s) {
   return t_s < whole_s ? (std::exp(-t_s / decay_s) - end) / (1.0 - end) : 0.0;
 }
 
-// From any side, at any rate: gain times the speed along the normal at first, then its curve, then nothing.
+// From any side, at any rate: gain times the normal speed at first, then its curve, then 0.
 TEST(Impact, IsGainTimesTheSpeedAlongTheNormalAndDecaysToNothing) {
   Random random(1);
   for (int run = 0; run < 100; ++run) {
@@ -137,7 +137,7 @@ TEST(Impact, IsNothingWithoutAGain) {
   }
 }
 
-// What is stiffer than the coupling is hard; what gives way more is not, and what is weak cannot knock hard.
+// Levels stiffer than the coupling are hard; softer ones are not, and weak ones cannot knock hard.
 TEST(Impact, IsOfHardLevelsAndNeverHigherThanTheyAreStrong) {
   const Vec3 down{0, 0, -0.1};
   for (const double softer : {0.1, 0.9, 1.0}) {
@@ -150,7 +150,6 @@ TEST(Impact, IsOfHardLevelsAndNeverHigherThanTheyAreStrong) {
     EXPECT_NEAR(pulses_of({.gain_ns_per_m = 10.0, .strength_n = strength_n}, down)[0].z, strength_n, 1e-6) << strength_n;
 }
 
-// However fast one hits it and whatever the gain, of the scene's limit and the device's the smaller holds.
 TEST(Impact, StaysWithinTheGuard) {
   Random random(2);
   for (int run = 0; run < 100; ++run) {
@@ -168,7 +167,7 @@ TEST(Impact, StaysWithinTheGuard) {
   }
 }
 
-// The books: what the pulse did to the hand is found in what lies between force and command.
+// The ledger: the pulse's work on the hand equals the difference between force and command.
 TEST(Impact, IsBookedAsTheWorkThatItDoes) {
   Random random(3);
   for (int run = 0; run < 50; ++run) {
@@ -193,7 +192,7 @@ TEST(Impact, IsBookedAsTheWorkThatItDoes) {
   }
 }
 
-// A free hand of mass m takes the impulse g v Σ share dt: it comes away no faster than it came up to 2m, and faster beyond.
+// A free hand of mass m takes the impulse g v Σ share dt: it leaves no faster than it came up to 2m, and faster beyond.
 TEST(Impact, GivesAFreeHandNoEnergyUpToTwiceItsMassOverThePulse) {
   const double dt_s = 1e-3;
   double sum_s = 0.0;
@@ -213,7 +212,7 @@ TEST(Impact, GivesAFreeHandNoEnergyUpToTwiceItsMassOverThePulse) {
   }
 }
 
-// A device that loses sight of the hand: nothing of the pulse is left, and the speed before is forgotten.
+// A device that loses the hand: the pulse ends, and the speed before is discarded.
 TEST(Impact, IsForgottenWithTheHand) {
   const Wall wall{.gain_ns_per_m = 10.0};
   Session session(scene_of(wall));

@@ -1,4 +1,4 @@
-// The live loop on a simulated clock: deadlines, scenes that change under the hand, and nothing that a tick may not do.
+// The live loop on a simulated clock: deadlines, scene changes, and a tick's prohibitions.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 namespace palpa {
 namespace live_test {
 
-/// Time passes when it is waited for, and a hand moves with it. `late_s` says by how much a wait for a time comes too late.
+/// Time advances in waits, and the hand moves with it. `late_s`: delay of a wait.
 class SimulatedTime final : public LoopClock {
  public:
   explicit SimulatedTime(SimulatedDevice* hand = nullptr) : hand_(hand) {}
@@ -41,7 +41,7 @@ class SimulatedTime final : public LoopClock {
 
 std::unique_ptr<SimulatedDevice> stroking_hand(Hold hold = Hold::relaxed) { return open_hand("sim:stroke,depth_m=0.03", hold); }
 
-/// A hand of which what it is told is seen, as a mouse's: it moves as it likes, and has no motors.
+/// A hand that records its commands, as a mouse's: it moves freely, and has no motors.
 class HandWithoutMotors final : public Device {
  public:
   explicit HandWithoutMotors(Device& hand) : hand_(hand) {}
@@ -90,7 +90,7 @@ TEST(LiveLoop, FeelsWhatASimulatedRunFeelsWhereItIsInTime) {
   EXPECT_GT(felt, 500);
 }
 
-// The probe is that of a hand that no force moves, so that both see the same ones but for the clock's rounding.
+// Probes of a hand without force, equal in both runs but for the clock's rounding.
 TEST(LiveLoop, ARehearsalIsNeverFelt) {
   std::vector<TickFrame> frames[2];
   for (const bool rehearse : {false, true}) {
@@ -132,7 +132,7 @@ TEST(LiveLoop, MissedTicksAreSkippedAndCountedAndNeverBunched) {
   EXPECT_NEAR(loop.statistics().late.p50_us, 100.0, 2.0);
 }
 
-/// A handle of which the last word is seen, and that holds it for ever.
+/// A handle that records and keeps its last command.
 class HandleWithAMemory final : public Device {
  public:
   explicit HandleWithAMemory(Device& hand) : hand_(hand) {}
@@ -150,7 +150,7 @@ class HandleWithAMemory final : public Device {
   Device& hand_;
 };
 
-// However it ends: at its duration, told to stop, or by an exception of its observer's that the program catches.
+// At its duration, on a stop, or by an observer's exception that the program catches.
 TEST(LiveLoop, EndsAtNoForceHoweverItEnds) {
   enum class End { duration, stop, exception };
   for (const End end : {End::duration, End::stop, End::exception}) {
@@ -190,7 +190,7 @@ TEST(LiveLoop, ThreeMissedTicksTakeTheForceAway) {
   EXPECT_EQ((late + 3)->guard_cause, GuardCause::late);
 }
 
-// No motor held an old force meanwhile, so nothing is to be taken from a mouse on a busy desktop.
+// No motor held an old force meanwhile, so a mouse on a busy desktop loses no force.
 TEST(LiveLoop, MissedTicksTakeNothingFromAHandWithoutMotors) {
   LiveScene live(test::head_scene());
   const auto stroking = stroking_hand(Hold::rigid);
@@ -204,7 +204,7 @@ TEST(LiveLoop, MissedTicksTakeNothingFromAHandWithoutMotors) {
   loop.run(never, [&](const TickFrame& frame, const Session&) { frames.push_back(frame); });
   EXPECT_GT(loop.statistics().missed, 1000);
   int felt = 0;
-  bool is_on = false;  // it stays so once it is
+  bool is_on = false;
   for (const TickFrame& frame : frames) {
     is_on = is_on || frame.guard == GuardState::pass;
     if (!is_on) continue;
@@ -299,7 +299,7 @@ TEST(LiveLoop, TicksWithScenesThatChangeAllocateNothingInItsThread) {
 
 class LiveLoopInFolder : public test::InFolder {};
 
-// The whole of a thread's time in the loop: clock, device, ticks, recorder, rehearsals, scenes that come from another thread.
+// All of a thread's time in the loop: clock, device, ticks, recorder, rehearsals, scenes from another thread.
 TEST_F(LiveLoopInFolder, NeitherAllocatesNorLocksInItsThreadWhileItIsRecordedAndChanged) {
   {
     std::mutex counted;

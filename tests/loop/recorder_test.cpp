@@ -1,5 +1,4 @@
-// Laws of the recorder: every tick that it takes stands in the trace, in order and to the bit; it never
-// waits for the disk; and what it took survives a kill.
+// The recorder: complete, ordered, exact traces; no waits for the disk; survival of kills.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -35,7 +34,7 @@ std::string text_of(const fs::path& file) {
   return text.str();
 }
 
-// Tick number `i` with parts whose sizes differ from tick to tick, so that they lie anywhere in a ring.
+// Tick number `i` with parts of varying size, for any offset in a ring.
 struct MadeTick {
   explicit MadeTick(std::int64_t i) {
     const double v = static_cast<double>(i);
@@ -65,7 +64,7 @@ TEST_F(RecorderTest, TheTraceIsTheOneThatTheWriterWouldHaveWrittenAlone) {
   const std::vector<std::string> modes{"a", "b", "c", "d"};
   TraceWriter alone(folder("alone"), {.primitives = true}, "", modes);
   TraceWriter behind(folder("behind"), {.primitives = true}, "", modes);
-  // So small that ticks go round its end all the time, at every offset.
+  // Small enough for frequent wraps, at every offset.
   Recorder recorder(behind, 20'011);
   for (std::int64_t i = 0; i < 5000; ++i) {
     const MadeTick tick(i);
@@ -103,7 +102,7 @@ TEST_F(RecorderTest, WhatItTookReachesTheFilesWithoutBeingAsked) {
   TraceWriter writer(folder("trace"), {}, "", {});
   Recorder recorder(writer);
   for (std::int64_t i = 0; i < 10; ++i) ASSERT_TRUE(recorder.offer({.tick = i}, {}, {}, {}, {}));
-  // Not a test of time: only of that it happens at all.
+  // No test of time, only of its occurrence.
   std::size_t found = 0;
   for (int look = 0; look < 3000 && found < 10; ++look) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -176,7 +175,7 @@ TEST_F(RecorderTest, ATickThatNoRingOfThisSizeCanHoldIsSaidNotWaitedForForEver) 
 }
 
 TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
-  // Counts, visibly to both processes, the ticks that the child has felt.
+  // Counts, visibly to both processes, the child's ticks.
   auto* felt = static_cast<std::atomic<std::int64_t>*>(
       ::mmap(nullptr, sizeof(std::atomic<std::int64_t>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   ASSERT_NE(static_cast<void*>(felt), MAP_FAILED);
@@ -211,7 +210,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
     EXPECT_GE(static_cast<std::int64_t>(ticks.size()), felt->load() - 100);
     for (std::size_t i = 0; i < ticks.size(); ++i) ASSERT_EQ(ticks[i].frame.tick, static_cast<std::int64_t>(i));
 
-    // Felt again from what is left, every file is the same as far as it goes.
+    // Replayed from the remains, every file is equal up to its end.
     TraceWriter writer(folder("again" + std::to_string(enough)), {.primitives = true}, "", modes);
     Session session(test::head_scene());
     GuardedSession guarded(session, 10.0);
@@ -231,7 +230,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
   ::munmap(felt, sizeof *felt);
 }
 
-/// A number of the environment, for who wants to see it more often than there is time for in each test.
+/// A number of the environment, for more repetitions than a test has time for.
 int times(const char* name, int otherwise) {
   const char* text = std::getenv(name);
   return text ? std::atoi(text) : otherwise;

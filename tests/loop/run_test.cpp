@@ -1,5 +1,4 @@
-// Laws of the loop on a simulated clock: the same bits every time, an exact clock, honest work, and no
-// force where the probe is not known.
+// The loop on a simulated clock: repeatability, exact clock, works, invalid probes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +30,7 @@ class Run : public test::InFolder {
   }
 };
 
-// A rigid hand that is lost, shows nonsense, and presses a button, now and then, on its way into the head.
+// A rigid hand with occasional losses, invalid positions and button presses, on its way into the head.
 class Unsteady final : public SimulatedDevice {
  public:
   std::string name() const override { return "unsteady"; }

@@ -13,7 +13,7 @@
 
 namespace palpa::test {
 
-/// The head phantom with skin and bone, in a little syrup.
+/// The head phantom with skin and bone, in a viscous medium.
 inline Scene head_scene() {
   Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5});
   const FieldRef head = scene.add("head", head_phantom());

@@ -1,4 +1,4 @@
-// Front shape, transverse damping, and what noise leaves of modes whose direction is a gradient: which primitives they place.
+// Front shape, transverse damping, and noise weights of modes with gradient directions: their primitives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -102,7 +102,7 @@ TEST(VectorModes, AreSilentWhereTheFieldIsZero) {
   EXPECT_TRUE(place.of(TransverseDamping{.field = first}).empty());
 }
 
-// w = 0 up to the noise, 1 from three times it on, smooth and growing between; per metre of the world, whatever the map.
+// w = 0 up to the noise, 1 from three times it on, smooth and increasing between; per metre of the world, under any map.
 TEST(NoiseWeight, GoesFromNothingToAllBetweenOneAndThreeTimesTheNoise) {
   for (const double scale : {1e-3, 1.0, 1e4}) {
     const Similarity map{Mat3::identity(), scale, {}};

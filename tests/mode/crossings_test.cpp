@@ -1,4 +1,4 @@
-// Where a straight way passes a level: found whatever lies between two samples, beside brute force.
+// Level crossings on straight paths: found between any two samples, against brute force.
 #include "palpa/mode/crossings.h"
 
 #include <gtest/gtest.h>
@@ -17,12 +17,12 @@ namespace crossings_test {
 
 using namespace test::searched;
 
-// Of thousands of watched values, as transfer functions bring them, those next to the present one decide, and where a plane
-// holds on one of them the next but one: the same as if there were no others.
+// Of thousands of watched values, as from transfer functions, only the neighbours of the present value count, and where a plane
+// holds on a neighbour the next but one.
 TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
   std::mt19937 random(5);
   const FieldPtr field = grid_with(grid_field, {12, 12, 12}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
-  constexpr int count = 20'000;  // at equal distances from -1 to 1, in any order, each twice
+  constexpr int count = 20'000;  // equally spaced from -1 to 1, in any order, each twice
   const auto value = [](int i) { return 2.0 * (i + 0.5) / count - 1.0; };
   std::vector<Threshold> watches;
   for (int i = 0; i < 2 * count; ++i) watches.push_back({0, value(i % count)});
@@ -57,8 +57,8 @@ TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
   EXPECT_GT(stopped, 100);
 }
 
-// Random noise, walked from crossing to crossing, beside 100 samples per voxel: every change of sides that samples
-// show is found, nothing is found where they show none, and the stop is just beyond the change.
+// Random noise, from crossing to crossing, against 100 samples per voxel: every change of sides in the samples is found, no
+// others, with the stop just beyond it.
 TEST(FirstCrossing, IsWhatManySamplesShow) {
   std::mt19937 random(1);
   for (const MakeGrid make : both) {
@@ -103,7 +103,7 @@ TEST(FirstCrossing, IsWhatManySamplesShow) {
   }
 }
 
-// All crossings along a way, one search after the other, alternate and end on the side that samples show.
+// All crossings along a path, in successive searches, alternate and end on the samples' side.
 TEST(FirstCrossing, OneAfterTheOtherTheyAddUp) {
   std::mt19937 random(2);
   for (const MakeGrid make : both) {
@@ -130,13 +130,13 @@ TEST(FirstCrossing, OneAfterTheOtherTheyAddUp) {
   }
 }
 
-// A wall of one voxel, at any angle and any place, met by ways of any length.
+// A wall of one voxel, at any angle and position, met by paths of any length.
 TEST(FirstCrossing, NoWallIsTooThin) {
   std::mt19937 random(3);
   for (const MakeGrid make : both) {
     const FieldPtr field = grid_with(make, {64, 64, 64}, [](auto, auto, auto k) { return k == 31 ? 1000.0 : 0.0; });
     for (int n = 0; n < 3000; ++n) {
-      // The wall is felt wherever the interpolant reaches the level, however thin that layer is: up to its very top.
+      // The wall is met wherever the interpolant reaches the level, up to its very top.
       const double top = make == grid_field ? 1000.0 : 4000.0 / 6.0;
       const double level = n % 3 == 0 ? top * (1 - std::pow(10.0, uniform(random, -10, -1))) : uniform(random, 1, 0.99 * top);
       Searched s({field}, {{0, level}});
@@ -179,8 +179,8 @@ TEST(FirstCrossing, FindsTwoWithinACell) {
   EXPECT_FALSE(past.search(from, to).stopped);
 }
 
-// A proxy on a level, to the last bit, that lifts off along a way which first rises a little: rounding, which has samples and
-// polynomials on either side of the level there, is no crossing to stop for.
+// A proxy on a level to the last bit lifts off along a path with a slight rise: samples and polynomials on either side of the
+// level are rounding, no crossing.
 TEST(FirstCrossing, RoundingOnTheLevelStopsNothing) {
   std::mt19937 random(11);
   for (const MakeGrid make : both) {
@@ -218,7 +218,7 @@ TEST(FirstCrossing, AFormulasLevelIsLocatedAsWell) {
       const double one = (-b - std::sqrt(under)) / a, other = (-b + std::sqrt(under)) / a;
       root = one > 0.0 ? one : other > 0.0 ? other : 2.0;
     }
-    if (under > 0.0 && std::sqrt(under) < 1e-3 * a) continue;  // grazed
+    if (under > 0.0 && std::sqrt(under) < 1e-3 * a) continue;
     ASSERT_EQ(met.stopped, root <= 1.0) << n;
     if (!met.stopped) continue;
     ASSERT_NEAR(met.share * norm(d), root * norm(d), 5e-12) << n;
@@ -232,7 +232,7 @@ TEST(FirstCrossing, TouchingIsNotCrossing) {
   Searched ridge({hill}, {{0, 1.0 + 1e-15}});
   ridge.forget();
   EXPECT_FALSE(ridge.search({0, 5e-4, 5e-4}, {2e-3, 5e-4, 5e-4}).stopped);
-  const double on_face = flat->scalar({1e-3, 1e-3, 2e-3}).value;  // 2, as rounding has it
+  const double on_face = flat->scalar({1e-3, 1e-3, 2e-3}).value;  // 2, up to rounding
   Searched face({flat}, {{0, on_face}});
   face.forget();  // on the level: counts as above
   EXPECT_FALSE(face.search({1e-3, 1e-3, 2e-3}, {3e-3, 3e-3, 2e-3}).stopped);
@@ -261,7 +261,7 @@ TEST(FirstCrossing, PlateausAtTheLevelAreReached) {
 }
 
 TEST(FirstCrossing, WorkIsBoundedAndGoesOn) {
-  // A formula is looked at every quarter of a millimetre: a way of a metre is more than one search.
+  // A formula is sampled every quarter of a millimetre: a path of a metre is more than one search.
   const FieldPtr plane = plane_field(10.0).fields[0].field;
   Searched s({plane}, {{0, 0.0}});
   Vec3 at{0, 0, 4.9};
@@ -287,7 +287,7 @@ TEST(FirstCrossing, WorkIsBoundedAndGoesOn) {
   EXPECT_TRUE(!whole.stopped || !long_way.crossings.empty() || whole.out_of_work);
 }
 
-// Its pieces have no length, as those of any field where a way is shorter than its ends can be told.
+// Pieces of length 0, as of any field on a path too short to separate its ends.
 class WithoutLength : public Field {
  public:
   int components() const noexcept override { return 1; }
@@ -341,7 +341,7 @@ TEST(FirstCrossing, TakesAnything) {
   }
 }
 
-// The hand's frame: the same shares whatever the scale of the data.
+// The hand's frame: equal shares at any scale of the data.
 TEST(FirstCrossing, DoesNotDependOnTheScale) {
   std::mt19937 random(7);
   const FieldPtr noise = grid_with(grid_field, {20, 20, 20}, [&](auto, auto, auto) { return uniform(random, -1, 1); });

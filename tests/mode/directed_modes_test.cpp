@@ -1,4 +1,4 @@
-// Gradient, vector and vortex modes: where they point, how strong they are, where they are silent.
+// Gradient, vector and vortex modes: directions, strengths, silent regions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace directed_modes_test {
 
 constexpr double k = 800;
 
-// One field, looked at from a proxy under a map.
+// One field, sampled from a proxy under a map.
 class Place {
  public:
   Place(FieldPtr field, const Similarity& map, const Vec3& proxy) : fields_{std::move(field)}, samples_(fields_, map) {
@@ -116,7 +116,7 @@ TEST(VortexPlane, StandsOnTheLevelItWasCapturedOnAndFacesTheCore) {
   const VortexPlane mode{.field = first, .strength_n = 0.5};
   Place inner(q, {}, {0.5 * core, 0, 0});
   const double level = inner.here().scalar(first).value;
-  // A little further out, remembering the level: the plane is back where the level is.
+  // A little further out, with the level in memory: the plane is back at the level.
   Place outer(q, {}, {0.52 * core, 0, 0});
   const PrimitiveSet& set = outer.of(mode, VortexPlane::Memory{true, level});
   ASSERT_EQ(set.size(), 1u);
@@ -124,12 +124,11 @@ TEST(VortexPlane, StandsOnTheLevelItWasCapturedOnAndFacesTheCore) {
   EXPECT_LT(norm(set[0].direction - Vec3{-1, 0, 0}), 1e-3);
   EXPECT_NEAR(set[0].position_m.x, 0.5 * core, 0.02 * core * 0.1);
   EXPECT_EQ(set.captured(0).value, level);
-  // With no memory it stands where the proxy is.
+  // Without memory it is at the proxy.
   Place fresh(q, {}, {0.52 * core, 0, 0});
   EXPECT_LT(distance(fresh.of(mode, VortexPlane::Memory{})[0].position_m, {0.52 * core, 0, 0}), 1e-15);
 }
 
-// No force depends on how large or how turned the data are in the world.
 TEST(DirectedModes, AreTheSameInAnyWorld) {
   const Volume still = sphere_field(0.05);
   test::Random random(3);

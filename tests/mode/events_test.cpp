@@ -1,4 +1,4 @@
-// What a search stops for: sides that a proxy holds or leaves, edges of data, values that are not allowed, and its budget.
+// Stops of a search: held and left sides, edges of data, forbidden values, budget.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,7 +61,7 @@ TEST(FirstCrossing, ADisplacedProxyThatGoesBackHasCrossedNothing) {
   EXPECT_TRUE(met.stopped) << "it goes on in";
   EXPECT_LT(met.share, 1e-9);
   s.stand(outside);
-  // Out, along, and in again in the next cell: that is a crossing.
+  // Out, along, and in again in the next cell: a crossing.
   EXPECT_FALSE(s.search(inside, {4e-3, 4e-3, 3.9e-3}).stopped);
   EXPECT_TRUE(s.search({4e-3, 4e-3, 3.9e-3}, {4e-3, 4e-3, 7e-3}).stopped);
 }
@@ -103,7 +103,7 @@ TEST(Edges, StopOnlyWhereAskedTo) {
   }
 }
 
-// After a hole on whose far side the value is on the other side, a level there is met all the same.
+// A level beyond a hole is met if the value behind the hole is on its other side.
 TEST(FirstCrossing, BehindAHoleSidesAreTakenAnew) {
   const auto value = [](auto i, auto, auto) {
     return i < 10 ? 0.0f : i < 20 ? std::numeric_limits<float>::quiet_NaN() : i < 30 ? 5.0f : 1.0f;
@@ -118,8 +118,8 @@ TEST(FirstCrossing, BehindAHoleSidesAreTakenAnew) {
   EXPECT_FALSE(s.crossings[0].up);
 }
 
-// One walk of many short ways, whose search remembers what bounds the fields, beside searches that remember nothing: the same
-// events. And where the bounds leave no room for one, no piece is looked at.
+// One walk of many short paths, whose search caches bounds of the fields, against searches without caches: equal events; no
+// piece is visited where the bounds exclude an event.
 TEST(FirstEvent, IsTheSameWhateverIsRemembered) {
   std::mt19937 random(12);
   for (const MakeGrid make : both) {
@@ -183,8 +183,8 @@ TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
   }
 }
 
-// However little may be looked at, the same events are found, one search after the other; and no search looks at more than it
-// may, but for the first piece of each field, and slivers before it.
+// For any budget successive searches find equal events, and stay within it but for the first piece of each field, and slivers
+// before it.
 TEST(FirstEvent, IsFoundWithAnyBudget) {
   std::mt19937 random(13);
   const auto noise = [&](auto, auto, auto) { return uniform(random, -1, 1); };

@@ -1,4 +1,4 @@
-// The contract of a mode: what it sees, what it places, what it remembers.
+// The contract of a mode: inputs, placed primitives, memory.
 #include "palpa/mode/mode.h"
 
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@
 namespace palpa {
 namespace mode_test {
 
-// A scene's worth of data for one mode: fields 0 (ball), 1 (vortex).
+// A scene's data for one mode: fields 0 (ball), 1 (vortex).
 class AtHand : public testing::Test {
  protected:
   AtHand() { fields_ = {sphere_field(0.05).fields[0].field, lamb_oseen_vortex(0.02, 0.01).fields[0].field}; }

@@ -1,4 +1,4 @@
-// Samples: what is remembered and shared between fields is what each field says by itself, whatever was asked for before.
+// Samples: cached and shared values equal each field's own, after any earlier samples.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -15,7 +15,8 @@
 namespace palpa {
 namespace samples_test {
 
-/// Two scalar fields and a vector field on one grid with what is taken of it, one on another grid, a posed one, a formula.
+/// Two scalar fields and a vector field on one grid with their derived fields, a field on another grid, a posed field, a
+/// formula.
 std::vector<FieldPtr> any_fields() {
   const FieldPtr flow = sampled(*lamb_oseen_vortex(0.02, 0.01).fields[0].field, 24);
   const FieldPtr q = derived(Derivation::q, flow), ball = sphere_field(0.05).fields[0].field;
@@ -31,7 +32,7 @@ std::vector<FieldPtr> any_fields() {
           grid_field(grid.geometry, grid.voxels)};
 }
 
-/// What is asked of one field at one position.
+/// A sample of one field at one position.
 struct Asked {
   std::int32_t field;
   Vec3 hand_m;

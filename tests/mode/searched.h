@@ -1,4 +1,4 @@
-// What the tests of crossings share: grids, ways, and a search along a way.
+// Shared parts of the crossing tests: grids, paths, searches.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ namespace palpa::test::searched {
 
 using CrossingRule = EventPolicy::CrossingRule;
 
-inline constexpr int most_pieces = 512;  // that one search may look at
+inline constexpr int most_pieces = 512;  // budget of one search
 
 inline double uniform(std::mt19937& random, double low, double high) {
   return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
@@ -43,7 +43,7 @@ FieldPtr grid_with(MakeGrid make, const std::array<std::int64_t, 3>& dims, Value
   return make(geometry, {VoxelType::float32, 1, std::shared_ptr<const void>(data, data->data())}, 1.0, 0.0);
 }
 
-/// Fields, watched values, and a search along a way.
+/// Fields, watched values, and a search along a path.
 struct Searched {
   std::vector<FieldPtr> fields;
   Samples samples;
@@ -52,7 +52,7 @@ struct Searched {
   EventPolicy policy;
   Event event;
   std::vector<Crossing> crossings;
-  std::vector<std::int32_t> edges;  // fields whose edges stop the way
+  std::vector<std::int32_t> edges;
 
   struct Met {
     double share = 1.0;
@@ -67,7 +67,7 @@ struct Searched {
         sides(live, watched, fields.size()),
         policy(sides.policy()),
         event(sides.event()) {}
-  /// The sides are those that the next search sets out from.
+  /// Sides are taken anew at the next search's start.
   void forget() { sides.reset(); }
   void stand(const Vec3& at_m) {
     sides.reset();

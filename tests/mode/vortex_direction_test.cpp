@@ -1,4 +1,4 @@
-// Where vortex modes point, against vortices whose cores are known: any profile, noise, cross-flow, any direction of the grid.
+// Directions of vortex modes against known vortex cores, under profiles, noise, cross-flow and grid rotations.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ constexpr int places = 1500;
 const FieldRef q_field{"q", 0};
 const FieldRef velocity_field{"velocity", 1};
 
-/// The derived fields of a velocity, looked at from one place after the other.
+/// The derived fields of a velocity, sampled at one point after another.
 class Looker {
  public:
   explicit Looker(const FieldPtr& velocity)
@@ -63,7 +63,7 @@ struct Case {
   double noise_m_per_s;
 };
 
-/// Every profile, resolution, noise and cross-flow, each with an axis of its own.
+/// Every profile, resolution, noise and cross-flow, each with its own axis.
 std::vector<Case> all_cases(test::Random& random) {
   std::vector<Case> cases;
   for (const Profile& profile : profiles) {
@@ -89,14 +89,14 @@ FieldPtr sampled(const Case& c, test::Random& random) {
   return test::sampled_anyhow(c.vortex, core_m / c.voxels, n, c.noise_m_per_s, random);
 }
 
-/// A place from 0.3 r_c outwards: nearer to the core every mode fades.
+/// A point from 0.3 r_c outwards: nearer to the core every mode fades.
 Vec3 somewhere(const test::StraightVortex& vortex, test::Random& random) {
   const Vec3 side = normalized(cross(vortex.axis, random.direction()));
   const double out_m = random.uniform(0.3, 2.0) * core_m;
   return out_m * side + random.uniform(-1, 1) * core_m * vortex.axis;
 }
 
-/// Angles between what a mode places and the way to the core, at the places where it is felt [degrees].
+/// Angles between a mode's direction and the direction to the core, at points with a force [degrees].
 template <class M, class... Memory>
 std::vector<double> angles_deg(Looker& looker, const test::StraightVortex& vortex, test::Random& random, const M& mode,
                                const Memory&... memory) {
@@ -125,8 +125,8 @@ TEST(VortexDirection, OfForceAndPlaneIsWithinTwoDegreesWhoeverLooks) {
   std::printf("direction q: %.2f degrees at p99 in the worst case\n", worst);
 }
 
-// What depends on who looks is right for who moves along with the vortex, and only for them. The inflow of a Burgers
-// vortex turns the velocity, and ω × u with it, by atan(a/2Ω).
+// Observer-dependent quantities are right only for an observer that moves with the vortex. A Burgers vortex' inflow turns the
+// velocity, and ω × u with it, by atan(a/2Ω).
 TEST(VortexDirection, ByVorticityOrReducedVelocityNeedsTheObserver) {
   test::Random random(32);
   for (const VortexDirection direction : {VortexDirection::vorticity, VortexDirection::reduced_velocity}) {
@@ -135,7 +135,7 @@ TEST(VortexDirection, ByVorticityOrReducedVelocityNeedsTheObserver) {
       VortexForce mode{.field = q_field, .velocity = velocity_field, .direction = direction};
       mode.background = c.vortex.across_m_per_s;
       std::vector<double> angles;
-      // Places near one another share their noise: the percentile of one sample of it goes up and down by a fifth.
+      // Nearby points share their noise: the percentile of one sample of it varies by a fifth.
       for (int sample = 0; sample < 4; ++sample) {
         Looker looker(sampled(c, random));
         const std::vector<double> found = angles_deg(looker, c.vortex, random, mode);
@@ -159,7 +159,7 @@ TEST(VortexDirection, ByVorticityOrReducedVelocityNeedsTheObserver) {
 
 TEST(VortexDirection, OfASolidCoreIsKnownToTheReducedVelocityAlone) {
   test::Random random(33);
-  // So wide that the smoothing does not reach from its edge to the places that are asked.
+  // Wide enough that the smoothing does not reach from its edge to the sampled points.
   const test::StraightVortex vortex{.core_m = core_m, .solid = true, .axis = random.direction()};
   Looker looker(test::sampled_anyhow(vortex, core_m / 16.0, 41, 0.0, random));
   for (int i = 0; i < places; ++i) {
@@ -173,7 +173,7 @@ TEST(VortexDirection, OfASolidCoreIsKnownToTheReducedVelocityAlone) {
   }
 }
 
-/// A place about a ring, 0.3 to 2 core radii from its core line.
+/// A point about a ring, 0.3 to 2 core radii from its core line.
 Vec3 somewhere(const test::Ring& ring, test::Random& random) {
   const double turn = random.uniform(-1, 1) * core_m / ring.radius_m, around = random.uniform(0, 2.0 * std::numbers::pi);
   const Vec3 outwards{std::cos(turn), std::sin(turn), 0};
@@ -240,7 +240,7 @@ TEST(VortexLine, LiesOnTheCoreWhereverItIsFelt) {
         if (set.empty()) continue;
         ASSERT_EQ(set[0].kind, PrimitiveKind::line);
         axis.push_back(std::min(angle_deg(set[0].direction, c.vortex.axis), angle_deg(-set[0].direction, c.vortex.axis)));
-        // Where the line meets the plane through x across the axis.
+        // Intersection of the line with the plane through x across the axis.
         const Vec3& on_line = set[0].position_m;
         const Vec3 there =
             on_line - (dot(on_line - x, c.vortex.axis) / dot(set[0].direction, c.vortex.axis)) * set[0].direction;
@@ -262,8 +262,8 @@ TEST(VortexLine, LiesOnTheCoreWhereverItIsFelt) {
 }
 
 // Elliptic vortices: a round profile's rule would go too far along the short axis, the plain Newton step is exact. At the rim,
-// where the mode fades, no second derivative tells a profile that bends from a short axis: the whole step may lead as far
-// beyond the core as it began. What the proxy goes of it at once, half a sample spacing, always leads nearer.
+// where the mode fades, second derivatives do not separate a bending profile from a short axis: the whole step may lead as far
+// beyond the core as it began. The proxy's first part of it, half a sample spacing, always leads nearer.
 TEST(VortexLine, ComesNearerToTheCoreOfAnEllipticVortexWithEveryStep) {
   struct Elliptic {
     double strain_per_s;

@@ -1,4 +1,4 @@
-// Vortices whose cores are known, sampled on grids that lie anyhow across them, with noise.
+// Vortices with known cores, sampled on skewed grids, with noise.
 #pragma once
 
 #include <cmath>
@@ -15,8 +15,8 @@
 namespace palpa::test {
 
 /// A straight vortex along `axis` through the origin: angular speed Ω φ(r²/r_c²), with φ(s) = (1 − e^−s)/s, or Ω and then
-/// irrotational where it turns like a solid (Rankine); strain a along the axis (Burgers), jet w e^(−r²/r_c²)
-/// along it (Batchelor), all of it carried along with `across`.
+/// irrotational where it turns like a solid (Rankine); strain a along the axis (Burgers), jet w e^(−r²/r_c²) along it
+/// (Batchelor), all advected by `across`.
 struct StraightVortex {
   double core_m = 0.01;
   double rate_per_s = 30.0;
@@ -37,12 +37,12 @@ struct StraightVortex {
   }
 };
 
-/// Rings about the z axis, seen from a place of their core line: the origin lies on it, the axis at x = −R.
+/// Rings about the z axis, relative to a point of the core line: the origin lies on it, the axis at x = −R.
 struct Ring {
   double radius_m = 0.05;
   double core_m = 0.01;
   Vec3 centred_m(const Vec3& x) const { return x + Vec3{radius_m, 0, 0}; }
-  /// From a place to the nearest point of the core line.
+  /// From a point to the nearest point of the core line.
   Vec3 to_core_m(const Vec3& x) const {
     const Vec3 c = centred_m(x);
     return radius_m * normalized({c.x, c.y, 0}) - c;
@@ -59,9 +59,8 @@ struct SweptRing : Ring {
   }
 };
 
-/// A thin ring of vorticity with a Gaussian profile, as it is left in a fluid for a moment: elements of the core line, each
-/// spread as exp(−r²/r_c²), by Biot and Savart. The flow does not circle the centre of that profile, but a line beside it,
-/// and another one for every observer.
+/// A thin ring of vorticity with a Gaussian profile, the momentary state in a fluid: elements of the core line, each spread as
+/// exp(−r²/r_c²), by Biot and Savart. The flow circles a line beside the profile's centre, which differs between observers.
 struct GaussianRing : Ring {
   double circulation_m2_per_s = 0.02;
   static constexpr int elements = 96;
@@ -80,8 +79,8 @@ struct GaussianRing : Ring {
   }
 };
 
-/// A cube of n³ samples of a flow about the origin, anyhow turned and shifted, float as in files, with normal
-/// noise of `noise_m_per_s` on every component.
+/// A cube of n³ samples of a flow about the origin, randomly turned and shifted, float as in files, with normal noise of
+/// `noise_m_per_s` on every component.
 template <class Flow>
 FieldPtr sampled_anyhow(const Flow& flow, double step_m, int n, double noise_m_per_s, Random& random) {
   const Mat3 turn = random.rotation();

@@ -1,4 +1,4 @@
-// Modes that are none: compiling one says what a mode has (tests/mode/CMakeLists.txt).
+// Invalid modes: the compiler's error lists a mode's parts (tests/mode/CMakeLists.txt).
 #include <tuple>
 
 #include "palpa/mode/mode.h"

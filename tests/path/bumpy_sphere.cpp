@@ -17,7 +17,6 @@ double BumpySphere::reach_m(const Vec3& n) const noexcept {
   return radius_m_ * (1.0 + 0.05 * of_angle(5 * n.x).sine * of_angle(5 * n.y).sine * of_angle(5 * n.z).sine);
 }
 
-// The implicit function R(n) − |x| and its gradient.
 Vec3 BumpySphere::slope(const Vec3& x_m, double& value_m) const noexcept {
   const double r = norm(x_m);
   const Vec3 n = r > 0.0 ? x_m / r : Vec3{0, 0, 1};

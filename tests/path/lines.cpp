@@ -40,10 +40,10 @@ FollowDrift measure_follow(const FieldPtr& field, double radius_m, double rise_m
 
   const auto at = [&](double angle, double r) { return Vec3{r * std::cos(angle), r * std::sin(angle), rise_m * angle}; };
   const int ticks = static_cast<int>(std::ceil(2.0 * std::numbers::pi * std::hypot(radius_m, rise_m) / follow_step_m));
-  const double first_angle = -turns * std::numbers::pi;  // the middle of the way at z = 0
+  const double first_angle = -turns * std::numbers::pi;  // the middle of the path at z = 0
   Tick tick = session.tick({.position_m = at(first_angle, radius_m)}, step_s);
   for (int i = 1; i <= 10; ++i) tick = session.tick({.position_m = at(first_angle, radius_m - 0.1 * i * offset_m)}, step_s);
-  // A streamline is known by its radius, and by where it is when one has turned by nothing.
+  // A streamline's invariants: its radius, and its position turned back to angle 0.
   const auto streamline = [&](const Vec3& x, double turned) {
     const double beyond = std::remainder(std::atan2(x.y, x.x) - turned, 2.0 * std::numbers::pi);
     return Streamline{std::hypot(x.x, x.y), x.z - rise_m * (turned + beyond)};
@@ -105,7 +105,7 @@ std::vector<OrderCase> order_cases() {
       {"gradient_force", ball + mode("gradient_force", "field = \"ball\"\nstrength_n = 1\n"), in_ball, 0.010},
       {"vector_force", flow + mode("vector_force", "field = \"flow\"\nstrength_n = 0.5\n"), {0.015, 0, 0}, 0.006},
       {"vortex_force", flow + mode("vortex_force", "field = \"flow\"\nstrength_n = 0.3\n"), in_core, 0.005},
-      // Round the core: a hand that comes nearer and goes away is taken hold of where it turns, within a step.
+      // Round the core: a hand that approaches and recedes is caught at its turning point, within a step.
       {"vortex_plane", flow + mode("vortex_plane", "field = \"flow\"\nstrength_n = 0.3\n"), {}, 0.005, 6e-4},
       {"front_shape", flow + mode("front_shape", "field = \"flow\"\nstrength_n = 0.3\n"), {0.010, 0, 0}, 0.006},
       {"transverse_damping", flow + mode("transverse_damping", "field = \"flow\"\ndrag_ns_per_m = 1\n"), {0.010, 0, 0}, 0.006},
@@ -119,7 +119,7 @@ std::vector<OrderCase> order_cases() {
 }
 
 Order measure_order(const OrderCase& wanted, bool in_steps) {
-  constexpr int warm_up = 200, ticks = 150;  // steps of the hand
+  constexpr int warm_up = 200, ticks = 150;
   const Scene scene = scene_of(wanted.scene);
   const auto session_of = [&] { return in_steps ? Session(scene) : Session::in_one_step(scene); };
   // A circle that tilts and breathes: curved in space everywhere.
@@ -129,7 +129,7 @@ Order measure_order(const OrderCase& wanted, bool in_steps) {
     const double r = wanted.radius_m * (1.0 + 0.1 * std::sin(0.7 * a));
     return wanted.centre_m + Vec3{r * std::cos(a), r * std::sin(a), 0.1 * wanted.radius_m * std::sin(1.3 * a)};
   };
-  // From where the hand was to where it is a step later, straight, in so many ticks.
+  // From the hand's position to its position a step later, straight, in this many ticks.
   const auto follow = [&](Session& session, const Vec3& from_m, const Vec3& to_m, int parts) {
     Tick tick;
     for (int part = 1; part <= parts; ++part) {

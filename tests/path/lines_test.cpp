@@ -1,4 +1,4 @@
-// Laws of paths along fields: followers stay on their streamline, paths converge, and speed does not matter.
+// Paths along fields: streamlines, convergence, rate independence.
 #include "tests/path/lines.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ TEST(FollowPath, IsTheSameAgainstTheField) {
   EXPECT_EQ(paths[0], paths[1]);
 }
 
-// The main direction of diffusion in a measured brain, with the signs of the file and with half of them turned at random.
+// The main direction of diffusion in a measured brain, with the file's signs and with half of them flipped at random.
 TEST(FollowPath, IsTheSameWhateverTheSignsOfAMeasuredBrain) {
   if (const std::string missing = missing_for("dti_brain"); !missing.empty()) GTEST_SKIP() << missing;
   VolumeRequest request;
@@ -92,11 +92,11 @@ TEST(FollowPath, IsTheSameWhateverTheSignsOfAMeasuredBrain) {
 
 class OrderOfConvergence : public testing::TestWithParam<OrderCase> {};
 
-// What docs/path.md states: order two where the direction alone turns (planes with the data, a force along them), one where a
-// force that resists motion turns with it.
+// Orders of docs/path.md: two where the direction alone turns (planes with the data, a force along them), one where a force
+// that resists motion turns with it.
 double stated_order(const std::string& mode) { return mode == "surface" || mode == "vortex_plane" ? 2.0 : 1.0; }
 
-// The first comparison in which the paths approach each other more slowly than with that order, in words; empty: none does.
+// The first comparison that converges more slowly than that order, in words; empty: none.
 std::string slower_than(double stated, const Order& order) {
   for (std::size_t i = 0; i < order.orders.size(); ++i) {
     if (order.differences_m[i + 1] < order.settled_m || order.orders[i] > stated - 0.3) continue;
@@ -113,14 +113,13 @@ TEST_P(OrderOfConvergence, IsAsStated) {
   EXPECT_EQ(slower_than(stated_order(GetParam().name), order), "");
 }
 
-// The measure can tell: no path that is of order one passes for one of order two; nor do levels that are seen from where a
-// tick begins only.
+// Paths of order one do not pass for order two; nor do levels sampled at a tick's start only.
 TEST(OrderTwo, IsNotFoundInPathsOfOrderOne) {
   int compared = 0;
   for (const OrderCase& one : order_cases()) {
     if (stated_order(one.name) > 1.0) continue;
     const Order order = measure_order(one);
-    if (order.differences_m[2] < order.settled_m) continue;  // too little to tell
+    if (order.differences_m[2] < order.settled_m) continue;  // too small to compare
     EXPECT_NE(slower_than(2.0, order), "") << one;
     ++compared;
   }
@@ -136,7 +135,7 @@ TEST(OrderTwo, IsNotFoundInLevelsSeenFromTheStart) {
   }
 }
 
-// Strengths only, on data of every kind that has any; the hand stays on one side of what could let go.
+// Strengths only, on data of every kind with strengths; the hand stays on one side of every level.
 Scene strengths_only(int number) {
   Scene scene = plain_scene({.stiffness_n_per_m = 600});
   const FieldRef ball = scene.add("ball", sampled(sphere_field(0.05), 96));
@@ -157,10 +156,10 @@ TEST(RateIndependence, HoldsFromATenthToTenTimesTheSpeed) {
     const Scene scene = strengths_only(number);
     Random random(9);
     const Wander hand(random, number == 0 ? 0.006 : 0.02);
-    // Not deep: towards the edge of the data the surface gives way at k/2 × the depth in them.
+    // Not deep: towards the edge of the data the surface yields at k/2 × the depth in them.
     const Vec3 middle = number == 0 ? Vec3{0, 0, 0.046} : Vec3{0.01, 0, 0};
     std::vector<Vec3> corners;
-    for (int i = 0; i < 40; ++i) corners.push_back(middle + hand.at(0.0) + Vec3{0, 0, 0.0004 * (40 - i)});  // from outside
+    for (int i = 0; i < 40; ++i) corners.push_back(middle + hand.at(0.0) + Vec3{0, 0, 0.0004 * (40 - i)});
     for (int i = 0; i < 200; ++i) corners.push_back(middle + hand.at(i * 0.004));
     const Rate rate = measure_rate({&scene, corners});
     EXPECT_GT(rate.corners, 100) << rate.waiting << " wait, " << rate.differing << " differ in events";

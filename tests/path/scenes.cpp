@@ -36,7 +36,7 @@ struct Bounds {
   double size() const { return norm(high - low); }
 };
 
-// What shells were met and pressed through in a run, one after the other.
+// Shells met and pressed through in a run, in order.
 struct EventList {
   std::vector<std::string> all;
   void take(const Scene& scene, const Session& session) {
@@ -157,7 +157,7 @@ Still measure_still(const Scene& scene, const StillCase& wanted) {
       probes_m.take(probe);
     }
     still.in_contact += norm(tick.force_n) > felt_n;
-    // A drag follows a step of the encoder slowly: the stretch is the step itself and then, backwards, once more.
+    // A drag follows an encoder step slowly: the extension is the step itself, then its reverse.
     const double reach = scene_drag_ns_per_m(scene) > 0.0 ? 2.0 : 1.0;
     const double slope = reach * k + 2.0 * std::numbers::pi * 150.0 * scene.coupling.damping_ns_per_m;
     const double beyond = forces_n.size() - slope * probes_m.size() - 1e-3;
@@ -180,7 +180,7 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
   Vec3 proxy_before, probe_before;
   double stored_before_j = 0.0;
   for (int i = 0; i < ticks; ++i) {
-    // Now and then the hand is somewhere else, as after a gap in the link.
+    // Occasional jumps of the hand, as after a gap in the link.
     const Vec3 jump = random.below(500) == 0 ? random.in_cube(0.01) : Vec3{};
     const Vec3 probe = hand.at(i * dt) + jump;
     const Tick tick = session.tick({.position_m = probe}, dt);
@@ -203,7 +203,7 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
         works[placed.primitive.id.mode] += work;
         forces_j += norm(placed.force_n) * norm(moved);
         if (placed.primitive.kind == PrimitiveKind::directed) continue;
-        // Of a corner that slips no facet by itself: the proxy may be in front of one that its way back to P ends on.
+        // Of a slipping corner no facet by itself: the proxy may be in front of a facet on its way back to P.
         beyond += work - norm(placed.force_n) * distance(placed.primitive.position_m, step.start_m + placed.carried_m);
         const bool goes_on = placed.primitive.kind == PrimitiveKind::corner && p + 1 < step.primitives &&
                              session.placed()[step.first_primitive + p + 1].primitive.id == placed.primitive.id;
@@ -252,7 +252,7 @@ void measure_closed_loop(const Scene& scene, int ticks, double reach_m, Random& 
   for (int i = 0; i < ticks; ++i, ++loop.ticks) {
     if (i % 1000 == 0) floor_j = held_j() - allowed_j;
     for (int part = 0; part < parts; ++part) {
-      // Backward Euler: v⁺ = (m v + h F) / (m + h b), which gains nothing of its own.
+      // Backward Euler: v⁺ = (m v + h F) / (m + h b), which gains no energy.
       const double h = dt / parts;
       const Vec3 arm_n = arm_n_per_m * (wish.at((i + (part + 0.5) / parts) * dt) - x);
       v = (mass_kg * v + h * (tick.force_n + arm_n)) / (mass_kg + h * b);

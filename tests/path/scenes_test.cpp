@@ -1,5 +1,4 @@
-// Laws of every scene that we ship: halving the step changes next to nothing, a still hand feels a still force, and the
-// ledger says what happened.
+// Every shipped scene: halved steps, still hands, complete ledger.
 #include "tests/path/scenes.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +50,7 @@ TEST_P(ShippedScene, HoldsAStillHandStill) {
   }
 }
 
-// In the first scene of this flow the line of a vortex lies on a core 20 mm away, and within a millimetre on another.
+// In this flow's first scene the line of a vortex lies on a core 20 mm away, and within a millimetre on another.
 TEST(FirstScene, LeavesNoRecordedHandWaiting) {
   const auto recording = shared_data() / "trajectories/inverse3_woodcarving_20231123_145751.csv";
   if (const std::string missing = missing_for("flow"); !missing.empty()) GTEST_SKIP() << missing;

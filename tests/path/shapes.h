@@ -1,4 +1,4 @@
-// What the tests and benches of the proxy's path are felt on: solids that know their own surface, and fields from formulas.
+// Data of the path tests and benchmarks: closed-form solids, and fields from formulas.
 #pragma once
 
 #include <functional>
@@ -13,18 +13,18 @@
 
 namespace palpa::test {
 
-/// How deep [m] a position lies in a solid: above zero inside, the distance to its surface near there.
+/// Depth [m] of a position in a solid: above 0 inside, the distance to its surface near there.
 using Depth = std::function<double(const Vec3& x_m)>;
 
-/// Voxels of a solid's depth, as a scanner would have them: `bits` of resolution from −ramp to +ramp voxels and flat
-/// beyond; 0 voxels of ramp: inside or outside and nothing between, half a voxel apart from the level.
+/// Voxels of a solid's depth as a scanner stores them: `bits` of resolution from −ramp to +ramp voxels, flat beyond; ramp 0:
+/// binary, half a voxel apart from the level.
 struct Sampling {
   int bits = 12;
   double ramp_voxels = 3.0;
 };
 /// The depth [m] of a solid on a grid; its surface is level 0.
 FieldPtr sampled_depth(const Depth& depth, const GridGeometry& geometry, const Sampling& sampling, Filter filter);
-/// The voxels of a grid as floats, felt through that filter: whole numbers would not be felt as they are between others.
+/// A grid's voxels as floats under that filter: a smoothing filter would not keep integers.
 FieldPtr in_floats(const Field& grid, Filter filter);
 
 /// A cube of `voxels` samples along each side, `voxel_m` [m] apart, about the origin, turned by `turn`.
@@ -35,9 +35,8 @@ FieldPtr formula(std::function<ScalarSample(const Vec3&)> at, double size_m, dou
 /// A vector field from a formula of value and Jacobian.
 FieldPtr vector_formula(std::function<VectorSample(const Vec3&)> at, double size_m, double spacing_m);
 
-/// A volume of that one field.
 Volume volume_of(FieldPtr field, const char* unit = "m");
-/// A grid's own filter, to be felt through that and not through the default of its voxels.
+/// A grid's own filter, which overrides the default of its voxels.
 std::optional<Filter> filter_of(const Field& field);
 
 /// One hand metre is one world metre, origins and axes together.

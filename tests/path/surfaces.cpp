@@ -31,7 +31,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// The sub-step of the last tick that a break-through tells of.
+// The sub-step of a break-through in the last tick.
 const SubStep& letting_go(const Session& session, const SessionEvent& event) {
   const auto off_m = [&](const SubStep& step) {
     return std::abs(distance(step.balance.position_m, step.probe_m) - event.depth_m);
@@ -78,7 +78,7 @@ FieldPtr sampled_sphere(Filter filter) {
 Drift measure_drift(const FieldPtr& field, const DriftCase& wanted) {
   const Scene scene = surface_scene(field, 10.0);
   const double radius_m = drift_sphere_m - 1e-3;
-  const int ticks = static_cast<int>(std::ceil(2.0 * std::numbers::pi * radius_m / (0.4 * period_s)));  // whole ticks a turn
+  const int ticks = static_cast<int>(std::ceil(2.0 * std::numbers::pi * radius_m / (0.4 * period_s)));  // whole ticks per turn
   Random random(1);
   Drift drift;
   std::vector<double> off;
@@ -126,7 +126,7 @@ Bumpy measure_bumpy(const BumpyCase& wanted) {
   Bumpy bumpy;
   bumpy.preparation_s = seconds_since(begin);
 
-  // Approach in a line, then a glide along a curve that comes round everywhere, depth between −0.005 and 0.035 edges.
+  // Approach in a line, then a glide along a curve that covers the sphere, depth between −0.005 and 0.035 edges.
   const auto at = [&](double angle, double time_s) {
     const double polar = 0.5 * std::numbers::pi + 1.2 * std::sin(0.377 * angle);
     const Vec3 n{std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle), std::cos(polar)};
@@ -180,14 +180,13 @@ namespace {
 
 constexpr double groove_voxel_m = 1e-3, groove_n_per_m = 800.0, groove_strength_n = 4.0;
 
-// What is gathered over all orientations of a groove.
 struct GrooveTicks {
   Groove groove;
   std::vector<double> jumps, sub_steps;
   int restless = 0, restless_still = 0, still = 0;
 };
 
-// A groove that lies anyhow in the grid: its bottom along `turn_`'s third column, through `bottom_`. And a hand in it.
+// A groove at a random pose in the grid, its bottom along `turn_`'s third column, through `bottom_`; and a hand in it.
 class GrooveRun {
  public:
   GrooveRun(const GrooveCase& wanted, Random& random, Random& tries, GrooveTicks& ticks)
@@ -229,7 +228,7 @@ class GrooveRun {
     return sampled_depth(depth, cube_of(44, groove_voxel_m), sampling, wanted.filter);
   }
 
-  // Where the level's bottom really is: filters and voxels raise it, more the narrower the groove.
+  // The level's true bottom: filters and voxels raise it, more in narrow grooves.
   double bottom_at(double z) const {
     double highest = -1e-2;
     for (double around = -groove_voxel_m; around <= groove_voxel_m; around += 0.25 * groove_voxel_m) {

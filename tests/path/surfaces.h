@@ -14,14 +14,14 @@ struct DriftCase {
 };
 struct Drift {
   double per_turn_m =
-      0.0;  ///< how far the proxy is after the last turn from where it was after the first, over the turns between; worst plane
+      0.0;  ///< distance of the proxy after the last turn from its position after the first, per turn between; worst plane
   double off_p50_m = 0.0;  ///< distance to the true sphere along the whole path
   double off_p99_m = 0.0;
 };
 /// `field`: depth [m] below a sphere of 50 mm about the origin.
 Drift measure_drift(const FieldPtr& field, const DriftCase& wanted);
 inline constexpr double drift_sphere_m = 0.05;
-/// The sphere in 12 bits and voxels of 1 mm, its edge a ramp over ±3 of them.
+/// The sphere in 12 bits and voxels of 1 mm, with an edge ramp over ±3 voxels.
 FieldPtr sampled_sphere(Filter filter);
 
 /// CHAI3D's measure: a script of approach and glide over a bumpy sphere of 0.3 cube edges, 8-bit, ±8 voxels of edge.
@@ -40,7 +40,7 @@ struct Bumpy {
   double direction_p50_deg = 0.0;  ///< force to the true normal at the surface point nearest to the proxy
   double direction_p99_deg = 0.0;
   double ideal_direction_p99_deg = 0.0;  ///< … nearest to the probe
-  double still_direction_p99_deg = 0.0;  ///< the field's own normal at the true surface, no tick in it
+  double still_direction_p99_deg = 0.0;  ///< the field's own normal at the true surface, without a tick
   int stray_ticks = 0;                   ///< proxy more than 5 voxels from the point nearest to the probe
   double sub_steps_mean = 0.0;
   double preparation_s = 0.0;  ///< from voxels in memory to the first tick
@@ -57,26 +57,26 @@ struct GrooveCase {
 };
 struct Groove {
   int ticks = 0;
-  double never_rest_share = 0.0;      ///< one more sub-step with the same probe moves more than 1e-3 voxel, or is cut short
-  double restless_still_share = 0.0;  ///< the same, over the ticks with the hand still
+  double never_rest_share = 0.0;      ///< another sub-step with an equal probe moves more than 1e-3 voxel, or is cut short
+  double restless_still_share = 0.0;  ///< likewise, over the ticks with the hand still
   double sub_steps_p99 = 0.0;
-  double force_jump_p99_n = 0.0;  ///< from tick to tick
+  double force_jump_p99_n = 0.0;
   double force_jump_max_n = 0.0;
-  int lost_ticks = 0;   ///< the surface let go of a hand inside of it
-  int audited = 0;      ///< every fifth tick in contact that says it rests
+  int lost_ticks = 0;   ///< the surface released a hand inside of it
+  int audited = 0;      ///< every fifth tick in contact that reports rest
   int false_rests = 0;  ///< of these: the proxy could be nearer (see `could_be_nearer`)
   int break_throughs = 0;
-  int false_break_throughs = 0;  ///< of these: let go of a proxy that could have been nearer
+  int false_break_throughs = 0;  ///< of these: released a proxy that could have been nearer
 };
 Groove measure_groove(const GrooveCase& wanted);
 
-/// Whether a proxy that stands on a solid could be nearer to its probe: of 1600 random places within 0.45 voxel one is nearer
-/// by more than 0.01 voxel and free, and so is the straight way to it. What simply stops rests nowhere by this.
-/// \param solid  depth: above zero inside
+/// True if a proxy on a solid could be nearer to its probe: of 1600 random points within 0.45 voxel one is nearer by more than
+/// 0.01 voxel and free, and so is the straight path to it. A proxy that merely stops fails this test. \param solid  depth:
+/// above 0 inside
 bool could_be_nearer(const Field& solid, double voxel_m, const Vec3& proxy_m, const Vec3& probe_m, Random& random);
 
-/// How far one more sub-step with the same probe would take the proxy [m], shortened or not: at rest, nowhere.
-/// `spare` is another session of the same scene.
+/// The proxy's move [m] in another sub-step with an equal probe, shortened or not: 0 at rest. `spare` is another session of the
+/// scene.
 double restless_m(const Session& session, Session& spare, const Vec3& probe_m);
 
 }  // namespace palpa::test

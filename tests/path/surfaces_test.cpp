@@ -1,4 +1,4 @@
-// Laws of surfaces: nothing drifts, the bumpy sphere is where it is, grooves let a hand rest.
+// Surfaces: no drift, a bumpy sphere at its true position, rest in grooves.
 #include "tests/path/surfaces.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST_P(BumpySphereIsFelt, WhereItIsWithItsOwnNormal) {
   }
 }
 
-// A groove of 60° with 1 mm voxels: nearest to a probe straight below the bottom is the bottom, on a flank it is not.
+// A groove of 60° with 1 mm voxels: the bottom is nearest to a probe straight below it, a flank is not.
 TEST(Audit, FindsANearerPlaceWhereThereIsOne) {
   constexpr double voxel_m = 1e-3;
   const Depth solid = groove(std::numbers::pi / 3.0);
@@ -68,8 +68,8 @@ TEST(Audit, FindsANearerPlaceWhereThereIsOne) {
 struct GrooveKind {
   Filter filter;
   bool binary;
-  // With `trilinear` over an edge that is a ramp some ticks still end on their way, of one orientation a few with the hand
-  // still: docs/path.md, section 9.
+  // With `trilinear` over a ramp edge some ticks end in motion, in one orientation a few with a still hand: docs/path.md,
+  // section 9.
   bool always_rests() const { return filter != Filter::trilinear || binary; }
   friend std::ostream& operator<<(std::ostream& out, const GrooveKind& kind) {
     return out << name_of(kind.filter) << (kind.binary ? ", binary" : ", smooth edge");
@@ -83,7 +83,7 @@ TEST_P(Grooves, LetAHandRestAndHoldIt) {
         measure_groove({.opening_deg = opening, .binary = GetParam().binary, .filter = GetParam().filter, .orientations = 3});
     EXPECT_LT(groove.never_rest_share, 0.01) << opening << "°";
     EXPECT_LE(groove.sub_steps_p99, 10) << opening << "°";
-    // The trilinear's own facets make pits, in which a hand may press a proxy through that is as near as it can be.
+    // The trilinear's own facets make pits, through which a hand may press a proxy at its nearest point.
     if (GetParam().filter != Filter::trilinear) {
       EXPECT_EQ(groove.lost_ticks, 0) << opening << "°";
     }
@@ -93,7 +93,7 @@ TEST_P(Grooves, LetAHandRestAndHoldIt) {
 TEST_P(Grooves, RestIsRest) {
   int audited = 0, false_rests = 0;
   for (const double opening : {20.0, 30.0, 40.0, 50.0, 60.0, 90.0, 120.0}) {
-    // A share: of few orientations one decides, in which the level pinches where the proxy is pressed.
+    // A share: of few orientations one dominates, in which the level pinches at the pressed proxy.
     const Groove groove =
         measure_groove({.opening_deg = opening, .binary = GetParam().binary, .filter = GetParam().filter, .orientations = 20});
     EXPECT_LE(groove.never_rest_share, GetParam().always_rests() ? 0.003 : 0.03) << opening << "°";

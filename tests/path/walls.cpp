@@ -15,19 +15,19 @@ constexpr double tick_s = 1e-3;
 constexpr double voxel_m = 1e-3;
 constexpr double k = 800.0;
 constexpr int strokes_per_wall = 20;
-// Strokes are shorter than 24 mm and stay within 12 mm of the middle, and the edge of the data, where every strength fades to
-// k/2 × the depth in them, is far enough away for a wall to hold k × 24 mm.
+// Strokes are shorter than 24 mm and stay within 12 mm of the middle: far enough from the edge of the data, where every
+// strength fades to k/2 × the depth in them, for a wall to hold k × 24 mm.
 constexpr double stroke_reach_m = 0.012;
 constexpr int voxels = 131;
 
-// A plate or a piece of a sphere's shell, where it is and how one goes from one side to the other.
+// A plate or a piece of a sphere's shell, its pose, and the direction through it.
 struct Wall {
-  Vec3 normal;          // from the near side to the far side; of a shell: where it is met
-  Vec3 centre_m;        // of a shell
+  Vec3 normal;  // from the near side to the far side; of a shell: at first contact
+  Vec3 centre_m;
   double radius_m = 0;  // 0: a plate
   double thickness_m = 0;
 
-  /// Below zero on the near side of the middle, above on the far side.
+  /// Below 0 on the near side of the middle, above on the far side.
   double beyond_m(const Vec3& x) const { return radius_m > 0 ? radius_m - norm(x - centre_m) : dot(normal, x - centre_m); }
   ScalarSample sample(const Vec3& x) const {
     const double beyond = beyond_m(x);
@@ -91,7 +91,7 @@ Stroke random_stroke(Random& random, const Wall& wall) {
   return stroke;
 }
 
-// Feels the stroke, then holds until nothing waits; visits the tick's session after every tick. False: still waiting.
+// Runs the stroke, then holds until no motion is pending; visits the session after every tick. False: still pending.
 template <class Visit>
 bool feel(Session& session, const Stroke& stroke, Visit visit) {
   session.reset();
@@ -134,10 +134,10 @@ struct Contact {
   }
 };
 
-// A chord of half a voxel between two points of a surface as rough as one between voxels can be lies this deep in it.
+// Depth of a half-voxel chord in the roughest surface between voxels.
 constexpr double sag_voxels = 0.05;
 
-// Where the path crosses the middle of the wall from the near to the far side: in the solid, or in a hole.
+// Crossings of the wall's middle from the near to the far side: in the solid, or in a hole.
 struct MiddleCrossings {
   int solid = 0;
   int rims = 0;
@@ -161,8 +161,7 @@ struct MiddleCrossings {
   }
 };
 
-// Pieces of a path in the solid: in by one face and out by the opposite one is through it; out by the same face, a
-// straight step that cut a corner.
+// Pieces of a path in the solid: in and out by opposite faces is a pass; by one face, a straight step that cut a corner.
 struct SolidPieces {
   int through = 0;
   void take(double depth_voxels, const Vec3& uphill) {
@@ -281,7 +280,7 @@ Skull measure_skull(const FieldPtr& field, const SkullCase& wanted) {
   Skull skull;
   std::vector<double> excess;
   while (skull.strokes < wanted.strokes) {
-    // From far outside towards somewhere in the middle, up to the first solid; the stroke begins 5 mm before.
+    // From far outside towards a point in the middle, up to the first solid; the stroke begins 5 mm before.
     const Vec3 aim = box.centre_m() + random.in_cube(0.2 * reach_m / std::sqrt(3.0));
     const Vec3 way = random.direction();
     Vec3 front = aim - reach_m * way;
@@ -294,7 +293,7 @@ Skull measure_skull(const FieldPtr& field, const SkullCase& wanted) {
     const Vec3 start = front - 5e-3 * way;
     Vec3 tilted = random.direction();
     if (dot(tilted, way) < 0.3) tilted = way;
-    // Strengths fade to k/2 × the depth in the data: so deep must the stroke lie in them for the bone to hold it.
+    // Strengths fade to k/2 × the depth in the data, so that bone holds only a stroke deep in them.
     const double depth_m = std::min(field->depth_m(start), field->depth_m(start + longest_m * tilted)) - longest_m;
     const double length_m = std::min(longest_m, 0.4 * depth_m);
     if (walked_m >= reach_m || !field->scalar(start).inside || length_m < 8e-3) continue;

@@ -1,4 +1,4 @@
-// Measures of walls: nothing passes through what is stronger than the stroke, and what is weaker lets go where it should.
+// Measures of walls stronger and weaker than a stroke.
 #pragma once
 
 #include "palpa/session/session.h"
@@ -23,20 +23,19 @@ struct Held {
   int passed = 0;         ///< the proxy crossed the middle of the wall where the interpolant is solid: 0.05 voxel deep, or more
   int past_rims = 0;      ///< … where it is less deep than that: the rim of a hole, met with straight steps
   int through_holes = 0;  ///< … where the interpolant has a hole
-  double excess_p99_voxels = 0.0;  ///< deepest place of each stroke's path in the solid, in depth of the interpolant
+  double excess_p99_voxels = 0.0;  ///< deepest point of each stroke's path in the solid, in depth of the interpolant
   double excess_max_voxels = 0.0;
-  int never_felt = 0;     ///< no onset, though the way to the far side leads through the solid
-  int unfinished = 0;     ///< still waiting 1000 ticks after the stroke
-  int first_passed = -1;  ///< number of the stroke, to look at it again
+  int never_felt = 0;     ///< no onset, though the path to the far side leads through the solid
+  int unfinished = 0;     ///< still pending 1000 ticks after the stroke
+  int first_passed = -1;  ///< number of the stroke, to reproduce it
 };
 Held measure_held_walls(const WallCase& wanted);
 
-/// Walls weaker than that.
 struct LetGo {
   int strokes = 0;
   int break_throughs = 0;
-  int without_onset = 0;  ///< not announced by an onset before
-  int missing = 0;        ///< through the solid without a break-through in the trace
+  int without_onset = 0;
+  int missing = 0;  ///< through the solid without a break-through in the trace
 };
 LetGo measure_weak_walls(const WallCase& wanted);
 
@@ -45,14 +44,14 @@ struct BreakThrough {
   int strokes = 0;
   int break_throughs = 0;
   int without_onset = 0;
-  double depth_error_max_m = 0.0;  ///< | |proxy − probe| where the strength was reached − s/k |
+  double depth_error_max_m = 0.0;  ///< | |proxy − probe| at the strength − s/k |
 };
 BreakThrough measure_break_through(int strokes);
 
 /// Fast strokes (1 to 10 m/s) into a solid of a real volume from outside it.
 struct SkullCase {
   double level = 300.0;        ///< in the field's own unit
-  double least_slope = 200.0;  ///< [unit per voxel] where the data are flatter than an edge of bone, depth is told by this
+  double least_slope = 200.0;  ///< [unit per voxel] the slope of depth where the data are flatter than an edge of bone
   int strokes = 100;
   std::uint64_t seed = 1;
 };
@@ -61,7 +60,7 @@ struct Skull {
   int passed = 0;  ///< in by one face, deeper than 0.1 voxel, and out by the opposite face
   int deep = 0;    ///< anywhere deeper in the solid than 0.1 voxel
   int never_felt = 0;
-  double excess_p99_voxels = 0.0;  ///< deepest place of each stroke's path: (value − level) / (|gradient|·spacing)
+  double excess_p99_voxels = 0.0;  ///< deepest point of each stroke's path: (value − level) / (|gradient|·spacing)
   double excess_max_voxels = 0.0;
   int unfinished = 0;
   int first_passed = -1;

@@ -1,4 +1,4 @@
-// Laws of walls: what is stronger than the stroke holds, what is weaker lets go at k·depth = s, after an onset.
+// Walls: holding, and break-through at k·depth = s, after an onset.
 #include "tests/path/walls.h"
 
 #include <gtest/gtest.h>

@@ -10,7 +10,7 @@ import pytest
 import palpa
 
 types = ["uint8", "int16", "uint16", "int32", "float32", "float64"]
-spacing_m = (0.001, 0.002, 0.003)  # x, y, z
+spacing_m = (0.001, 0.002, 0.003)
 
 
 def numbers(dtype="float64", shape=(5, 6, 7)):
@@ -23,7 +23,7 @@ def only(volume):
 
 
 def centres_m(shape):
-    """Of the voxels of an array that lies about the origin, indexed as it is."""
+    """Positions of an array's voxels about the origin, in the array's index order."""
     z, y, x = np.meshgrid(*[np.arange(n) - (n - 1) / 2 for n in shape[:3]], indexing="ij")
     return np.stack([x, y, z], axis=-1) * spacing_m
 
@@ -256,7 +256,7 @@ def test_what_is_masked_is_no_data(dtype):
     for x, is_felt in ((-0.006, False), (0.006, True)):
         down = np.column_stack([np.full(400, x), np.zeros(400), np.linspace(0.008, -0.004, 400)])
         assert (np.abs(palpa.Session(scene).ticks(down, 1e-3)["force_n"]).max() > 0.1) == is_felt
-    unmasked = np.ma.array(values)  # read where it is
+    unmasked = np.ma.array(values)  # not copied
     assert np.shares_memory(palpa.array_volume(unmasked, 0.001).fields["data"].voxels, values)
 
 
@@ -284,7 +284,7 @@ def test_the_filter_can_be_asked_for():
             ("vectors", np.stack([smooth] * 3, axis=3), None, "trilinear"), ("asked", rough, "trilinear", "trilinear")):
         field = scene.field(scene.add_array(name, array, 0.001, filter=filter))
         assert field.filter == scene.volumes[name].filter == expected and expected in repr(field), name
-        if expected in ("cubic", "trilinear") and field.components == 1:  # these meet the voxels
+        if expected in ("cubic", "trilinear") and field.components == 1:  # these interpolate the voxels
             places = (field.affine_m @ [5, 6, 7, 1])[:3]
             np.testing.assert_allclose(field(places)[0], array[7, 6, 5], rtol=1e-5)
     scene.add("formula", palpa.head_phantom())

@@ -8,7 +8,6 @@ source = pathlib.Path(__file__).resolve().parents[2]
 
 @pytest.fixture
 def shared():
-    """The folder of real data."""
     folder = pathlib.Path(os.environ.get("PALPA_SHARED", source / "../shared")) / "data"
     if not folder.is_dir():
         pytest.skip("../shared/data is not there")

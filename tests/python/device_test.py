@@ -1,4 +1,4 @@
-"""Devices of one's own behind the guard: its laws hold whatever Python does."""
+"""The user's own devices behind the limiter: its promises hold for any Python code."""
 
 import pathlib
 import signal
@@ -23,9 +23,9 @@ def wall_scene(strength_n=10):
 
 
 class Handle(palpa.Device):
-    """A simulated device that a hand lowers into the wall; it writes down what it is sent, and when."""
+    """A simulated device that a hand lowers into the wall; it records its commands with their times."""
 
-    # Without motors: a busy machine's late ticks are no fault of it.
+    # Without motors: a busy machine's late ticks are no fault.
     limits = palpa.DeviceLimits(max_force_n=2, max_stiffness_n_per_m=1000, has_motors=False)
 
     def __init__(self, depth_m=0.003):
@@ -51,7 +51,8 @@ class Handle(palpa.Device):
         return bool(self.sent) and self.sent[-1][1] > 0.5
 
     def wait_for_push(self, condition=lambda: True):
-        """On a busy machine a pause of 50 ms is a fault, and what is felt begins anew within the wall: then it is lowered once more."""
+        """On a busy machine a pause of 50 ms is a fault, and the session restarts within the wall: then it is lowered once
+        more."""
         for _ in range(10):
             end = time.monotonic() + 5
             while time.monotonic() < end:
@@ -63,7 +64,7 @@ class Handle(palpa.Device):
 
 
 def test_a_device_in_python_is_driven_behind_the_guard():
-    handle = Handle(depth_m=0.02)  # asks for 10 N
+    handle = Handle(depth_m=0.02)  # demands 10 N
     with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
         handle.wait_for_push(lambda: live.latest()["guard"] == "limited")
         with pytest.raises(ValueError, match="held by another live scene"):
@@ -76,7 +77,7 @@ def test_a_device_in_python_is_driven_behind_the_guard():
     assert ticks["guard"][0] == "waiting" and {"ramp", "limited"} <= set(ticks["guard"])
     steps = np.linalg.norm(np.diff(ticks["command_n"], axis=0), axis=1)
     assert steps.max() <= 1000 * np.diff(ticks["t_s"])[steps.argmax()] + 1e-9 or ticks["command_n"][steps.argmax() + 1, 2] == 0
-    with palpa.live(wall_scene(), device=handle, duration_s=0.1):  # again, now that it is free
+    with palpa.live(wall_scene(), device=handle, duration_s=0.1):  # again, after its release
         pass
 
 
@@ -100,12 +101,12 @@ def test_what_it_raises_takes_the_force_away(where):
             assert not live.latest()["command_n"].any()
             sent = [force for begin_s, _, force in handle.sent[at:] if begin_s > failed_s + 0.02]
             assert not any(sent), "nothing but zero while it fails"
-            if where == "on_read":  # it can still be written to
+            if where == "on_read":  # still writable
                 assert handle.sent[-1][2] == 0.0 and handle.sent[-1][0] > failed_s
             fails.clear()
             wait_for(lambda: live.latest()["fault"] is None)
             begin = len(handle.sent)
-            handle.reads = 0  # what is felt begins anew where the hand is: it comes down again
+            handle.reads = 0  # the session restarts at the hand: it comes down again
             handle.wait_for_push()
             back = [force for _, _, force in handle.sent[begin:]]
             assert back[0] == 0.0, "and comes back by gate and ramp"
@@ -225,7 +226,7 @@ def test_a_guarded_session_is_the_guard_for_a_loop_of_ones_own():
     assert np.linalg.norm(np.diff(command, axis=0), axis=1).max() <= 1.0 + 1e-9, "slew"
     np.testing.assert_allclose(asked[-1], (0, 0, 400 * 0.01), atol=1e-9), "no stiffer than the device bears"
     assert frames[0].guard == "waiting" and {frame.guard for frame in frames} >= {"ramp", "limited"}
-    # A fault: zero within three ticks, and no way back but by gate and ramp.
+    # A fault: zero within three ticks, and back only through gate and ramp.
     after = [guarded.tick((0, 0, -0.01), 1e-3, fault=n < 5) for n in range(200)]
     assert np.linalg.norm(after[3].command_n) == 0 and after[4].guard in ("falling", "waiting")
     assert all(np.linalg.norm(frame.command_n) < 0.5 for frame in after[3:])
@@ -356,7 +357,7 @@ def test_a_step_that_no_loop_takes_is_late():
 
 
 def test_a_guarded_device_that_fails_hangs_and_comes_back():
-    """A loop as the page has it, over a port that fails in every way; forces are what the motor held."""
+    """The page's loop, over a port that fails in every way; forces are the motor's."""
     rng, state = np.random.default_rng(5), dict(z=0.002, held=np.zeros(3))
     guarded = palpa.GuardedSession(wall_scene(), palpa.DeviceLimits(max_force_n=2))
     sizes, returned_at = [], None

@@ -1,4 +1,4 @@
-"""What the pages say in Python is so."""
+"""Statements of the pages about Python."""
 
 import pathlib
 import re
@@ -26,7 +26,7 @@ def test_the_examples_of_the_page_run_as_they_stand_there(tmp_path, monkeypatch)
 
 
 def test_the_readmes_lines_feel_the_same_as_those_in_cpp():
-    """To the bit, also what a hand feels that goes on from there (readme_ticks.cpp.in)."""
+    """Equal to the bit, also for a hand that continues from there (readme_ticks.cpp.in)."""
     (lines,) = blocks("README.md")
     names = {}
     exec(compile(lines, "README.md", "exec"), names)
@@ -41,7 +41,7 @@ def test_the_readmes_lines_feel_the_same_as_those_in_cpp():
 
 
 def test_one_scene_in_toml_cpp_and_python(tmp_path):
-    """Equal, and the same bytes in all tables of their traces."""
+    """Equal, with equal bytes in all tables of their traces."""
     values = (np.indices((12, 12, 12)).sum(axis=0) - 16).astype("<i2")
     (tmp_path / "ramp.raw").write_bytes(values.tobytes())
     program = pathlib.Path(palpa.__file__).parents[2] / "tests/python_same_scene"

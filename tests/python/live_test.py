@@ -1,4 +1,4 @@
-"""Live scenes: changed and watched while they are felt, and ended whatever happens."""
+"""Live scenes: changed and watched at run time, and ended in any case."""
 
 import subprocess
 import sys

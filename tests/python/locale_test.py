@@ -1,4 +1,4 @@
-"""Numbers from Python in a program whose locale has a comma are the same as in one without."""
+"""Numbers from Python are independent of a locale with a decimal comma."""
 
 import ctypes
 import locale
@@ -25,7 +25,7 @@ strength_n = 0.75
 
 @pytest.fixture
 def comma(tmp_path, monkeypatch):
-    """The locale "comma" for LC_NUMERIC, as glibc keeps it, so that no machine need have one."""
+    """The locale "comma" for LC_NUMERIC in glibc's format, so that no machine need have one."""
     data, offsets, head = b"", [], 8 + 4 * 6
     for text in (b",", b".", b"\3"):
         offsets.append(head + len(data))
@@ -52,7 +52,7 @@ def comma(tmp_path, monkeypatch):
 
 
 def made(folder):
-    """All that leaves Python as text or files."""
+    """All text and files that leave Python."""
     (folder / "scene.toml").write_text(scene_text)
     trace = palpa.run(folder / "scene.toml", "sim:stroke,depth_m=0.0125", duration_s=0.25, out=folder / "trace", primitives=True)
     files = {path.name: path.read_bytes() for path in trace.folder.iterdir() if path.name not in ("timing.csv", "trace.toml")}

@@ -16,7 +16,7 @@ from session_test import path_of
 
 
 class Syrup(palpa.Mode):
-    """A viscosity of one's own."""
+    """A viscosity of the user's own."""
 
     fields = ("field",)
 
@@ -79,7 +79,7 @@ def test_what_a_mode_raises_is_raised():
         session.ticks(path_of(10), 1e-3)
     with pytest.raises(AttributeError, match="nothing"):
         palpa.run(scene, "sim:press", duration_s=1)
-    with pytest.raises(AttributeError, match="nothing"):  # and again: it is not forgotten
+    with pytest.raises(AttributeError, match="nothing"):  # raised again in the next call
         session.tick((0, 0, 0), 1e-3)
     scene.modes["mode"].enabled = False
     assert np.isfinite(palpa.Session(scene).tick((0, 0, 0), 1e-3).force_n).all()
@@ -214,7 +214,7 @@ def test_modes_of_a_plugin_are_classes(tmp_path):
 
 
 class Wall(palpa.Mode):
-    """Places what it is told to, once the proxy is below the middle."""
+    """Places given primitives, once the proxy is below the middle."""
 
     fields = ("field",)
 

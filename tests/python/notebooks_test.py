@@ -1,4 +1,4 @@
-"""The notebooks of docs run as they stand there, and show what they show; plots are there where matplotlib is."""
+"""The notebooks of docs run as printed, with the printed output; plots need matplotlib."""
 
 import json
 import pathlib
@@ -28,7 +28,7 @@ def test_there_are_three_and_each_stands_there_with_what_it_shows():
 
 @pytest.mark.parametrize("notebook", notebooks, ids=lambda n: n.stem)
 def test_each_runs_from_top_to_end(notebook, tmp_path, monkeypatch):
-    """Its cells in one namespace, as a kernel would; what they assert holds, what they print is what stands there."""
+    """Runs its cells in one namespace, as a kernel would; checks assertions and output."""
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
     names, printed = {}, []

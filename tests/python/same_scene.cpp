@@ -1,4 +1,4 @@
-// The scene of docs_test.py, made in C++: prints it as TOML, feels and records it.
+// The scene of docs_test.py in C++: prints it as TOML, runs and records it.
 //   python_same_scene FOLDER TRACE     with FOLDER/ramp.raw
 #include <palpa/palpa.h>
 

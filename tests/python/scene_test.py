@@ -1,4 +1,4 @@
-"""Scenes, modes and their parameters: the same names, defaults and errors as in C++ and scene files."""
+"""Scenes, modes and their parameters: names, defaults and errors as in C++ and scene files."""
 
 import copy
 import inspect
@@ -125,7 +125,7 @@ def test_what_is_changed_in_a_scene_is_changed_there():
     for line in ("friction_n = 0.3", "enabled = false", "mask = [{of = \"head\"", "stiffness_n_per_m = 500", "center = \"head\"", "play = \"loop\""):
         assert line in text
     with pytest.raises(TypeError):
-        scene.modes["new"] = skin  # would be lost
+        scene.modes["new"] = skin
     other = scene.copy()
     other.modes["skin"].enabled = True
     assert not scene.modes["skin"].enabled and other != scene and scene == scene.copy()

@@ -194,7 +194,7 @@ def test_ticks_tell_all_of_every_tick():
     assert rows.events == events and any(kind == "onset" for _, kind, _, _ in events)
     np.testing.assert_allclose(rows["t_s"], np.arange(1500) * 1e-3, atol=1e-12)
     assert ((rows["status"] == palpa.TickStatus.resting) == [status == palpa.TickStatus.resting for status in rows.statuses]).all()
-    # The modes' forces and the spring balance where the proxy rests.
+    # The modes' forces and the spring balance at a resting proxy.
     assert set(rows.mode_force_n) == {"skin", "syrup"} and rows.mode_force_n["skin"].shape == (1500, 3)
     with pytest.raises(KeyError, match="did you mean 'skin'"):
         rows.mode_force_n["skn"]

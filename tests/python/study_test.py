@@ -50,7 +50,7 @@ def test_tables_are_arrays(scene_file):
     ticks = trace.ticks
     assert ticks.shape == (500,) and ticks["force_n"].shape == (500, 3) and ticks["tick"].dtype == np.int64
     assert set(trace.tables) >= {"ticks", "modes", "events", "balances", "primitives", "timing"}
-    for name in trace.tables:  # each column has a type that its cells have
+    for name in trace.tables:  # each column has its cells' type
         assert getattr(trace, name).dtype.names
     np.testing.assert_allclose(ticks["t_s"], np.arange(500) / 1000)
     for column, name in enumerate(("force_x_n", "force_y_n", "force_z_n")):

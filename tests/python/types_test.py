@@ -1,4 +1,4 @@
-"""The types that the package brings agree with the package, and find mistakes."""
+"""The package's type stubs agree with the package, and find mistakes."""
 
 import os
 import pathlib
@@ -21,9 +21,9 @@ def checked(tmp_path, program):
 
 
 def test_stubs_are_those_of_the_package(tmp_path):
-    (tmp_path / "stubs/palpa").mkdir(parents=True)  # alone: what is private has none
+    (tmp_path / "stubs/palpa").mkdir(parents=True)  # alone: private modules have no stubs
     shutil.copy(package / "__init__.pyi", tmp_path / "stubs/palpa")
-    # Of classes of C++: their metaclass is pybind11's, and those that nobody constructs say that they take anything.
+    # Classes of C++: their metaclass is pybind11's, and classes without a constructor accept any arguments.
     of_cpp = [name for name in palpa.__all__ if "pybind11" in type(getattr(palpa, name)).__name__]
     assert "Tick" in of_cpp
     unconstructed = [name for name in of_cpp if not (getattr(palpa, name).__init__.__doc__ or "").startswith("__init__(self")]

@@ -1,4 +1,4 @@
-"""To and from VTK's Python module: what its readers have is what ours have, felt alike; a live scene by the mouse."""
+"""To and from VTK's Python module: its readers' data equal Palpa's; a live scene under the mouse."""
 
 import gc
 import time
@@ -18,7 +18,7 @@ def only(volume):
 
 
 def oblique(dtype="int16"):
-    """4 × 3 × 2 points whose values tell them apart."""
+    """4 × 3 × 2 points with unique values."""
     image = vtk.vtkImageData()
     image.SetExtent(1, 4, -1, 1, 2, 3)
     image.SetSpacing(0.001, 0.002, 0.003)
@@ -157,7 +157,7 @@ def test_a_trace_is_a_line_with_every_column(tmp_path):
     np.testing.assert_allclose(places(line), trace.ticks["proxy_m"] @ matrix[:3, :3].T + matrix[:3, 3], atol=1e-12)
     force_n = vtk_to_numpy(line.GetPointData().GetArray("mode.wall.force_n"))
     assert force_n.shape == (500, 3) and np.abs(force_n).max() > 0.1
-    threshold = vtk.vtkThreshold()  # of cells: the line is one, so that vertices are what can be chosen
+    threshold = vtk.vtkThreshold()  # of cells: the line is one cell, so the selection is by vertices
     threshold.SetInputData(line)
     threshold.SetInputArrayToProcess(0, 0, 0, 0, "t_s")
     threshold.SetLowerThreshold(0.1), threshold.SetUpperThreshold(0.2)
@@ -203,7 +203,7 @@ def test_the_hand_goes_where_the_mouse_points(parallel):
 
     renderer, window, interactor = vtk.vtkRenderer(), vtk.vtkRenderWindow(), vtk.vtkRenderWindowInteractor()
     window.AddRenderer(renderer), window.SetSize(400, 300), interactor.SetRenderWindow(window)
-    interactor.EnableRenderOff()  # there is no display
+    interactor.EnableRenderOff()  # no display
     interactor.SetInteractorStyle(vtk.vtkInteractorStyleTrackballCamera())
     camera = renderer.GetActiveCamera()
     camera.SetPosition(0.1, -0.5, 0.2), camera.SetFocalPoint(0, 0, 0), camera.SetViewUp(0, 0, 1)
@@ -214,7 +214,7 @@ def test_the_hand_goes_where_the_mouse_points(parallel):
         interactor.SetEventInformation(x, y)
         interactor.InvokeEvent(event)
 
-    def seen_at(place_m):  # pixels
+    def seen_at(place_m):
         matrix = camera.GetCompositeProjectionTransformMatrix(400 / 300, -1, 1)
         seen = np.array(matrix.MultiplyPoint((*place_m, 1)))
         return 0.5 * np.array([400, 300]) * seen[:2] / seen[3]
@@ -222,7 +222,7 @@ def test_the_hand_goes_where_the_mouse_points(parallel):
     start = seen_at((0, 0, 0))
     at(200, 150), moved.clear()
     at(223, 131)
-    # Where the mouse went is where the hand is seen, in the plane of the focal point.
+    # The hand follows the mouse on the screen, in the plane of the focal point.
     assert np.allclose(seen_at(to_world[:3, :3] @ moved[0]) - start, (23, -19), atol=0.05)
     at(223, 131, "MouseWheelForwardEvent")
     assert np.allclose(np.linalg.norm(moved[-1]), 0.002)
@@ -254,7 +254,7 @@ def test_actors_follow_a_mouse_that_feels():
         assert "plane" in kinds and visible >= 3
         with pytest.raises(ValueError, match="the hand of another live scene"):
             palpa.live(scene, device=hand)
-    palpa.live(scene, device=hand).stop()  # free again
+    palpa.live(scene, device=hand).stop()
     with pytest.raises(TypeError, match="two hands"):
         palpa.live(scene, hand="sim:press", device=hand)
 

@@ -1,4 +1,4 @@
-// What is not a volume is one line, quickly, and leaves nothing behind.
+// Invalid files: a one-line error, quickly, and no leaks.
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -67,7 +67,7 @@ TEST_F(BadInput, TruncatedHeaders) {
   expect_refused("e.mha", "ObjectType = Image\nNDims = 3\nDimSize = 4 4\n", "; ");
 }
 
-// Some 10^12 voxels of every format: refused by what the header says, before any memory is taken for them.
+// About 10^12 voxels of every format: refused by the header, before memory is allocated.
 TEST_F(BadInput, ClaimsOfATrillionVoxels) {
   rusage before{}, after{};
   ::getrusage(RUSAGE_SELF, &before);
@@ -126,7 +126,7 @@ TEST_F(BadInput, SmallFilesThatClaimMuch) {
            "<Piece Extent=\"0 1 0 1 0 1\" Source=\"e.vti\"/></PImageData></VTKFile>";
   };
   expect_refused("e.pvti", whole("Float64"), "correct its NumberOfComponents");
-  // VTK would copy as many bytes as the file says of what the piece has.
+  // VTK would copy as many bytes as the file claims for the piece.
   folder_.write("e.vti", image + "1" + rest);
   EXPECT_EQ(read(folder_.write("f.pvti", whole("Float64"))).fields.size(), 1U);
   expect_refused("f.pvti", whole("Float32"), "not the arrays that the file says");
@@ -153,7 +153,7 @@ TEST_F(BadInput, HeadersThatMetaIODoesNotSurvive) {
   const std::string start = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 20 20 20\n";
   const std::string voxels(8000, '7');
   expect_refused("a.mha", start + "ElementType 9 MET_UCHAR\nElementDataFile = LOCAL\n" + voxels, "without '='");
-  // For MetaIO no end of the header: it read on, and wrote the voxels over its memory.
+  // MetaIO missed this header's end: it read on, and wrote the voxels over its memory.
   expect_refused("a.mha", start + "ElementTypeElementDataFile = LOCAL\n" + std::string(2000, 'v'), "get the whole file");
   expect_refused("b.mha", start + "ElementType = METmentDataFile\n" + voxels, "ElementDataFile");
   for (const char* bytes : {"1e308", "-7", "8500"}) {
@@ -240,7 +240,7 @@ TEST_F(BadInput, AReaderThatIsKilledInTheMiddle) {
       "a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
   std::atomic<bool> done{false};
   std::thread killer([&] {
-    // The child is killed as soon as it is there; until then, this waits for it.
+    // Kills the child at once; until it exists, this polls.
     const std::string children = "/proc/self/task/" + std::to_string(::getpid()) + "/children";
     while (!done) {
       pid_t child = 0;

@@ -1,5 +1,4 @@
-// A reader that a damaged file has taken over can do nothing but compute and read the folder that its user has named; and
-// files that name others, or lie behind links, are read or refused in a line that says how to read them.
+// The sandbox of a compromised reader; files that name others, or lie behind links.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -33,7 +32,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// Two folders side by side: what a reader is given, and what it must not reach.
+/// Two folders side by side: the reader's own, and the forbidden.
 class Caged : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -76,7 +75,7 @@ class Escapes : public Caged {
     ::setenv("INSIDE", inside().c_str(), 1);
     ::setenv("OUTSIDE", outside().c_str(), 1);
     ::setenv("SECRET_AT", std::to_string(reinterpret_cast<std::uintptr_t>(secret_)).c_str(), 1);
-    ::prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY);  // else the system itself keeps children out
+    ::prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY);  // else the system itself protects the parent
     listen_on_tcp();
     listen_here();
   }
@@ -86,7 +85,7 @@ class Escapes : public Caged {
     Caged::TearDown();
   }
 
-  /// How an escape ended: "escaped; …", "refused: …" or how the reader was ended.
+  /// Result of an escape: "escaped; …", "refused: …" or the reader's end.
   std::string tried(const std::string& escape, bool caged) {
     lay_out();
     ::setenv("ESCAPE", escape.c_str(), 1);
@@ -150,7 +149,7 @@ std::vector<std::string> lines_of(const std::string& command) {
   return lines;
 }
 
-/// Those that only Landlock refuses.
+/// Escapes that only Landlock refuses.
 bool needs_landlock(const std::string& escape) {
   return escape.find("read a file outside") == 0 || escape.find("list a folder") == 0 || escape.find("read by a ") == 0 ||
          escape == "read the parent's environment" || escape == "read the caller's memory as a file";
@@ -184,7 +183,7 @@ TEST_F(Escapes, SucceedWithoutTheCage) {
   for (const std::string& escape : lines_of(std::string("'") + ESCAPING_READER + "' --list")) {
     const std::string how = tried(escape, false);
     const bool became = escape.find("become a program") == 0;
-    // What the system itself, or a container, keeps from its users.
+    // Escapes that the system itself, or a container, prevents.
     const bool kept =
         how.find("refused: ") == 0 &&
         (escape.find("openat2") != std::string::npos || escape == "have the kernel call for it" ||
@@ -194,7 +193,7 @@ TEST_F(Escapes, SucceedWithoutTheCage) {
   }
 }
 
-// Containers and older kernels lack parts: files are read in what there is.
+// Containers and older kernels lack parts: files are read in a partial sandbox.
 TEST_F(Caged, IsClosedWithoutThePartsThatTheKernelLacks) {
   const fs::path reader = fs::path(PALPA_READERS) / "palpa-read";
   if (testing::Matches(testing::Contains(HasSubstr("sanitizer")))(lines_of("'" + reader.string() + "' --cage")))
@@ -257,7 +256,7 @@ TEST_F(Partners, OfALinkedHeaderAreReadBesideIt) {
   EXPECT_EQ(error_of(inside() / "a.nhdr", options_), "");
 }
 
-// A slice less would be another volume.
+// A missing slice would give another volume.
 TEST_F(Partners, OfAFolderAreNotPassedOver) {
   fs::create_symlink("../outside/x.raw", inside() / "x.dcm");
   EXPECT_THAT(error_of(inside(), options_), HasSubstr("x.dcm', which lies outside"));

@@ -1,5 +1,5 @@
-// What attributes of HDF5 and netCDF-4 say of the numbers and places of arrays, written here with the library itself: packed
-// numbers, numbers that stand for no data, coordinates, time. The law: what is felt at a place is what the conventions say.
+// Attributes of HDF5 and netCDF-4, written with the library itself: packed numbers, fill values, coordinates, time. Sampled
+// values equal the conventions' values.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -27,7 +27,6 @@ hid_t type_of() {
   return H5T_IEEE_F64LE;
 }
 
-/// A file that is being written.
 class NewHdf5 {
  public:
   explicit NewHdf5(const fs::path& path, hsize_t block_bytes = 0) : path_(path) {
@@ -92,7 +91,6 @@ class NewHdf5 {
     H5Awrite(attribute, type, lists.data());
     H5Aclose(attribute), H5Sclose(space), H5Tclose(type), H5Oclose(object);
   }
-  /// A scale with coordinates.
   template <class T>
   void scale(const std::string& name, const std::vector<T>& at, const std::string& units, const std::string& axis = {}) {
     array<T>(name, {at.size()}, at);
@@ -114,7 +112,7 @@ class Conventions : public ReaderTest {
     request.layout.spacing_m = {1, 1, 1};
     return request;
   }
-  /// The value of a voxel; NaN where it has none. Not a sample, which has none beside such a voxel either.
+  /// The value of a voxel; NaN if missing. Not a sample, which is NaN beside a missing voxel too.
   static double at(const Volume& volume, std::int64_t i, std::int64_t j = 0, std::int64_t k = 0) {
     const GridView& grid = *grid_of(*volume.fields[0].field);
     const auto& dims = grid.geometry.dims;
@@ -132,7 +130,7 @@ using Stored = ::testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::ui
                                 std::int64_t, std::uint64_t, float, double>;
 TYPED_TEST_SUITE(Packed, Stored);
 
-/// Numbers 10, 11 … of 8 × 2 × 2, packed: each voxel alone is asked for, as its neighbours may be none.
+/// Numbers 10, 11 … of 8 × 2 × 2, packed: single voxels are read, as neighbours may be missing.
 template <class T>
 std::vector<T> counted() {
   std::vector<T> numbers;
@@ -371,7 +369,7 @@ TEST_F(Conventions, CoordinatesRisingFallingAndUnevenPlaceTheGrid) {
       }
     }
   }
-  NewHdf5 file(path());  // to and fro: no grid
+  NewHdf5 file(path());  // not monotone: no grid
   file.array<double>("T", {5, 5, 4}, linear_on({1, 3, 2, 4}, rising, rising));
   file.scale<double>("x", {1, 3, 2, 4}, "m");
   file.scales("T", {"", "", "x"});

@@ -1,4 +1,4 @@
-// What is written is read again by ITK (NRRD) and VTK (VTI), and is the same.
+// Written NRRD and VTI, read back by ITK and VTK, are equal.
 #include "palpa/file/convert.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class Convert : public ReaderTest {
     lost_ = convert(volume, folder_.path() / name, options);
     return read(folder_.path() / name, std::move(request));
   }
-  /// Nothing but the named files is left in the folder.
+  /// The folder holds only the named files.
   void expect_files(std::vector<std::string> names) {
     std::vector<std::string> found;
     for (const auto& entry : fs::directory_iterator(folder_.path())) found.push_back(entry.path().filename().string());
@@ -31,7 +31,7 @@ class Convert : public ReaderTest {
   std::vector<std::string> lost_;
 };
 
-/// The same values at places all over the box of the first, and, if the second is no larger, the same outside.
+/// Expects equal values all over the first box and, if the second is no larger, an equal outside.
 void expect_same(const Field& a, const Field& b, double tolerance, bool larger = false) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> part(0.0, 1.0);
@@ -100,7 +100,7 @@ TEST_F(Convert, KeepsVectorsAlongTheWorld) {
 }
 
 TEST_F(Convert, VtiHasItsVoxelsWithinTheText) {
-  // ParaView 5.11 opens no file that has them behind it. Numbers of bytes that go into threes, and that do not.
+  // ParaView 5.11 cannot open files with padding at the end. Byte counts with and without a factor of three.
   for (const std::int64_t length : {1, 2, 3, 4, 5}) {
     const GridGeometry grid{{length, 3, 2}, 1e-3 * Mat3::identity(), {}};
     Volume volume;
@@ -153,7 +153,7 @@ TEST_F(Convert, CropsAndAverages) {
   const Volume part = converted(volume, "part.nrrd", {.crop = VoxelRange{{1, 2, 1}, {4, 4, 3}}});
   EXPECT_EQ(grid_of(*part.fields[0].field)->geometry.dims, (std::array<std::int64_t, 3>{4, 3, 3}));
   expect_same(*part.fields[0].field, field, 1e-5, true);
-  // A mean of blocks of a linear function is that function at their middles.
+  // A block mean of a linear function is its value at the block's middle.
   const Volume half = converted(volume, "half.nrrd", {.downsample = 2});
   EXPECT_EQ(grid_of(*half.fields[0].field)->geometry.dims, (std::array<std::int64_t, 3>{3, 2, 2}));
   expect_same(*half.fields[0].field, field, 1e-4, true);
@@ -298,7 +298,7 @@ TEST_F(Convert, NeverWritesOverAFileAndLeavesNothingHalf) {
     if (share > 0.4) throw LoadError("interrupted; try again");
   };
   for (const char* name : {"a.nrrd", "a.nhdr"}) error_of([&] { convert(volume, folder_.path() / name, stopped); });
-  // Some 10^15 voxels: more than any disk has.
+  // About 10^15 voxels: more than any disk has.
   error_of([&] { convert(volume, folder_.path() / "big.nrrd", {.resample_m = 2e-7}); });
   expect_files({"there.nrrd"});
 }

@@ -19,7 +19,7 @@ void Damage::put(const fs::path& file, const std::string& bytes) {
     case 0: return write(file, "");
     case 1: return fs::create_symlink(file.filename(), file);
     case 2: return static_cast<void>(fs::create_directory(file));
-    case 3: return;  // gone
+    case 3: return;
     case 4: return write(file, bytes + bytes.substr(0, below(1 << 16)));
     default: return write(file, damaged(bytes));
   }
@@ -50,7 +50,7 @@ std::string Damage::damaged(std::string bytes) {
   return bytes;
 }
 
-// A number of a header in text becomes another; of one in bytes, four bytes do.
+// Changes a number of a text header; of a binary header, four bytes.
 void Damage::change_number(std::string& bytes) {
   static constexpr const char* numbers[] = {"0",        "-1",         "1",          "7",     "65536",
                                             "99999999", "2147483647", "4294967296", "1e308", "nan"};

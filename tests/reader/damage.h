@@ -1,4 +1,4 @@
-// Damage to files, as disks, networks and people do it.
+// Damage to files, as by disks, networks and people.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,17 @@
 
 namespace palpa::test {
 
-/// Damages bytes and files at random: the same choices give the same damage.
+/// Damages bytes and files at random: equal choices give equal damage.
 class Damage {
  public:
-  /// \param below  gives a number from 0 to its argument, which is above 0, less one
+  /// \param below  returns a number from 0 to its argument less one; the argument is above 0
   explicit Damage(std::function<std::size_t(std::size_t)> below) : below_(std::move(below)) {}
 
   std::size_t below(std::size_t n) { return below_(n); }
 
-  /// Cut off, bits flipped, characters of the header and its numbers changed, bytes taken out, put in or zeroed.
+  /// Cut off, bits flipped, characters of the header and its numbers changed, bytes removed, inserted or zeroed.
   std::string damaged(std::string bytes);
-  /// Puts damage in the place of a file with this content: as above, or empty, longer, a link to itself, a folder, gone.
+  /// Replaces a file by damage to this content: as above, or empty, longer, a link to itself, a folder, gone.
   void put(const std::filesystem::path& file, const std::string& bytes);
 
  private:

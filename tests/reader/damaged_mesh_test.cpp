@@ -1,4 +1,4 @@
-// A damaged byte in a mesh must not cost a hundred times what the mesh costs.
+// Reading time of a mesh with a damaged byte.
 #include <cmath>
 
 #include "files.h"
@@ -8,8 +8,8 @@ namespace damaged_mesh_test {
 
 class DamagedMesh : public ReaderTest {
  protected:
-  /// Reads with a watch that grants the reader few seconds of computing: a sound mesh of this size takes a tenth of one, and
-  /// one whose damaged cells were looked for all over the grid took sixteen.
+  /// Reads within few seconds of processor time: a sound mesh of this size takes 0.1 s; a search for damaged cells all over the
+  /// grid took 16 s.
   Volume read_quickly(const fs::path& file) const {
     ReadOptions options = options_;
     options.idle_limit_s = 4.0;
@@ -25,7 +25,7 @@ Vec3 bent(const Vec3& x) {
   return {x.x + 0.2 * std::sin(0.3 * x.y), x.y + 0.2 * std::sin(0.3 * x.z), x.z + 0.1 * std::sin(0.3 * x.x)};
 }
 
-/// A mesh over [0, n - 1]³, bent a little, that holds x + 2 y + 3 z; `moved` is the place of the point in the middle.
+/// A mesh over [0, n - 1]³, bent a little, that holds x + 2 y + 3 z; `moved` is the position of its middle point.
 std::string mesh(const Vec3* moved) {
   const auto array = [](const std::string& name, const std::string& type, const std::string& numbers, int components = 1) {
     return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
@@ -83,16 +83,14 @@ TEST_F(DamagedMesh, OfPlot3dIsReadAsFastAsASoundOne) {
   EXPECT_GT(grid_of(*volume.fields[0].field)->geometry.voxels(), 1'000'000) << "the grid reaches out to the point";
 }
 
-// Cells of every size and direction, with a point within the mesh or far out, get the voxels that they got when each voxel of
-// their boxes was tried: what their own interpolant says.
+// Cells of every size and direction, with a point within the mesh or far out, get the voxels of a full search in each box.
 TEST_F(DamagedMesh, HasTheValuesOfItsLongCells) {
   const Vec3 out{40.0, 45.0, 50.0};
   const Volume volume = read_quickly(folder_.write("a.vtu", mesh(&out)));
   const double sound = at(read_quickly(folder_.write("b.vtu", mesh(nullptr))), {3.0, 4.0, 5.0});
   EXPECT_NEAR(at(volume, {3.0, 4.0, 5.0}), sound, 0.3) << "far from the damage";
-  // On the way from the middle out to the damaged point, in a spike of stretched cells that narrows to nothing: a place has
-  // data where all eight voxels around it are in the spike, which at half a unit of spacing it has room for up to 0.3 of its
-  // length.
+  // On the line from the middle to the damaged point, in a spike of stretched cells that narrows to 0: a point has data where
+  // all eight voxels around it are in the spike, up to 0.3 of its length at half a unit of spacing.
   const Vec3 middle = bent({n / 2.0, n / 2.0, n / 2.0});
   for (int step = 0; step < 95; ++step) {
     const ScalarSample s = volume.fields[0].field->scalar(middle + (step / 100.0) * (out - middle));

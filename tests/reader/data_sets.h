@@ -1,4 +1,4 @@
-// The sets of the shared data, for tests and commands that hold for each of them.
+// The shared data sets, for tests and commands that run on each of them.
 #pragma once
 
 #include <cctype>
@@ -11,7 +11,7 @@ namespace palpa::test {
 /// A file or a folder of the shared data, and the files that are read with it.
 struct DataSet {
   std::string file;
-  std::vector<std::string> with{};  ///< in the same folder
+  std::vector<std::string> with{};
 };
 inline void PrintTo(const DataSet& set, std::ostream* to) { *to << set.file; }
 
@@ -22,7 +22,7 @@ inline std::string name_of(const DataSet& set) {
   return name;
 }
 
-/// One of each kind of file that can be opened.
+/// One of each readable file type.
 inline std::vector<DataSet> data_sets() {
   return {
       {"ct_head_cranium/cranium.mhd", {"cranium.raw.gz"}},
@@ -51,7 +51,6 @@ inline std::vector<DataSet> data_sets() {
   };
 }
 
-/// Those that are refused.
 inline std::vector<DataSet> refused_sets() {
   return {
       {"weather_storm_dx/wind.dx", {"storm_data.dx"}},

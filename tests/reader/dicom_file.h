@@ -1,4 +1,4 @@
-// DICOM files for tests, written element by element: by no library, so that none can share a mistake with its reader.
+// DICOM files for tests, written element by element, without a library whose mistakes the reader could share.
 #pragma once
 
 #include <gdcmImageChangeTransferSyntax.h>

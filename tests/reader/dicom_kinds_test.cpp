@@ -1,5 +1,5 @@
-// The law that no volume mixes images of two kinds: files with each attribute by which the standard tells images apart, in
-// shuffled orders, whose values show which kind each voxel comes from.
+// Separation of image kinds: files with each attribute by which the standard distinguishes images, in shuffled orders, whose
+// values show the kind of each voxel.
 #include <numeric>
 #include <random>
 #include <set>
@@ -13,13 +13,13 @@ namespace dicom_kinds_test {
 
 constexpr int places = 5;
 
-/// An attribute, and what images of three kinds say of it. Empty: they say nothing.
+/// An attribute, and its values in images of three kinds. Empty: absent.
 struct Kind {
   std::string name;
   std::uint32_t tag;
   const char* vr;
   std::vector<std::string> values;
-  std::uint32_t group = 0;   ///< the sequence that it stands in, in functional groups
+  std::uint32_t group = 0;   ///< its sequence, in functional groups
   std::uint32_t deeper = 0;  ///< a sequence within that one
 };
 
@@ -89,7 +89,7 @@ std::vector<Kind> enhanced_kinds() {
           {"an element that no list has", 0x00189105, "FD", {doubles({1}), doubles({2}), doubles({3})}, 0x00189103}};
 }
 
-/// Pixels that all say of which kind and place they are.
+/// Pixels that all encode their kind and position.
 int value_of(int kind, int place) { return 1000 * (kind + 1) + 10 * place; }
 std::string pixels_of(const DicomSeries& series, int kind, int place) {
   std::string bytes;
@@ -104,7 +104,7 @@ class DicomKinds : public ReaderTest {
     series_.columns = 4, series_.rows = 3;
   }
 
-  /// Reads every frame; each must be of one kind, all kinds must be there, and a warning must name what differs.
+  /// Reads every frame; each must be of one kind, all kinds must occur, and a warning must name the difference.
   void expect_unmixed(const fs::path& path, int kinds, const std::string& named) {
     VolumeRequest request;
     const Volume first = read(path);
@@ -133,7 +133,7 @@ class DicomKinds : public ReaderTest {
     for (const auto& entry : fs::directory_iterator(folder_.path())) fs::remove_all(entry.path());
   }
 
-  /// All images of all kinds and places, in a random order.
+  /// All images of all kinds and positions, in a random order.
   std::vector<std::pair<int, int>> shuffled(int kinds) {
     std::vector<std::pair<int, int>> all;
     for (int kind = 0; kind < kinds; ++kind)
@@ -164,14 +164,14 @@ TEST_F(DicomKinds, ClassicSeriesAreNeverMixed) {
   }
 }
 
-/// Where a maker says it in elements of its own. Several numbers: in elements one after the other.
+/// Private elements of a maker. Several numbers: in successive elements.
 struct PrivateKind {
   std::string name;
   const char* creator;
   std::uint32_t group, element;
   const char* vr;
-  std::vector<std::vector<std::string>> values;  ///< of each kind, in each element
-  std::string named;                             ///< by a warning
+  std::vector<std::vector<std::string>> values;
+  std::string named;  ///< by a warning
 };
 
 std::vector<PrivateKind> private_kinds() {
@@ -209,7 +209,7 @@ std::vector<PrivateKind> private_kinds() {
 }
 
 TEST_F(DicomKinds, WhatMakersSayInElementsOfTheirOwnIsNeverMixed) {
-  // With types, without them, and copied by a program that does not know them.
+  // With types, without them, and copied by a program that lacks their types.
   for (const char* how : {"typed", "implicit", "unknown"}) {
     for (const PrivateKind& kind : private_kinds()) {
       SCOPED_TRACE(std::string(how) + ": " + kind.name + ", " + kind.named);
@@ -277,7 +277,7 @@ TEST_F(DicomKinds, FramesOfEnhancedFilesAreNeverMixed) {
 }
 
 TEST_F(DicomKinds, DimensionsThatAFileNamesAreKept) {
-  // A dimension of its own, whose element stands nowhere else, beside that of the position.
+  // A dimension of its own, whose element occurs nowhere else, beside the position's dimension.
   DicomElements image = enhanced(series_, shuffled(3), [](DicomElements& groups, int k, int place) {
     DicomElements content;
     content.set(0x00209157, "UL", long_of(place + 1) + long_of(k + 1));
@@ -329,7 +329,7 @@ TEST_F(DicomKinds, VectorsOfNuclearMedicineAreKept) {
       of_kind += short_of(k + 1), of_slice += short_of(place + 1);
       pixels += pixels_of(series_, k, place);
     }
-    // The first frame's slice is where the file's position is, whichever it is.
+    // The file's position is that of the first frame's slice, in any order.
     const int first = static_cast<unsigned char>(of_slice[0]) - 1;
     image.set(0x00080060, "CS", "NM");
     for (const std::uint32_t at : {0x00200032, 0x00200037}) image.erase(at);
@@ -346,7 +346,7 @@ TEST_F(DicomKinds, VectorsOfNuclearMedicineAreKept) {
 }
 
 TEST_F(DicomKinds, FramesThatAreNoSlicesLieAtOnePlace) {
-  // Views of a turning camera, and a film: slices of nothing.
+  // Views of a turning camera, and a film: no slices.
   for (const bool film : {false, true}) {
     SCOPED_TRACE(film);
     DicomElements image = series_.image(series_.origin_mm, 1);
@@ -367,7 +367,7 @@ TEST_F(DicomKinds, FramesThatAreNoSlicesLieAtOnePlace) {
 }
 
 TEST_F(DicomKinds, SegmentsAreWholeAndZeroWhereTheirFileLeavesImagesOut) {
-  // Segment 1 at places 0 and 1, segment 2 at 1 and 4; place 2 and 3 have neither.
+  // Segment 1 at positions 0 and 1, segment 2 at 1 and 4; positions 2 and 3 have neither.
   DicomElements image = enhanced(series_, {{1, 4}, {0, 1}, {1, 1}, {0, 0}}, [](DicomElements& groups, int k, int) {
     DicomElements segment;
     segment.set(0x0062000b, "US", short_of(k + 1));
@@ -405,7 +405,7 @@ TEST_F(DicomKinds, KindsAtDifferentPlacesMakeNoVolumeOfBoth) {
 }
 
 TEST_F(DicomKinds, WhatCannotBeToldApartIsRefused) {
-  // Neither by nothing, nor by a clock that goes place after place, beside kinds in an order that changes.
+  // No attribute, or a clock that advances by position, beside kinds in a changing order.
   for (const bool timed : {false, true}) {
     SCOPED_TRACE(timed);
     empty_folder();
@@ -439,7 +439,7 @@ TEST_F(DicomKinds, AClockThatGoesFrameAfterFrameTellsFramesApart) {
 }
 
 TEST_F(DicomKinds, ACounterThatGoesFrameAfterFrameByChanceTellsNothing) {
-  // Two kinds that no element tells apart; numbers 1 to 3 are at three places, but of both kinds.
+  // Two kinds without a distinguishing element; numbers 1 to 3 are at three positions, but of both kinds.
   const std::pair<int, int> order[] = {{0, 2}, {1, 0}, {0, 1}, {1, 1}, {0, 0}, {1, 2}};
   int number = 0;
   for (const auto& [k, place] : order) {
@@ -452,7 +452,7 @@ TEST_F(DicomKinds, ACounterThatGoesFrameAfterFrameByChanceTellsNothing) {
 }
 
 TEST_F(DicomKinds, OneKindStaysOneVolume) {
-  // Times and counters that drift from slice to slice, and rounding of what is one value, split nothing.
+  // Times and counters that drift from slice to slice, and rounding of a single value, split nothing.
   for (int place = 0; place < places; ++place) {
     DicomElements image = series_.image(series_.at_mm({0, 0, static_cast<double>(place)}), place);
     image.set(0x00180081, "DS", place % 2 == 0 ? "4.6" : "4.605");

@@ -1,4 +1,4 @@
-// How a scan was made is told; of whom never: by palpa-read to nobody, whatever element it stands in.
+// A scan's acquisition in palpa-read's answer, without any person's data.
 #include <cctype>
 #include <functional>
 #include <map>
@@ -112,7 +112,7 @@ TEST_F(DicomScan, TheUnitIsTheFilesOwn) {
   constexpr std::uint32_t rescale_type = 0x00281054, units = 0x00541001;
   EXPECT_EQ(unit("CT", 0, nullptr), "HU");
   EXPECT_EQ(unit("CT", rescale_type, "HU"), "HU");
-  EXPECT_EQ(unit("CT", rescale_type, "ED"), "10²³/ml");  // of two energies: a density of electrons
+  EXPECT_EQ(unit("CT", rescale_type, "ED"), "10²³/ml");  // of two energies: an electron density
   EXPECT_EQ(unit("CT", rescale_type, "US"), "");
   EXPECT_EQ(unit("PT", units, "BQML"), "Bq/ml");
   EXPECT_EQ(unit("MR", 0, nullptr), "");
@@ -166,7 +166,7 @@ TEST_F(DicomScan, TheModalityOfOtherFormatsIsTheFilesOwn) {
 TEST_F(DicomScan, NobodyIsNamed) {
   constexpr const char *person = "Doe^Jane", *secret = "Quillfeather";
   const fs::path path = series([&](DicomElements& e) {
-    // Names, numbers, dates and places of people and houses; then every text that is read, with a name among its words.
+    // Names, numbers, dates and places of people and institutions; then every text that is read, with a name among its words.
     for (const std::uint32_t tag : {0x00080090U, 0x00081048U, 0x00081050U, 0x00081060U, 0x00081070U, 0x00100010U, 0x00101005U,
                                     0x00101060U, 0x00102297U, 0x00321032U, 0x00400006U, 0x0040a123U}) {
       e.set(tag, "PN", person);

@@ -1,4 +1,4 @@
-// DICOM series made here, whose truth is known.
+// DICOM series made here, with known truth.
 #include <fstream>
 #include <sstream>
 
@@ -11,7 +11,7 @@ using Change = std::function<void(int slice, DicomElements& image)>;
 
 class Dicom : public ReaderTest {
  protected:
-  /// Slices at these places along the step; file names in reverse.
+  /// Slices at these positions along the step; file names in reverse.
   void write(const DicomSeries& series, const std::vector<double>& places, const Change& change = {},
              const std::string& prefix = "") const {
     for (std::size_t n = 0; n < places.size(); ++n) {
@@ -65,7 +65,7 @@ TEST_F(Dicom, ObliqueAndBackwardSeriesLieWhereTheySay) {
   write(series, six);
   const Volume volume = open();
   expect_values(volume, series, 6);
-  EXPECT_GT(determinant(grid_of(*volume.fields[0].field)->geometry.index_to_world_m), 0.0);  // rising along the normal
+  EXPECT_GT(determinant(grid_of(*volume.fields[0].field)->geometry.index_to_world_m), 0.0);
 }
 
 TEST_F(Dicom, AGantryTiltIsAShearAndExact) {
@@ -135,7 +135,7 @@ TEST_F(Dicom, PaddingIsOutside) {
     series.negative = true, series.intercept = 0, series.linear = {{300, 0, 0}, 0};
     write(series, six, [&](int, DicomElements& e) {
       std::string pixels = series.pixels({0, 0, 0});
-      for (std::size_t row = 0; row < 6; ++row) pixels.replace(16 * row, 2, bytes_of(std::int16_t{-2000}));  // the first column
+      for (std::size_t row = 0; row < 6; ++row) pixels.replace(16 * row, 2, bytes_of(std::int16_t{-2000}));
       e.set(0x7fe00010, "OW", pixels);
       e.set_short(0x00280120, -2000, unsigned_padding ? "US" : "SS");
     });
@@ -174,7 +174,7 @@ TEST_F(Dicom, RepeatedPositionsAreFrames) {
     EXPECT_EQ(volume.files.size(), 6U);
   }
   EXPECT_TRUE(warns_of(open(), "holds 2 frames"));
-  phases("40", "0");  // the trigger time goes before the number
+  phases("40", "0");  // the trigger time precedes the number
   request.frame = 0;
   series.linear.at_origin = -5500;
   expect_values(open(request), series, 6);
@@ -236,7 +236,7 @@ TEST_F(Dicom, FramesOfOneFileAreSpacedAsItSays) {
   image.erase(0x00180088);
   image.set(0x3004000c, "DS", "0\\2.5\\5\\7.5\\10\\12.5");
   expect_values(read(folder_.write("offsets.dcm", series.file(image))), series, 6);
-  image.erase(0x3004000c);  // nothing says that they are slices
+  image.erase(0x3004000c);  // without evidence of slices
   EXPECT_EQ(read(folder_.write("cine.dcm", series.file(image))).frames, 6);
 }
 
@@ -305,7 +305,7 @@ TEST_F(Dicom, NumbersThatBeginAtAHigherBitAreTheSame) {
         std::string pixels;
         for (std::size_t at = 0; at < plain.size(); at += 2) {
           const unsigned raw = static_cast<unsigned char>(plain[at]) | static_cast<unsigned char>(plain[at + 1]) << 8;
-          // Beside the 12 bits lies what is not the image's.
+          // Around the 12 bits lie other bits.
           pixels += bytes_of(static_cast<std::uint16_t>((raw & 0xfff) << shift | (shift > 0 ? 1U : 0U)));
         }
         e.set_short(0x00280102, 11 + shift);
@@ -333,7 +333,7 @@ TEST_F(Dicom, DeflatedFilesAreReadAsTheOthers) {
   DicomSeries series;
   write(series, six);
   const fs::path last = folder_.path() / "i895";
-  for (const char* padding : {"", "\1"}) {  // what makes the length even need be no zero
+  for (const char* padding : {"", "\1"}) {  // padding to even length need not be zero
     for (int n = 0; n < 6; n += n == 0 ? 2 : 1)
       folder_.write("i" + std::to_string(900 - n),
                     deflated_file(series, series.image(series.at_mm({0, 0, static_cast<double>(n)}), n)) + padding);
@@ -399,7 +399,7 @@ TEST_F(Dicom, WhatHasNoOneValueIsRefusedWithTheReason) {
   VolumeRequest vector;
   vector.as = "vector";
   EXPECT_NE(error_of([&] { open(vector); }).find("no vectors"), std::string::npos);
-  // Beside images that can be felt they are left out.
+  // Beside valid images they are left out.
   write(series, six, [](int n, DicomElements& e) {
     if (n == 5) e.set_short(0x00280002, 3);
   });
@@ -448,7 +448,7 @@ TEST_F(Dicom, DamagedFilesAreTold) {
     EXPECT_TRUE(warns_of(volume, "1 DICOM file is left out")) << all_warnings(volume);
     EXPECT_TRUE(warns_of(volume, "1 slice is missing"));
   }
-  // In the meta header: a type that is none, zeros, and an element that goes on behind the file.
+  // In the meta header: an invalid type, zeros, and an element beyond the file's end.
   std::string damaged = whole;
   for (const auto& [at, bytes] : std::vector<std::pair<std::size_t, std::string>>{
            {136, std::string("U\0", 2)}, {158, std::string(60, '\0')}, {152, "\xff\xff\xff\x7f"}}) {
@@ -460,7 +460,7 @@ TEST_F(Dicom, DamagedFilesAreTold) {
   folder_.write("notes.txt", "not an image");
   EXPECT_EQ(open().files.size(), 5U);
   std::string without_length = whole;
-  without_length.erase(132, 12);  // of the group, which the standard wants first
+  without_length.erase(132, 12);  // of the group, which the standard requires first
   EXPECT_EQ(read(folder_.write("one.dcm", without_length)).files.size(), 1U);
   EXPECT_NE(error_of([&] { read(folder_.write("one.dcm", whole.substr(0, 400))); }).find("no DICOM image"), std::string::npos);
 }

@@ -1,5 +1,5 @@
-// Plays a reader that a damaged file has taken over: tries the one escape that $ESCAPE names, within the cage of the real
-// readers, or without it where $CAGE is "none", and answers how that ended.
+// A compromised reader: tries the escape $ESCAPE within the real readers' sandbox, or without it if $CAGE is "none", and
+// returns the result.
 #include <arpa/inet.h>
 #include <dirent.h>
 #include <fcntl.h>
@@ -44,7 +44,7 @@ std::string variable(const char* name) {
   return value != nullptr ? value : "";
 }
 
-/// What the test has laid out: a file that is named to the reader in a folder of its own, and secrets beside that folder.
+/// The test's layout: the reader's file in a folder of its own, and secrets beside that folder.
 std::string inside(const char* name) { return variable("INSIDE") + "/" + name; }
 std::string outside(const char* name) { return variable("OUTSIDE") + "/" + name; }
 
@@ -141,12 +141,12 @@ const std::map<std::string, std::function<int()>>& escapes() {
          std::strncpy(to.sun_path, outside("socket").c_str(), sizeof to.sun_path - 1);
          return connected(AF_UNIX, reinterpret_cast<const sockaddr*>(&to), sizeof to);
        }},
-      {"type into the terminal",  // nothing but the attempt: without a terminal it fails by itself
+      {"type into the terminal",  // only an attempt: without a terminal it fails by itself
        [] {
          int bytes = 0;
          return result_of(::ioctl(palpa::protocol::socket_descriptor, FIONREAD, &bytes));
        }},
-      // other programs
+      // programs
       {"run a program",
        [] {
          const int child = ::vfork();
@@ -265,11 +265,11 @@ void escape(int socket) {
   const std::string name = variable("ESCAPE");
   if (name == "which parts are lacking?") throw LoadError("lacks: " + lacking);
   const int result = escapes().at(name)();
-  // Sentences as a reader has to say them: others are quoted.
+  // Messages in a reader's format: others are quoted.
   throw LoadError(result == 0 ? "escaped; nothing held it" : std::string("refused: ") + std::strerror(result) + "; it is held");
 }
 
-/// Becomes a real reader on a kernel that lacks a part, which another filter plays: what is missing there stays away.
+/// Becomes a real reader on a kernel without a part, emulated by another filter.
 int read_without(const std::string& part, char** arguments) {
   const std::unique_ptr<void, decltype(&::seccomp_release)> filter(::seccomp_init(SCMP_ACT_ALLOW), ::seccomp_release);
   const std::uint32_t missing = SCMP_ACT_ERRNO(ENOSYS);

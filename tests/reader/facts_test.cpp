@@ -1,4 +1,4 @@
-// The facts of the shared data, found with other tools than ours.
+// Facts of the shared data, found with other tools.
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -126,7 +126,7 @@ TEST_F(Facts, MetaImages) {
   EXPECT_FALSE(mhd.medical_frame);
 }
 
-/// RAS millimetres as our world.
+/// RAS millimetres in Palpa's world.
 Vec3 lps_m(const Json& ras_mm) {
   return 1e-3 * Vec3{-ras_mm[0].get<double>(), -ras_mm[1].get<double>(), ras_mm[2].get<double>()};
 }

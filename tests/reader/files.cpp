@@ -84,7 +84,7 @@ void expect_linear(const Field& field, const FileGrid& grid, const std::function
                    const Linear& linear) {
   const double largest = norm(linear.gradient);
   for (int n = 0; n < 60; ++n) {
-    // Points of a lattice that meets the voxels nowhere.
+    // Points of a lattice that meets no voxel.
     const auto part = [&](double step, int axis) {
       return std::fmod(0.01 + n * step, 1.0) * static_cast<double>(grid.dims[axis] - 1);
     };

@@ -1,4 +1,4 @@
-// Files for tests: written into a folder that goes away, or found among the shared data.
+// Files of tests: written into a temporary folder, or found among the shared data.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -34,7 +34,6 @@ class TemporaryFolder {
   fs::path path_;
 };
 
-/// Tests that need the built palpa-read.
 class ReaderTest : public ::testing::Test {
  protected:
   void SetUp() override;
@@ -44,15 +43,15 @@ class ReaderTest : public ::testing::Test {
   ReadOptions options_;
 };
 
-/// Options with the path of the built reader; the path is empty where it is not built.
+/// Options with the path of the built reader; an empty path without it.
 ReadOptions built_reader();
-/// A file of the shared data; empty where it is not there.
+/// A file of the shared data; empty without it.
 fs::path shared_file(const std::string& name);
 
-/// Runs `act`, which must throw a LoadError of one line; its text.
+/// Runs `act`, which must throw a LoadError of one line; returns its text.
 std::string error_of(const std::function<void()>& act);
 
-/// The bytes of a number, as the machine has them or turned round.
+/// The bytes of a number, native or swapped.
 template <class T>
 std::string bytes_of(T value, bool big_endian = false) {
   std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
@@ -68,17 +67,17 @@ struct FileGrid {
   Vec3 origin;
   Vec3 at(const Vec3& index) const { return step * index + origin; }
 };
-/// Columns that are neither of one length nor at right angles.
+/// Columns of different lengths, not at right angles.
 FileGrid sheared_grid();
 
-/// A linear function of the position in Palpa's world [m]; trilinear sampling must give it back exactly.
+/// A linear function of the position in Palpa's world [m]; trilinear sampling must reproduce it exactly.
 struct Linear {
   Vec3 gradient{300, -200, 500};
   double at_origin = 7.0;
   double operator()(const Vec3& world_m) const { return dot(gradient, world_m) + at_origin; }
 };
 
-/// The voxels of a linear function as bytes, i fastest, given where the world has the file's positions.
+/// The voxels of a linear function as bytes, i fastest, by the world positions of the file's.
 template <class T>
 std::string linear_voxels(const FileGrid& grid, const std::function<Vec3(const Vec3&)>& to_world_m, bool big_endian = false,
                           const Linear& linear = {}) {
@@ -92,7 +91,7 @@ std::string linear_voxels(const FileGrid& grid, const std::function<Vec3(const V
   return bytes;
 }
 
-/// Expects that the field is that linear function at positions all over the grid, and nothing outside.
+/// Expects that linear function at positions all over the grid, and no data outside.
 void expect_linear(const Field& field, const FileGrid& grid, const std::function<Vec3(const Vec3&)>& to_world_m,
                    const Linear& linear = {});
 

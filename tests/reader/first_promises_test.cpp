@@ -1,4 +1,4 @@
-// What the title and the comments of a first scene promise is so, on each set of the shared data.
+// Promises in titles and comments of first scenes, on each set of the shared data.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,6 @@
 namespace palpa::test {
 namespace first_promises_test {
 
-/// A run of a first scene.
 struct Felt {
   Summary summary;
   std::vector<SessionEvent> broken;
@@ -25,7 +24,7 @@ struct Felt {
 
 class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<DataSet> {
  protected:
-  /// The first scene of the set; none where the data are not here.
+  /// The first scene of the set; none without the data.
   std::optional<LoadedScene> first() const {
     const fs::path data = shared_file(GetParam().file);
     if (data.empty()) return std::nullopt;
@@ -74,7 +73,6 @@ class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<Da
     EXPECT_LE(felt.summary.force_max_n, first.scene.coupling.max_force_n + 1e-9);
   }
 
-  /// The values of the levels of this name.
   static std::vector<double> values_of(const SceneMode& mode, const std::string& name) {
     std::vector<double> values;
     for (const SurfaceAndFriction::Level& level : mode.mode.as<SurfaceAndFriction>()->levels) {
@@ -90,7 +88,7 @@ void expect_that_tissue_does_not_keep_popping(const LoadedScene& first, const Fe
   EXPECT_GT(felt.summary.modes.front().contact_share, 0.1) << "it is felt all the same";
 }
 
-/// [N] What a rigid hand that goes 20 mm along a way at 50 mm/s has against it, on average.
+/// [N] Mean resistance to a rigid hand on a path of 20 mm at 50 mm/s.
 double against_n(const Scene& scene, const Vec3& from_m, const Vec3& way) {
   constexpr double speed_m_per_s = 0.05, length_m = 0.02, dt_s = 1e-3;
   Session session(scene);
@@ -115,7 +113,7 @@ void expect_that_upstream_costs_more_than_downstream(const Scene& scene) {
     const VectorSample here = flow_at(at_m);
     if (!here.inside || !(norm(here.value) > 0.0)) continue;
     const Vec3 way = normalized(map.gradient_to_hand(normalized(here.value)));
-    // Where it flows the same way all along.
+    // Where the flow's direction is constant along the path.
     bool even = true;
     for (double m = 0.0; m <= 0.02; m += 0.005) {
       const VectorSample there = flow_at(at_m + m * way);

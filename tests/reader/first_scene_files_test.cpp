@@ -1,5 +1,4 @@
-// A suggested scene, and a scene printed from a program, give the data that they were made for: from any folder, whatever
-// format they have and whatever was said of their reading.
+// Reloaded data of suggested scenes and of scenes printed by a program: from any folder, format and reading request.
 #include <algorithm>
 #include <fstream>
 
@@ -21,7 +20,7 @@ class FirstSceneFiles : public ReaderTest {
   }
   void TearDown() override { fs::current_path(before_); }
 
-  /// The scenes for a request, made in the data's folder, are loaded from another one.
+  /// The scenes for a request, made in the data's folder, are loaded from another folder.
   void expect_same_data(const VolumeRequest& request) {
     fs::current_path(folder_.path());
     const Volume volume = read_volume(request, options_);
@@ -43,7 +42,7 @@ class FirstSceneFiles : public ReaderTest {
       const LoadedScene loaded = load_scene(elsewhere / "scene.toml", volume_reader(options_), standard_modes());
       const Volume& again = loaded.scene.volumes()[0].volume;
       ASSERT_EQ(again.fields.size(), is_printed ? volume.fields.size() : 1U);
-      const std::string& name = volume.fields[*felt].name;  // a table of a scene forgets the order of its fields
+      const std::string& name = volume.fields[*felt].name;  // a scene's table loses the order of its fields
       const auto same = std::ranges::find(again.fields, name, &VolumeField::name);
       ASSERT_NE(same, again.fields.end());
       const GridView &a = *grid_behind(*volume.fields[*felt].field), &b = *grid_behind(*same->field);

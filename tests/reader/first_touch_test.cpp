@@ -1,5 +1,4 @@
-// The scene that is suggested for each set of the shared data can be felt: a recorded hand meets something, no force is beyond
-// the limit, and a hand at rest feels a still force.
+// Suggested scenes of each shared data set: contact of a recorded hand, limits, still forces at rest.
 #include "data_sets.h"
 #include "files.h"
 #include "tests/study/first_scenes.h"
@@ -21,7 +20,7 @@ TEST_P(FirstScenes, AreFeltUnderARecordedHand) {
   EXPECT_LT(touch.buzz_n, 5e-3);
 }
 
-// Two that once made a proxy stand still on a level, where rounding alone saw it pass: the force grew to the limit and stayed.
+// Two scenes that once stopped a proxy on a level by rounding alone: the force rose to the limit and stayed.
 TEST_F(ReaderTest, FirstScenesLetTheProxyGoOn) {
   const std::pair<const char*, const char*> cases[] = {
       {"mri_flair_nrrd/FLAIR.nrrd", "trajectories/inverse3_woodcarving_20231121_103108.csv"},

@@ -1,4 +1,4 @@
-// Time series in one file: all frames by one reader, and each as if it had been asked for alone.
+// Time series in one file: all frames by one reader, each equal to a single read.
 #include <algorithm>
 #include <fstream>
 
@@ -12,7 +12,6 @@ namespace frames_test {
 
 class Frames : public ReaderTest {
  protected:
-  /// Starts palpa-read, and notes that it did.
   void SetUp() override {
     ReaderTest::SetUp();
     if (IsSkipped()) return;
@@ -31,7 +30,7 @@ class Frames : public ReaderTest {
     request.files = {file};
     return read_series(request, 0.5, BetweenFrames::linear, volume_reader(counted_));
   }
-  /// Expects one reader, and that frame n is what is read when it is asked for alone.
+  /// Expects one reader, and frames equal to single reads.
   void expect_each_as_alone(const fs::path& file, int frames, VolumeRequest request = {}) {
     SCOPED_TRACE(file);
     fs::remove(starts_file());
@@ -69,7 +68,7 @@ std::string nrrd(const std::string& sizes, const std::string& more) {
   return "NRRD0004\ntype: short\ndimension: " + std::to_string(1 + std::count(sizes.begin(), sizes.end(), ' ')) +
          "\nsizes: " + sizes + "\nendian: little\n" + more + "\n";
 }
-/// A NIfTI-1 file of int16. \param dims  how many there are, then they; \param intent  1007: the fifth are vectors
+/// A NIfTI-1 file of int16. \param dims  their count, then the sizes; \param intent  1007: the fifth are vectors
 std::string nifti(const std::vector<std::int16_t>& dims, std::int16_t intent = 0) {
   std::string h(352, '\0');
   const auto put = [&](std::size_t at, auto value) { h.replace(at, sizeof value, bytes_of(value)); };

@@ -1,4 +1,4 @@
-// Grids of VTK that are not one affine image: rectilinear, structured, unstructured, in pieces, with blanks.
+// Non-affine grids of VTK: rectilinear, structured, unstructured, in pieces, with blanks.
 #include <cmath>
 
 #include "files.h"
@@ -57,7 +57,7 @@ const Field& field_of(const Volume& volume, const std::string& name) {
   throw std::runtime_error("no field " + name);
 }
 
-/// Linear at places within the inner box, which cells of points and of cells both cover.
+/// Linear within the inner box, which cells of points and of cells both cover.
 void expect_linear_inside(const Field& field, double tolerance) {
   for (int n = 0; n < 200; ++n) {
     const Vec3 at{0.06 + 1.4 * (n % 7) / 6.0, 1.3 + 1.75 * (n % 11) / 10.0, -0.45 + 0.55 * (n % 13) / 12.0};
@@ -75,7 +75,7 @@ TEST_F(Grids, RectilinearPlanesAndTheCentresOfTheirCells) {
   for (const double v : ys) y += number(v);
   for (const double v : zs) z += number(v);
   coordinates += array("x", x) + array("y", y) + array("z", z) + "</Coordinates>";
-  // Indices begin at 3, 4, 5: coordinates say where the planes lie, whatever they are called.
+  // Indices begin at 3, 4, 5: coordinates give the planes' positions for any index range.
   const std::string piece = "<Piece Extent=\"3 7 4 7 5 7\"><PointData>" + array("p", point_values()) +
                             "</PointData><CellData>" + array("c", cell_values()) + "</CellData>" + coordinates + "</Piece>";
   const Volume xml = read(folder_.write("a.vtr", file_of("RectilinearGrid", "3 7 4 7 5 7", piece)));
@@ -139,7 +139,7 @@ TEST_F(Grids, BentGridsAreResampledAndSayHowWell) {
   EXPECT_GT(inside, 150);
 }
 
-/// Two tetrahedra, a hexahedron and a wedge's worth of nothing: a file of cells of several kinds.
+/// Two tetrahedra, a hexahedron and a wedge-sized gap: a file of cells of several kinds.
 std::string unstructured(double unit) {
   // A cube from 0 to 1 and another from 1 to 2 along x, the second as six tetrahedra.
   std::string points, values;
@@ -172,7 +172,7 @@ std::string unstructured(double unit) {
 }
 
 TEST_F(Grids, UnstructuredCellsOfAnySize) {
-  // VTK's own hexahedron finds nothing in cells of less than 1e-20 of volume, as a micrometre's is in metres.
+  // VTK's own hexahedron fails in cells below 1e-20 of volume, as a micrometre's is in metres.
   for (const double unit : {1.0, 1e-8, 1e6}) {
     const Volume volume = read(folder_.write("a.vtu", file_of("UnstructuredGrid", "", unstructured(unit))));
     ASSERT_EQ(volume.fields.size(), 2U);
@@ -219,8 +219,8 @@ TEST_F(Grids, PiecesInFilesOfTheirOwn) {
       numbers += number(value);
     }
     return "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData WholeExtent=\"" + extent +
-           "\" Origin=\"8.5 19 20\" Spacing=\"0.5 0.25 2\"><Piece Extent=\"" + extent + "\"><PointData>" +
-           array("a", numbers) + "</PointData></Piece></ImageData></VTKFile>";
+           "\" Origin=\"8.5 19 20\" Spacing=\"0.5 0.25 2\"><Piece Extent=\"" + extent + "\"><PointData>" + array("a", numbers) +
+           "</PointData></Piece></ImageData></VTKFile>";
   };
   folder_.write("low.vti", part("3 7 4 7 5 8", 0, 4));
   folder_.write("high.vti", part("3 7 4 7 8 10", 3, 3));

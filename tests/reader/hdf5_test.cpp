@@ -23,7 +23,7 @@ TEST_F(Hdf5, ArraysByPathInAnyOrderOfAxes) {
   const hid_t file = H5Fcreate(path("a.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   const std::string zyx = linear_voxels<double>(grid, metres);
   write_array<double>(file, "/flow/p", {4, 5, 6}, zyx, true);
-  // The same the other way round: x slowest.
+  // Transposed: x slowest.
   std::string xyz;
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t j = 0; j < 5; ++j)
@@ -111,7 +111,7 @@ TEST_F(Hdf5, VtkhdfImages) {
   EXPECT_TRUE(warns_of(volume, "'odd' is left out"));
 }
 
-// HDF5 takes the length of a chunk that no filter packed for granted, and gave what lay behind it in memory as voxels.
+// HDF5 does not check the length of a chunk without a filter, and returned memory behind it as voxels.
 TEST_F(Hdf5, AChunkThatIsShorterThanItsNumbersIsRefused) {
   constexpr std::uint32_t without_deflate = 0b10, without_filters = 0b11;
   const std::string numbers = linear_voxels<double>(grid, metres);

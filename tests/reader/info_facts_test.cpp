@@ -1,4 +1,4 @@
-// `palpa info --json` and `--at-m` answer the facts that other tools found in the shared data.
+// `palpa info --json` and `--at-m` against facts of the shared data from other tools.
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -32,7 +32,7 @@ class InfoFacts : public ReaderTest {
     return Json::parse(::testing::internal::GetCapturedStdout());
   }
 
-  /// Dims, range, mean, steps and every value of one field, asked for as a user would: by the affine, and at world positions.
+  /// Dims, range, mean, steps and every value of one field, queried by the affine and at world positions.
   void expect_facts(const std::string& file, const Json& fact, const std::string& field, const VolumeRequest& request = {}) {
     SCOPED_TRACE(file + " " + field);
     const Json info = info_of(file, {}, request);
@@ -89,7 +89,7 @@ class InfoFacts : public ReaderTest {
         const Vec3 ras_mm = place(voxel["world_RAS_mm"]);
         EXPECT_LT(distance(here_m, 1e-3 * Vec3{-ras_mm.x, -ras_mm.y, ras_mm.z}), 1e-7);
       }
-      if (voxel.contains("world_in_file_space")) {  // LPS, in all files that say it
+      if (voxel.contains("world_in_file_space")) {  // LPS, in all files that declare it
         EXPECT_LT(distance(here_m, 1e-3 * place(voxel["world_in_file_space"])), 1e-7);
       }
     }
@@ -117,7 +117,7 @@ class InfoFacts : public ReaderTest {
     }
   }
 
-  /// The position of an index, as the pages say it.
+  /// The position of an index, by the documented formula.
   static Vec3 world_of(const Json& info, const Json& ijk) {
     const Json& m = info["index_to_world_m"];
     double at[3], steps[3];
@@ -290,8 +290,8 @@ TEST_F(InfoFacts, SayWhichWayThePatientLies) {
 }
 
 TEST_F(InfoFacts, SayWhatTheDataAre) {
-  // As the list of the shared data has them; where the file itself does not say it, it "looks like" it, or its modality is
-  // unknown, whatever its name suggests.
+  // As in the list of the shared data; undeclared in the file, it "looks like" it, or its modality is unknown, for any file
+  // name.
   for (const auto& [file, kind, said] :
        {std::tuple{"ct_head_cranium/cranium.mhd", "CT", false},
         {"ct_head_headsq/quarter.nhdr", "CT", false},

@@ -1,4 +1,4 @@
-// Places as people write them: all ways to say one place find the same value.
+// Positions as people write them: all forms of one position give an equal value.
 #include <cmath>
 #include <nlohmann/json.hpp>
 

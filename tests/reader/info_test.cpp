@@ -11,7 +11,7 @@ using Json = nlohmann::json;
 
 class Info : public ReaderTest {
  protected:
-  /// What `run_info` prints to stdout; it must not print to stderr with --json.
+  /// The stdout of `run_info`, which must not print to stderr with --json.
   std::string printed(app::InfoArguments arguments) {
     arguments.read = options_;
     ::testing::internal::CaptureStdout();
@@ -35,7 +35,7 @@ class Info : public ReaderTest {
   std::string errors_;
 };
 
-/// A grid of bent lines, 5 x 4 x 4 points, whose least and greatest values are those of single points between others.
+/// A grid of bent lines, 5 x 4 x 4 points, with extrema at single points between others.
 std::string bent_grid() {
   std::string points, values;
   for (int n = 0; n < 80; ++n) {
@@ -54,7 +54,7 @@ std::string bent_grid() {
          "</PointData></Piece></StructuredGrid></VTKFile>";
 }
 
-// The law: the table, like the JSON, says the range of the file, and what resampling loses is said.
+// Table and JSON give the file's range, and report resampling losses.
 TEST_F(Info, TheTableOfAResampledFileHasTheFilesRange) {
   const fs::path file = folder_.write("bent.vts", bent_grid());
   const std::string table = printed({.files = {file}, .read = {}});

@@ -1,5 +1,4 @@
-// DICOM and NIfTI as ITK reads them: the independent reader. It is right but for gantry tilt, sheared sforms and missing
-// slices.
+// DICOM and NIfTI by ITK, the independent reader: right except for gantry tilt, sheared sforms and missing slices.
 #pragma once
 
 #include <array>

@@ -11,8 +11,7 @@ namespace joined_test {
 
 class Joined : public ReaderTest {
  protected:
-  /// Three arrays of numbers of these types and names on a grid of 3 x 2 x 2, each linear in the position, and one vector array
-  /// of the same numbers.
+  /// Three arrays of numbers on a grid of 3 x 2 x 2, each linear in the position, and one vector array of these numbers.
   fs::path file(const std::array<std::string, 3>& names, const std::string& type = "Float32",
                 const std::string& others = {}) const {
     std::string arrays[3], all;

@@ -33,7 +33,7 @@ Oblique oblique() {
 
 Vec3 millimetres(const Vec3& p) { return 1e-3 * p; }
 
-// The law: no byte of the header becomes a voxel.
+// No byte of the header becomes a voxel.
 TEST_F(MetaImage, AHeaderSizeWithinTheHeaderIsRefused) {
   const Oblique o = oblique();
   const std::string raw = linear_voxels<float>(o.grid, millimetres), end = "ElementType = MET_FLOAT\nElementDataFile = ";

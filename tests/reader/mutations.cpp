@@ -28,7 +28,7 @@ double peak_bytes_of(int who) {
   return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
 
-// The processor time of this process and of its children that came to their end: what a file costs, however busy the machine.
+// The processor time of this process and its ended children, independent of other load.
 double processor_s() {
   double sum_s = 0.0;
   for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
@@ -41,9 +41,9 @@ double processor_s() {
 }
 
 struct Outcome {
-  std::string refusal;       ///< empty: it was read
-  double voxel_bytes = 0.0;  ///< of all fields
-  double spent_s = 0.0;      ///< of the processor
+  std::string refusal;  ///< empty: it was read
+  double voxel_bytes = 0.0;
+  double spent_s = 0.0;
 };
 
 Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOptions& options, MutationResult& result) {
@@ -117,7 +117,7 @@ class DamagedSet::State {
     fs::remove_all(target);
     damage.put(target, bytes);
     const std::size_t said = result.wrong.size() + result.ended.size();
-    // Until it becomes another program a child counts with the memory of this one, which has held larger volumes before.
+    // Until exec a child counts with this process's memory, which has held larger volumes.
     const double own_bytes = peak_bytes_of(RUSAGE_SELF);
     const double before_bytes = std::max({peak_bytes_of(RUSAGE_CHILDREN), true_peak_bytes_, own_bytes});
     const Outcome outcome = look_at(request_, set_.frames, options_, result);
@@ -125,12 +125,12 @@ class DamagedSet::State {
     if (outcome.spent_s > options_.idle_limit_s + 1.0)
       result.wrong.push_back("a file kept it for " + std::to_string(outcome.spent_s) + " s of the processor");
 #if defined(__SANITIZE_ADDRESS__)
-    // Of what was given back, for a use after that to be found, and about each small piece: ten times the 40 MB of a case.
+    // Freed memory that detects later use, and margins of small allocations: ten times the 40 MB of a case.
     constexpr double kept_bytes = 512e6;
 #else
     constexpr double kept_bytes = 0.0;
 #endif
-    // What is refused undamaged, too, needs no memory but that of the program; damaged to a larger volume, that of its voxels.
+    // Refused undamaged files need the program's memory only; damage to a larger volume, that of its voxels.
     const double need_bytes = true_peak_bytes_ + std::max(outcome.voxel_bytes - undamaged_.voxel_bytes, 0.0);
     result.peak_bytes = peak_bytes_of(RUSAGE_CHILDREN);
     if (undamaged_.refusal.empty() && result.peak_bytes > std::max(before_bytes, 3.0 * need_bytes + kept_bytes)) {
@@ -152,7 +152,7 @@ class DamagedSet::State {
   TemporaryFolder made_, work_;
   fs::path original_, set_folder_, copy_;
   VolumeRequest request_;
-  std::vector<fs::path> targets_;  // in the set's folder
+  std::vector<fs::path> targets_;
   Outcome undamaged_;
   double true_peak_bytes_ = 0.0;
 };

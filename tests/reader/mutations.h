@@ -1,4 +1,4 @@
-// Real files, damaged at random, through palpa-read.
+// Randomly damaged real files through palpa-read.
 #pragma once
 
 #include <cstdint>
@@ -11,28 +11,28 @@
 
 namespace palpa::test {
 
-/// What became of the damaged copies of one set.
+/// Results of the damaged copies of one set.
 struct MutationResult {
-  int read = 0;                    ///< gave a volume
-  int refused = 0;                 ///< gave one line
-  std::vector<std::string> ended;  ///< of these: palpa-read crashed or had to be ended, which costs its user one line
-  std::string refused_undamaged;   ///< why the set is refused as it is; empty where it can be read
+  int read = 0;
+  int refused = 0;
+  std::vector<std::string> ended;  ///< of these: palpa-read crashed or was killed, a one-line error for its user
+  std::string refused_undamaged;   ///< reason of the undamaged set's refusal; empty: readable
   double slowest_s = 0.0;          ///< of the processor, this process and its palpa-read
-  double peak_bytes = 0.0;  ///< most resident memory of a palpa-read; of the undamaged file: `true_peak_bytes`
+  double peak_bytes = 0.0;         ///< most resident memory of a palpa-read; of the undamaged file: `true_peak_bytes`
   double true_peak_bytes = 0.0;
-  std::vector<std::string> wrong;  ///< what must not be: two lines, no place, no remedy, a value that is not finite
+  std::vector<std::string> wrong;  ///< violations: two lines, no place, no remedy, a value that is not finite
 };
 
-/// A set in a folder of its own, of which one file at a time is damaged: the file itself, one in the folder, or one that is
-/// read with it. Memory is that of all children of this process so far.
+/// A set in a folder of its own, with one damaged file at a time: the file itself, another in the folder, or a companion.
+/// Memory is that of all children of this process so far.
 class DamagedSet {
  public:
-  /// Reads it undamaged. Throws runtime_error where the set is not there.
+  /// Reads it undamaged. Throws runtime_error without the set.
   DamagedSet(const SetToDamage& set, const ReadOptions& options);
   ~DamagedSet();
 
-  /// Damages a file, reads the set, adds what came of it to the result, and repairs the file. Of whatever was wrong or ended a
-  /// copy takes the place of the folder `keep`, unless that is empty.
+  /// Damages a file, reads the set, adds the outcome to the result, and repairs the file. A violation or a crash is copied to
+  /// the folder `keep`, unless that is empty.
   void damage_once(Damage& damage, const fs::path& keep, MutationResult& result);
 
  private:
@@ -40,7 +40,7 @@ class DamagedSet {
   std::unique_ptr<State> state_;
 };
 
-/// Damages a set so `count` times. The same seed gives the same damage.
+/// Damages a set so `count` times. Equal seeds give equal damage.
 MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options);
 
 }  // namespace palpa::test

@@ -1,4 +1,4 @@
-// Real files of every kind, damaged at random: each is a result or one line, never a crash, a hang or a lie about size.
+// Randomly damaged real files of every kind: no crash, hang or wrong size.
 #include "mutations.h"
 
 #include "data_sets.h"

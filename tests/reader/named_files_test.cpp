@@ -1,5 +1,4 @@
-// Files that a header names, and what the libraries say of a header: nothing of somebody's other files becomes voxels, and
-// nothing of a header's words gets out.
+// Files that a header names, and libraries' messages on headers: no foreign bytes, no leaked words.
 #include <sys/stat.h>
 #include <unistd.h>
 

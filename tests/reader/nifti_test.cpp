@@ -13,10 +13,10 @@ struct File {
   float pixdim[4] = {1, 2, 3, 4};
   std::int16_t datatype = 16, bits = 32, intent = 0;
   float slope = 0, inter = 0;
-  char units = 2;  // mm
+  char units = 2;
   std::int16_t qform = 0, sform = 0;
   float quaternion[3] = {0, 0, 0}, offset[3] = {0, 0, 0};
-  FileGrid grid = sheared_grid();  // of the sform
+  FileGrid grid = sheared_grid();
   bool big = false;
   bool pair = false;
 
@@ -43,7 +43,7 @@ struct File {
   }
 };
 
-/// The grid as single precision keeps it.
+/// The grid in single precision.
 FileGrid rounded(FileGrid grid) {
   const auto narrow = [](Vec3& v) { v = {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; };
   for (Vec3& row : grid.step.row) narrow(row);
@@ -74,13 +74,13 @@ TEST_F(Nifti, ShearedSformsOfEitherHandAndByteOrder) {
   }
 }
 
-/// The header with other bytes at a place.
+/// The header with other bytes at an offset.
 template <class T>
 std::string with(std::string header, std::size_t at, T value, bool big) {
   return header.replace(at, sizeof value, bytes_of(value, big));
 }
 
-// The law: no byte of the header becomes a voxel, and no voxel is shifted.
+// No byte of the header becomes a voxel, and no voxel is shifted.
 TEST_F(Nifti, AnOffsetIntoTheHeaderIsRefusedOrTheHeadersEndIsTaken) {
   for (const bool big : {false, true}) {
     File file;
@@ -126,7 +126,7 @@ TEST_F(Nifti, QformsWithAndWithoutReversedSlices) {
     const Volume volume = read(folder_.write("a.nii", file.header() + linear_voxels<float>(file.grid, ras_mm)));
     EXPECT_TRUE(volume.medical_frame);
     expect_linear(*volume.fields[0].field, file.grid, ras_mm);
-    EXPECT_EQ(grid_of(*volume.fields[0].field)->geometry.origin_m, ras_mm(file.grid.origin));  // the file's first voxel
+    EXPECT_EQ(grid_of(*volume.fields[0].field)->geometry.origin_m, ras_mm(file.grid.origin));
   }
 }
 
@@ -194,7 +194,7 @@ TEST_F(Nifti, ValuesAreRescaledUnlessTheSlopeIsZero) {
   EXPECT_EQ(read(folder_.write("c.nii", file.header() + voxels)).fields[0].field->value_ranges()[0].min, 100.0);
 }
 
-// Vectors of RAS, stored in planes as NIfTI has them: v(x) = position, scaled, in the world v = x too.
+// Vectors of RAS, stored in planes as in NIfTI: v(x) = position, scaled, in the world v = x too.
 TEST_F(Nifti, VectorsTurnWithPositions) {
   File file;
   file.sform = 1;
@@ -231,7 +231,7 @@ TEST_F(Nifti, VectorsTurnWithPositions) {
   const fs::path five = folder_.write("5.nii", file.header() + voxels);
   expect_positions(read(five, as_vector));
   EXPECT_NE(error_of([&] { read(five); }).find("as = \"vector\""), std::string::npos);
-  // A mirrored grid: its slices are reversed on the way.
+  // A mirrored grid: its slices are reversed when read.
   file.grid.step = file.grid.step * Mat3{{{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}};
   file.intent = 1007;
   const Vec3 mirrored_m = ras_mm(rounded(file.grid).at({2, 1, 3}));
@@ -249,7 +249,7 @@ TEST_F(Nifti, SformGoesBeforeQformAndDisagreementIsTold) {
   file.pixdim[0] = 1, file.pixdim[1] = 2, file.pixdim[2] = 3, file.pixdim[3] = 4;
   for (const auto& [shift, warned] : {std::pair{0.05, false}, std::pair{0.15, true}}) {
     file.grid = qform;
-    file.grid.origin.z += 4 * shift;  // [voxels]
+    file.grid.origin.z += 4 * shift;
     const FileGrid grid = rounded(file.grid);
     const Volume volume = read(folder_.write("a.nii", file.header() + linear_voxels<float>(grid, ras_mm)));
     expect_linear(*volume.fields[0].field, grid, ras_mm);
@@ -326,9 +326,9 @@ TEST_F(Nifti, ShortDataAreNotFilledUp) {
   EXPECT_NE(error_of([&] { read(folder_.write("a.nii.gz", packed.substr(0, packed.size() - 60))); }).find("a.nii.gz: "),
             std::string::npos);
   std::string wrong = packed;
-  wrong[packed.size() - 6] ^= 1;  // gzip's checksum
+  wrong[packed.size() - 6] ^= 1;
   error_of([&] { read(folder_.write("b.nii.gz", wrong)); });
-  // The same where the voxels are complete before the end is read.
+  // Likewise with complete voxels before the end is read.
   file.dim = {3, 30, 30, 30};
   std::string hard_to_pack;
   for (std::uint32_t n = 0; n < 30 * 30 * 30; ++n) hard_to_pack += bytes_of(static_cast<float>(n * 2654435761U));

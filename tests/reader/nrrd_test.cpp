@@ -32,7 +32,7 @@ Vec3 ras_mm(const Vec3& p) { return 1e-3 * Vec3{-p.x, -p.y, p.z}; }
 Vec3 las_mm(const Vec3& p) { return 1e-3 * Vec3{p.x, -p.y, p.z}; }
 Vec3 left_handed_mm(const Vec3& p) { return 1e-3 * Vec3{-p.x, p.y, p.z}; }
 
-// The law: no byte of the header becomes a voxel.
+// No byte of the header becomes a voxel.
 TEST_F(Nrrd, ASkipFromTheEndDoesNotReachIntoTheHeader) {
   const FileGrid grid = sheared_grid();
   const std::string voxels = linear_voxels<float>(grid, lps_mm);
@@ -130,7 +130,7 @@ TEST_F(Nrrd, AUnitOfLengthIsReadHoweverItIsSpeltOrRefused) {
     expect_linear(*volume.fields[0].field, grid, lps_mm);
   }
   EXPECT_NE(error_of([&] { read(said("mm", "um", "mm")); }).find("different units ('mm' and 'um')"), std::string::npos);
-  // A file that is contradicted is read as asked, and the run says so.
+  // A request against the file is obeyed, with a warning.
   VolumeRequest request;
   request.length_unit = "mm";
   EXPECT_TRUE(warns_of(read(said("um", "um", "um"), request), "has the unit of length 'um', in place of which"));
@@ -210,8 +210,7 @@ TEST_F(Nrrd, TypesAreKeptOrWidenedToTheNextExactOne) {
   EXPECT_EQ(type_of("double", ramp(double{})), VoxelType::float64);
 }
 
-// The vector field v(x) = the position itself: wherever the components are stored, and in whatever frame
-// they were measured, the world has v = x.
+// The vector field v(x) = position: the world has v = x for any storage of the components and any measurement frame.
 TEST_F(Nrrd, VectorsTurnWithPositions) {
   const FileGrid grid = sheared_grid();
   // Measured along axes turned by 30° about z: columns of the frame are those axes.

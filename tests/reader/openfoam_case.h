@@ -38,7 +38,8 @@ inline void write_openfoam_case(const TemporaryFolder& folder) {
         points.push_back("(" + std::to_string(0.5 * i) + " " + std::to_string(0.5 * j) + " " + std::to_string(0.5 * k) + ")");
   const auto point = [](int i, int j, int k) { return std::to_string(i + (nx + 1) * (j + (ny + 1) * k)); };
   const auto cell = [](int i, int j, int k) { return i + nx * (j + ny * k); };
-  // The face at the low end (side 0) or high end (1) of a cell along an axis, its normal out of the cell at the high end.
+  // The face at the low end (side 0) or high end (1) of a cell along an axis; its normal points out of the cell at the high
+  // end.
   const auto face = [&](int axis, int i, int j, int k, int side) {
     const int d[3] = {axis == 0 ? side : 0, axis == 1 ? side : 0, axis == 2 ? side : 0};
     i += d[0], j += d[1], k += d[2];

@@ -1,4 +1,3 @@
-// A small case of OpenFOAM.
 #include "openfoam_case.h"
 
 namespace palpa::test {

@@ -1,4 +1,4 @@
-// PLOT3D files made here: byte orders, padding, blanks, names; and the real ones.
+// PLOT3D files made here: byte orders, padding, blanks, names; and the real files.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -195,7 +195,7 @@ TEST_F(Plot3d, WhatIsMissingOrDoesNotFitIsSaid) {
   for (std::size_t bytes = 1; bytes < 60; ++bytes) {
     folder_.write("a.xyz", xyz.substr(0, bytes));
     const std::string error = error_of([&] { read_volume(both, options_); });
-    EXPECT_EQ(error.find("palpa-read"), std::string::npos) << bytes << ": " << error;  // it has not ended by itself
+    EXPECT_EQ(error.find("palpa-read"), std::string::npos) << bytes << ": " << error;  // no crash of the reader
   }
 }
 
@@ -232,7 +232,7 @@ TEST_F(Plot3d, FactsOfTheRealOnes) {
       EXPECT_NEAR(range.min, fact[scalar]["min"].get<double>(), 1e-6);
       EXPECT_NEAR(range.max, fact[scalar]["max"].get<double>(), 1e-4);
     }
-    // Values at points of the file, within the error that is reported.
+    // Values at points of the file, within the reported error.
     const Json& points = fact["points"];
     for (const Json& point : points) {
       for (const char* array : {"density", "momentum", "velocity"}) {

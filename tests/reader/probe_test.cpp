@@ -1,4 +1,4 @@
-// Grids that are not affine, against VTK's own probe of the original data at random places.
+// Non-affine grids against VTK's own probe of the original data at random points.
 #include <vtkAutoInit.h>
 #include <vtkDataSetReader.h>
 #include <vtkGenericCell.h>
@@ -28,7 +28,7 @@ class Probe : public ReaderTest {
   }
 };
 
-/// A PLOT3D grid with its solution as VTK reads it, not as palpa-read does: velocity by VTK's own function.
+/// A PLOT3D grid with its solution, read by VTK instead of palpa-read: velocity by VTK's own function.
 vtkSmartPointer<vtkStructuredGrid> plot3d(const std::string& grid, const std::string& solution) {
   vtkNew<vtkMultiBlockPLOT3DReader> reader;
   reader->SetXYZFileName(shared_file(grid).c_str());
@@ -43,7 +43,7 @@ vtkSmartPointer<vtkStructuredGrid> plot3d(const std::string& grid, const std::st
 
 double share(std::mt19937& random) { return static_cast<double>(random()) / 4294967296.0; }
 
-/// Places within the grid, from the corners of its cells: in random cells, or evenly in space by rejection.
+/// Points within the grid, from the corners of its cells: in random cells, or evenly in space by rejection.
 std::vector<Vec3> places_in(vtkDataSet& data, int count, bool by_volume, unsigned seed) {
   std::mt19937 random(seed);
   vtkNew<vtkGenericCell> cell;
@@ -98,7 +98,7 @@ const VolumeField& field_of(const Volume& volume, const std::string& name) {
   throw std::runtime_error("no field " + name);
 }
 
-/// The share of places whose error is above the reported p99, and of those that have no data.
+/// The shares of points with an error above the reported p99, and without data.
 struct Compared {
   double above = 0.0, worst = 0.0, covered = 0.0;
 };

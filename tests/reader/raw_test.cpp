@@ -1,4 +1,4 @@
-// Files of bare numbers, whose shape is said by keys.
+// Files of bare numbers, whose shape is given by keys.
 #include <cmath>
 #include <fstream>
 
@@ -18,7 +18,7 @@ VolumeRequest of_type(const std::string& type) {
 
 class Raw : public ReaderTest {
  protected:
-  /// Read by a session, and only looked at.
+  /// Read for a session, and for inspection only.
   template <class Check>
   void both(const fs::path& file, const VolumeRequest& request, Check check) {
     for (const bool look : {false, true}) {
@@ -129,8 +129,8 @@ TEST_F(Raw, ALookAtALargeFileReadsOneRowInMany) {
   const fs::path file = folder_.write("a.raw", "");
   VolumeRequest request = of_type("int16");
   request.layout.dims = {300, 300, 300};
-  fs::resize_file(file, 2 * 300 * 300 * 300);  // zeros that take no disk
-  const std::int64_t place[] = {17, 151, 3};   // of the one voxel that is something else, in a row that is passed over
+  fs::resize_file(file, 2 * 300 * 300 * 300);  // zeros without disk space
+  const std::int64_t place[] = {17, 151, 3};   // of the one different voxel, in a skipped row
   {
     std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
     bytes.seekp(2 * (place[0] + 300 * (place[1] + 300 * place[2])));

@@ -44,8 +44,7 @@ SetToDamage hdf5_array() {
           request};
 }
 
-/// An array of netCDF-4 with all that attributes say of it: a dimension scale for each index, packing, numbers that are no
-/// data.
+/// An array of netCDF-4 with all supported attributes: a dimension scale for each index, packing, fill values.
 SetToDamage hdf5_conventions() {
   return {"conventions.nc", [](const TemporaryFolder& folder) {
             const fs::path path = folder.path() / "conventions.nc";
@@ -138,7 +137,7 @@ SetToDamage in_slices(const std::string& name, const std::string& header) {
           {"s0", "s2"}};
 }
 
-/// NIfTI's two versions, whose headers have the same in other places.
+/// NIfTI's two versions, whose headers differ in their offsets.
 std::string nifti_header(int version, bool in_two_files) {
   std::string h(version == 1 ? 352 : 544, '\0');
   const auto put = [&](std::size_t at, auto value) { h.replace(at, sizeof value, bytes_of(value)); };
@@ -191,7 +190,7 @@ SetToDamage plot3d_blocks() {
           {"blocks.q"}};
 }
 
-/// The same in one block, as text.
+/// In one block, as text.
 SetToDamage plot3d_text() {
   return {"text.xyz",
           [](const TemporaryFolder& folder) {

@@ -1,4 +1,4 @@
-// What is damaged: the sets of the shared data, and small ones of the formats that they lack.
+// Data sets to damage: the shared data, and small sets of missing formats.
 #pragma once
 
 #include <functional>
@@ -12,17 +12,17 @@ namespace palpa::test {
 
 struct SetToDamage {
   std::string name;
-  /// Where it lies, a file or a folder; one that is made is written into the folder first.
+  /// Path of a file or a folder; a made set is written into the folder first.
   std::function<fs::path(const TemporaryFolder&)> original;
   std::vector<std::string> with{};  ///< files that are read with it, in the same folder
-  VolumeRequest request{};          ///< without files
-  std::string frames{};             ///< of a folder: the pattern of the files that are a time series
+  VolumeRequest request{};
+  std::string frames{};  ///< of a folder: the pattern of a time series' files
 };
 inline void PrintTo(const SetToDamage& set, std::ostream* to) { *to << set.name; }
 
-/// \param data_folder  the shared data; where a set is not there, `original` names a file that is not
+/// \param data_folder  the shared data; for a missing set `original` names a missing file
 std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder);
-/// Of these the ones of VTK's own formats that are made.
+/// The made sets of VTK's own formats.
 std::vector<SetToDamage> vtk_sets_to_damage();
 
 }  // namespace palpa::test

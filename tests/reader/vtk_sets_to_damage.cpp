@@ -68,7 +68,7 @@ SetToDamage vtk_xml(const std::string& name, const std::string& kind, const std:
   return {name, [=](const TemporaryFolder& folder) { return folder.write(name, xml(kind, piece)); }};
 }
 
-/// A grid in one piece, which lies beside the file; `piece` is what the piece holds, `all` what the file says of it.
+/// A grid in one piece, which lies beside the file; `piece`: the piece's content, `all`: the file's description of it.
 SetToDamage vtk_in_pieces(const std::string& end, const std::string& kind, const std::string& piece, const std::string& all) {
   return {"pieces.p" + end,
           [=](const TemporaryFolder& folder) {

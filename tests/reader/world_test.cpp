@@ -1,4 +1,4 @@
-// One world: where the data lie, against ITK and against one another, at points that no voxel is at.
+// World positions of the data against ITK and one another, at points between voxels.
 #include <cmath>
 #include <random>
 
@@ -25,7 +25,7 @@ class World : public ReaderTest {
             between(box_m.low_m.z, box_m.high_m.z)};
   }
 
-  /// Expects the same value as ITK's at 1000 points of the box, but where one of them is outside at its rim.
+  /// Expects ITK's values at 1000 points of the box, except at its rim, where either may be outside.
   void expect_as_itk(const Volume& volume, const ItkImage& itk) {
     const Field& field = *volume.fields[0].field;
     const ValueRange extent = field.value_ranges()[0];
@@ -86,7 +86,7 @@ TEST_F(World, TwelveOrientationsAreOneBrainEverywhere) {
   EXPECT_GT(inside, 900);
 }
 
-/// How well the directions where diffusion is directed agree with those one step along them, in the world: mean of |cos|.
+/// Agreement of diffusion directions with those one step along them in the world: mean of |cos| where diffusion is directed.
 double coherence(const Field& directions, const Field& anisotropy, double step_m) {
   const GridGeometry& grid = grid_of(directions)->geometry;
   const Mat3 to_index = inverse(grid.index_to_world_m);
@@ -98,7 +98,7 @@ double coherence(const Field& directions, const Field& anisotropy, double step_m
         const Vec3 at_m = grid.to_world({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
         const Vec3 here = directions.vector(at_m).value;
         if (anisotropy.scalar(at_m).value < 0.5 || norm(here) < 0.5) continue;
-        // At a voxel: signs of neighbours may differ, so that their blend means nothing.
+        // At a voxel: neighbours' signs may differ, which makes their blend meaningless.
         const Vec3 index = to_index * (at_m + step_m * here - grid.origin_m);
         const Vec3 there_m = grid.to_world({std::round(index.x), std::round(index.y), std::round(index.z)});
         sum += std::abs(dot(here, directions.vector(there_m).value));
@@ -125,7 +125,7 @@ TEST_F(World, DirectionsAlongTheGridFollowTheTracts) {
 }
 
 TEST_F(World, LeftIsLeft) {
-  // An L is written into the left half of the head and an R into the right one, as bright as nothing else.
+  // The left half of the head contains an L and the right half an R, the brightest voxels.
   const Volume volume = open("mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz");
   const auto bright = [&](double x_mm, double y_mm) {
     return volume.fields[0].field->scalar(1e-3 * Vec3{x_mm, y_mm, 18}).value > 250;

@@ -1,5 +1,4 @@
-// Files with something around them: packed by gzip as a whole, or with lines before what tells their format. The law: they are
-// read as without it, or refused by a line that is true.
+// Wrapped files: gzip of a whole file, or lines before the format's magic.
 #include <cmath>
 
 #include "hdf5_file.h"
@@ -84,7 +83,7 @@ TEST_F(Wrapped, AFileThatIsPackedAsAWholeIsReadAsItIs) {
   for (const auto& file : files) {
     SCOPED_TRACE(file.name);
     const std::string packed = gzipped(file.bytes);
-    // One stream, two one after the other as pigz and bgzip write them, and zeros that fill a block.
+    // One stream, two concatenated as by pigz and bgzip, and zeros that fill a block.
     const std::size_t half = file.bytes.size() / 2;
     const std::string in_two = gzipped(file.bytes.substr(0, half)) + gzipped(file.bytes.substr(half));
     for (const std::string& bytes : {file.bytes, packed, in_two, packed + std::string(512, '\0')}) {
@@ -101,7 +100,7 @@ TEST_F(Wrapped, AFileThatIsPackedAsAWholeIsReadAsItIs) {
       EXPECT_EQ(error.find("/proc"), std::string::npos) << error;
     }
     std::string damaged = packed;
-    damaged[damaged.size() - 6] = static_cast<char>(damaged[damaged.size() - 6] ^ 1);  // of the checksum
+    damaged[damaged.size() - 6] = static_cast<char>(damaged[damaged.size() - 6] ^ 1);
     EXPECT_NE(refused(std::string(file.name) + ".gz", damaged, file.request).find("gzip"), std::string::npos);
   }
 }
@@ -176,7 +175,7 @@ TEST_F(Wrapped, NumbersThatAreNotFiniteAreNoDataInText) {
   EXPECT_NE(refused("b.vtk", legacy("made", numbers.replace(0, numbers.find(' '), "nano"))).find("whole"), std::string::npos);
 }
 
-// The library reads nothing behind such a word, in silence.
+// The library silently stops at this word.
 TEST_F(Wrapped, NumbersOfMetaImageAsTextAreReadToTheLastOrRefused) {
   std::string header = meta_header;
   header.replace(header.find("BinaryData = True"), 17, "BinaryData = False");

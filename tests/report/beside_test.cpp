@@ -1,4 +1,4 @@
-// The page of two traces: it says what differs, and refuses two hands.
+// The page of two traces: lists differences, and refuses two hands.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ class BesideReport : public StudyTest {
  protected:
   BesideReport() { run(options("first", 1.5)); }
 
-  /// The first trace's hand in a scene that was changed.
+  /// The first trace's hand in a changed scene.
   void feel_again(const std::string& name, const std::string& key = {}, const std::string& value = {}) const {
     RunOptions again = options(name, 1.5);
     again.hand = (folder / "first/ticks.csv").string();

@@ -1,4 +1,4 @@
-// A page in a browser without a window: what it shows, what it logs, what it has become.
+// A page in a headless browser: screenshot, log, final document.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +18,18 @@ struct Screen {
 
 struct Shown {
   Screen screen;
-  std::string document;              ///< the page as it was in the end
-  std::vector<std::string> console;  ///< what it logged, errors among it
+  std::string document;              ///< the page in its final state
+  std::vector<std::string> console;  ///< its log, with errors
 };
 
-/// Whether Chromium is there.
 bool has_browser();
 
-/// Opens `page` in Chromium, with `options` beside those that a machine without screen and graphics card wants, lets it run for
-/// some seconds of its own time, and looks. `folder` takes its files.
+/// Opens `page` in Chromium, with `options` beside those for machines without screen and graphics card, runs it for some
+/// seconds of virtual time, and captures it; its files go to `folder`.
 Shown open_page(const std::filesystem::path& page, const std::filesystem::path& folder,
                 const std::vector<std::string>& options = {});
 
-/// The page with one more script, which its Content-Security-Policy is told to run.
+/// The page with another script, permitted in its Content-Security-Policy.
 std::string with_script(const std::string& html, const std::string& script, const std::filesystem::path& folder);
 
 }  // namespace palpa

@@ -1,4 +1,4 @@
-// A report used in a browser: turned, its time moved, its plots zoomed; and without scripts and WebGL.
+// A report in a browser: rotation, time, zoom; and without scripts and WebGL.
 #include "tests/report/browser.h"
 
 #include <gmock/gmock.h>
@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// What the test does in the page: `drag` moves the mouse over an element with a button held down, `tell` leaves numbers in
-/// the document. Each part of `use` has time to be drawn.
+/// The test's script in the page: `drag` moves the pressed mouse over an element, `tell` writes numbers into the document. Each
+/// part of `use` has time to be drawn.
 std::string script_that(const std::string& use) {
   return R"(
 const drag = (element, from, by, steps) => {
@@ -75,11 +75,10 @@ class Browser : public StudyTest {
     EXPECT_THAT(shown.console, IsEmpty());
     return shown;
   }
-  /// Opens the report and uses it.
   Shown use(const std::string& how) const { return open(with_script(html, script_that(how), folder)); }
 
   static bool holds(const Shown& shown, const char* text) { return shown.document.find(text) != std::string::npos; }
-  /// Whether the document's root has the class.
+  /// True if the document's root has the class.
   static bool became(const Shown& shown, const char* name) {
     const std::size_t at = shown.document.find("<html");
     return shown.document.substr(at, shown.document.find('>', at) - at).find(name) != std::string::npos;
@@ -190,7 +189,7 @@ TEST_F(Browser, RunsNothingThatSlippedIn) {
   EXPECT_THAT(shown.console.front(), HasSubstr("Content Security Policy"));
 }
 
-/// Share of all pixels that are neither grey nor nearly so: those of pictures, not of text.
+/// Share of coloured pixels: of pictures, not of text.
 double colourful(const Screen& screen) {
   double some = 0.0;
   for (std::size_t i = 0; i + 2 < screen.rgb.size(); i += 3) {
@@ -205,7 +204,7 @@ TEST_F(Browser, ShowsThePictureWithoutScripts) {
   write("frame.html",
         "<!DOCTYPE html><title>frame</title><body style='margin: 0'><iframe sandbox src='page.html' "
         "style='border: 0; width: 1280px; height: 1600px'></iframe></body>");
-  // In the process of its page: the budget of time does not wait for a frame in one of its own, which is then not drawn.
+  // In its page's process: virtual time does not wait for a frame in a process of its own, which is then not drawn.
   const Shown shown = open_page(folder / "frame.html", folder,
                                 {"--disable-features=IsolateSandboxedIframes", "--disable-site-isolation-trials"});
   ASSERT_FALSE(shown.console.empty());
@@ -233,7 +232,7 @@ TEST_F(Browser, TwoTracesAreZoomedTogetherAndSayTheirNamesAtOnce) {
     told.windows = windows();
     await later(() => Report.show(1.0));
   )");
-  // The page has no stage; the script tells of one.
+  // The page has no stage; the script reports one.
   const std::string stage = "<div id=\"stage\"></div></main>";
   std::string staged = pair;
   staged.replace(staged.rfind("</main>"), 7, stage);

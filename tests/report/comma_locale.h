@@ -1,4 +1,4 @@
-// A locale with a decimal comma and a point between thousands, of this test's own: machines need not have one.
+// A private locale with a decimal comma and a thousands point.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace palpa {
 
-/// What std::locale says of numbers.
+/// std::locale's format of numbers.
 class CommaPunctuation : public std::numpunct<char> {
  protected:
   char do_decimal_point() const override { return ','; }
@@ -43,7 +43,7 @@ inline void make_comma_locale(const std::filesystem::path& folder) {
 
 enum class LocaleOf { nothing, set_locale, use_locale, streams };
 
-/// While it lives, the program's numbers have commas, in one of the ways in which a program asks for that.
+/// While it lives, the program's numbers have commas, by one of the ways to set a locale.
 class CommaLocale {
  public:
   /// \param folder  gets the locale

@@ -1,5 +1,4 @@
-// No number that leaves the process, or is read, depends on the locale of the program that uses the library: whatever writes or
-// reads is asked again in a program whose numbers have commas, and the bytes are the same.
+// Written and read numbers under a decimal comma, equal in all bytes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -63,7 +62,7 @@ class Locale : public StudyTest {
   static void TearDownTestSuite() { traces.reset(); }
   static fs::path trace(const char* name) { return traces->folder / name; }
 
-  /// What `make` makes is the same in the classic locale and in one with commas, set in each way.
+  /// Expects equal output of `make` in the classic locale and with commas, set in each way.
   void is_the_same(const std::function<Bytes(const fs::path& folder)>& make) const {
     fs::create_directories(folder / "classic");
     const Bytes classic = make(folder / "classic");
@@ -93,7 +92,7 @@ class Locale : public StudyTest {
                     << "\n  with commas: " << other.substr(at - std::min<std::size_t>(at, 60), 90);
     }
   }
-  /// All files of a folder but those that are never the same twice.
+  /// All reproducible files of a folder.
   Bytes files_of(const fs::path& of) const {
     Bytes files;
     for (const auto& entry : fs::recursive_directory_iterator(of)) {
@@ -122,7 +121,7 @@ TEST_F(Locale, RunsAndTheirTraces) {
       o.scene_options.sets.emplace_back("coupling.stiffness_n_per_m", "612.5");
       run(o);
     }
-    RunOptions recorded = options("", 0.5);  // rows are read
+    RunOptions recorded = options("", 0.5);
     recorded.hand = (trace("recorded") / "ticks.csv").string();
     recorded.out = out / "again";
     const RunResult felt = run(recorded);
@@ -143,7 +142,7 @@ TEST_F(Locale, Reports) {
   is_the_same([&](const fs::path& out) {
     Bytes all;
     all["beside.html"] = report_html(trace("recorded"), {.beside = trace("weaker")});
-    write_report(trace("recorded"), out / "page.html", {.pictures = out / "pictures"});  // what report_html returns
+    write_report(trace("recorded"), out / "page.html", {.pictures = out / "pictures"});  // the page of report_html
     all.merge(files_of(out));
     return all;
   });

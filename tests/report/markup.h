@@ -1,4 +1,4 @@
-// Whether a text is well-formed markup: a small checker of our own, for SVG (strict) and for our HTML.
+// Small checker of well-formed markup, for SVG (strict) and Palpa's HTML.
 #pragma once
 
 #include <cctype>
@@ -9,9 +9,9 @@
 
 namespace palpa {
 
-/// The first thing that is wrong with `text`; empty when nothing is: tags open and close in order, attributes
-/// are in quotes and stand once, `<` and bare `&` are escaped. `html`: a doctype comes first, some elements have
-/// no end, a style holds plain text, and a script anything up to its end.
+/// The first error in `text`; empty: none. Tags open and close in order, attributes are quoted and unique, `<` and bare `&` are
+/// escaped. `html`: a doctype comes first, some elements have no end, a style holds plain text, and a script anything up to its
+/// end.
 inline std::string markup_error(std::string_view text, bool html) {
   static const std::set<std::string_view> without_end{"meta", "img", "br", "hr", "link", "input"};
   std::vector<std::string> open;

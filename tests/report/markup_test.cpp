@@ -1,4 +1,4 @@
-// The checker itself: it must see each fault planted before it.
+// The checker finds each planted fault.
 #include "tests/report/markup.h"
 
 #include <gtest/gtest.h>

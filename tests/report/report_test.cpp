@@ -1,4 +1,4 @@
-// A report says what the trace holds, escapes what others wrote, and comes from any trace, whole or not.
+// Reports: content, escaped foreign text, incomplete traces.
 #include "palpa/report/report.h"
 
 #include <gmock/gmock.h>
@@ -51,7 +51,7 @@ class Report : public StudyTest {
     EXPECT_EQ(markup_error(recording->html(), true), "");
     return recording->html();
   }
-  /// The report's text; a machine without EGL has no pictures, which the report says.
+  /// The report's text; a machine without EGL has no pictures, which the report mentions.
   static std::string html_of(const fs::path& trace) {
     const std::string html = report_html(trace);
     EXPECT_EQ(markup_error(html, true), "");
@@ -66,7 +66,6 @@ class Report : public StudyTest {
     }
     return {};
   }
-  /// Exchanges one piece of a file's text.
   void exchange(const fs::path& file, const std::string& from, const std::string& to) const {
     std::string text = read(file);
     const std::size_t at = text.find(from);
@@ -221,7 +220,7 @@ TEST_F(Report, ADamagedFileIsOneLine) {
   EXPECT_THAT(error_of(made), HasSubstr("modes.csv:2: column 'force_x_n' cannot be"));
 }
 
-/// A trace felt with a hand, data, a plug-in's name and settings that lie in folders with a name in them.
+/// A trace whose hand, data, plug-in and settings lie in folders with a person's name.
 TEST_F(Report, HoldsLastNamesOfPathsUnlessWholeOnesAreAskedFor) {
   const fs::path home = folder / "Jane Doe 1970" / "st-mary";
   fs::create_directories(home / "data");

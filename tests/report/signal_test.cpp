@@ -1,4 +1,4 @@
-// What a report says of the signal is what was recorded: the stiffness, the band of a known shaking, and where a wall broke.
+// A report's signal section: stiffness, band of a known shaking, break-through.
 #include "palpa/report/signal.h"
 
 #include <gmock/gmock.h>
@@ -66,7 +66,7 @@ TEST(Signal, ListsStepsWithTheirCauseAndMode) {
   EXPECT_THAT(told, Not(HasSubstr("data-time"))) << "an event tells of it";
 }
 
-// While the force of a broken level falls, command and force differ: no guard cut anything then.
+// During the fade of a broken level command and force differ without the limiter's action.
 TEST(View, SaysWhatWasAskedWhereTheGuardShortenedIt) {
   Recorded recorded = shaking();
   std::vector<RecordedMoment> moments(1);
@@ -93,7 +93,7 @@ TEST_F(FeltSignal, IsASectionOfAReport) {
 }
 
 TEST_F(FeltSignal, OfAHandThatTouchesNothingIsSaidToBeNone) {
-  run(options("trace", 0.05));  // the hand is still on its way
+  run(options("trace", 0.05));  // the hand is still approaching
   EXPECT_THAT(report_html(folder / "trace"), HasSubstr("nothing to measure"));
 }
 

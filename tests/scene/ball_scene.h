@@ -1,4 +1,4 @@
-// What the tests of loading share: a scene of a ball, texts about it, and the law for texts that are refused.
+// Shared parts of the loading tests: a ball's scene, its texts, and the check of refused texts.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -30,7 +30,6 @@ strength_n = 0.8
 
 inline std::string with(const std::string& more) { return ball + more; }
 
-/// A folder that is gone after the test.
 class Folder {
  public:
   Folder() {
@@ -49,10 +48,10 @@ class Folder {
 struct Wrong {
   const char* what;
   std::string text;
-  const char* error;  ///< begins with
+  const char* error;
 };
 
-/// Each is refused in one line that begins as it should: with its place.
+/// Each refusal is one line that begins with its place.
 inline void expect_refused(const std::vector<Wrong>& scenes) {
   for (const Wrong& wrong : scenes) {
     const std::string error = error_of(wrong.text);
@@ -71,7 +70,6 @@ inline std::string mode(const std::string& body) {
 }
 inline std::string layer(const std::string& body) { return with("[[view.layer]]\n" + body + "\n"); }
 
-/// `--set path=value`.
 inline SceneOptions set(const std::string& path, const std::string& value) {
   SceneOptions options;
   options.sets = {{path, value}};

@@ -27,7 +27,7 @@ FieldPtr cube(VoxelType type, int components = 1) {
   for (std::int64_t v = 0; v < components * n * n * n; ++v) voxels->push_back(static_cast<T>(v % 251));
   return grid_field({{n, n, n}, 0.01 * Mat3::identity(), {}}, {type, components, {voxels, voxels->data()}});
 }
-/// A volume "ct" of whole numbers, "mr" of fractions, "both" of each, "dti" of vectors.
+/// A volume "ct" of integers, "mr" of fractions, "both" of each, "dti" of vectors.
 Volume read_grids(const VolumeRequest& request) {
   const std::string name = request.files.front().filename().string();
   Volume volume;

@@ -1,4 +1,4 @@
-// Suggested scenes: they load, say why each number is so, and fit the data that they are for.
+// Suggested scenes: they load, give the reason of each number, and fit their data.
 #include "palpa/scene/first_scene.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ namespace first_scene_test {
 using testing::HasSubstr;
 using testing::Not;
 
-/// A suggested scene, loaded with the volume that it was made for, without a warning.
+/// A suggested scene, loaded with its volume, without a warning.
 Scene parsed(const std::string& text, const Volume& volume) {
   const auto as_read = [&](const VolumeRequest& wanted) {
     Volume read = volume;
@@ -36,7 +36,7 @@ Scene parsed(const std::string& text, const Volume& volume) {
     }
     return read;
   };
-  // The file need not be there for a scene to be understood, but its loader looks for it.
+  // A scene can be parsed without its file, but its loader checks for it.
   std::string here = text;
   const std::string folder = testing::TempDir();
   std::ofstream(folder + "/file.nrrd") << "x";
@@ -102,7 +102,7 @@ TEST(FirstScene, TakesNoScanForACtThatItsFileSaysIsNone) {
 TEST(FirstScene, NeverTakesAUnitInSilence) {
   Volume head = sampled_head();
   head.length_unit = "mm", head.length_unit_assumed = true;
-  // As a comment: `run` repeats an assumption until somebody has written the key.
+  // As a comment: `run` repeats an assumption until the key is written.
   EXPECT_THAT(scene_of(head), HasSubstr("\n# length_unit = \"mm\""));
   EXPECT_THAT(scene_of(head), HasSubstr("ASSUMED"));
   head.length_unit_assumed = false;
@@ -202,7 +202,7 @@ TEST(FirstScene, OfPartsOfACtAndOfSparseFlowsCanBeLoaded) {
   scene_of(volume("HU", 1, [](int n) { return -1000 + n % 701; }));
   scene_of(volume("", 1, [](int n) { return 1e6 + n % 2; }));
   scene_of(volume("", 1, [](int n) { return n % 4000 == 0 ? 1.0 : 0.0; }));
-  // Eight of 8000 voxels move, and of one flow nothing but an outlier is much.
+  // Eight of 8000 voxels move, and in one flow only an outlier is large.
   const std::string sparse = scene_of(volume("", 3, [](int n) { return n % 3000 == 0 ? 2.0 : 0.0; }));
   EXPECT_THAT(sparse, HasSubstr("points = [[0.1, 0], [2, 0.15]"));
   scene_of(volume("", 3, [](int n) { return n == 0 ? 1e9 : 1e-6 * (n % 7); }));
@@ -233,7 +233,7 @@ TEST(FirstScene, LooksAtVectorsFirstAndLeavesOutWhatIsConstant) {
 
 // ---- The whole of the object
 
-/// A scalar field on a grid of cubes, from a formula of the place [m].
+/// A scalar field on a grid of cubes, from a formula of the position [m].
 Volume scalar_grid(int n, double spacing_m, const Vec3& origin_m, const std::function<double(const Vec3&)>& value) {
   const auto data = std::make_shared<std::vector<float>>();
   for (int k = 0; k < n; ++k)
@@ -264,7 +264,7 @@ Volume vector_grid(int n, double spacing_m, const std::function<Vec3(const Vec3&
   return made;
 }
 
-/// Numbers after a key at the beginning of a line: `scale = 1.5`, `center = [1, 2, 3]`; none where the key is not.
+/// Numbers after a key at the beginning of a line: `scale = 1.5`, `center = [1, 2, 3]`; none without the key.
 std::vector<double> numbers_of(const std::string& text, const std::string& key) {
   std::vector<double> found;
   const std::size_t at = text.find("\n" + key + " = ");
@@ -302,7 +302,7 @@ TEST(FirstScene, ShowsTheWholeObjectAndNotItsEmptyMargins) {
 }
 
 TEST(FirstScene, FacesTheLargestSideOfTheObject) {
-  // The same slab of 80 x 50 x 20 mm, turned; medical data show the face, but slabs of slices are seen from the feet.
+  // One slab of 80 x 50 x 20 mm, turned; medical data show the face, slabs of slices are viewed from the feet.
   const auto slab = [](const Vec3& half_m, bool medical) {
     Volume volume = scalar_grid(49, 0.0025, {-0.06, -0.06, -0.06}, [&](const Vec3& x) {
       return std::abs(x.x) < half_m.x && std::abs(x.y) < half_m.y && std::abs(x.z) < half_m.z ? 1.0 : 0.0;
@@ -365,7 +365,7 @@ TEST(Labels, OfAVolumeAreCheckedInOneLine) {
 
 // ---- Flows
 
-/// White noise of deviation 1, the same for one seed.
+/// White noise of standard deviation 1, reproducible by seed.
 std::function<Vec3()> noise(unsigned seed) {
   return [random = std::mt19937(seed), normal = std::normal_distribution<double>()]() mutable {
     const double x = normal(random), y = normal(random), z = normal(random);
@@ -398,7 +398,7 @@ TEST(FirstScene, HasNoRailInAUniformStreamAndOneWhereItShearsAndTellsUpstreamFro
   EXPECT_THAT(text_of(5000.0), testing::AllOf(HasSubstr("type = \"follow\""), HasSubstr("type = \"vector_force\"")));
 }
 
-/// A stream about a ball, or through a tube, with a field that says where there is fluid.
+/// A stream about a ball, or through a tube, with a field that marks the fluid.
 Volume with_wall(bool tube, double fluid, double solid) {
   const auto flows = [=](const Vec3& x) { return tube ? std::hypot(x.y, x.z) < 0.012 : norm(x) > 0.02; };
   Volume volume = vector_grid(48, 0.0025, [&](const Vec3& x) {
@@ -425,7 +425,7 @@ TEST(FirstScene, HasAWallWhereAFieldSaysWhatIsFluid) {
       const SurfaceAndFriction& surface = *wall->mode.as<SurfaceAndFriction>();
       ASSERT_EQ(surface.levels.size(), 1U);
       EXPECT_NEAR(surface.levels[0].value, 0.5 * (fluid + solid), 0.01 * std::abs(fluid - solid));
-      // A hand comes from the stream upon a body, which holds, and from outside upon a tube, which lets it in.
+      // A hand comes from the stream upon a body, which holds, and from outside upon a tube, which admits it.
       EXPECT_EQ(surface.solid == SurfaceAndFriction::Solid::high, tube ? fluid > solid : solid > fluid);
       EXPECT_EQ(surface.levels[0].strength_n.constant_n > scene.coupling.max_force_n, !tube);
     }
@@ -510,7 +510,7 @@ TEST(FirstScene, FeelsNoVorticesInAStreamOrInAShear) {
               Not(HasSubstr("vortex_")));
 }
 
-/// The scene of a jet in air that is noise as fast as the jet, with its magnitude image or without.
+/// The scene of a jet in air with noise as fast as the jet, with or without its magnitude image.
 Volume jet_in_air(bool with_signal) {
   auto random = noise(3);
   const auto in_jet = [](const Vec3& x) { return x.y * x.y + x.z * x.z < 0.012 * 0.012; };
@@ -536,7 +536,7 @@ TEST(FirstScene, SilencesAirThatIsNoise) {
     SCOPED_TRACE(text);
     EXPECT_THAT(text, HasSubstr(with_signal ? "of = \"file.signal\"" : "of = \"coherence(file.velocity)\""));
     const Scene scene = parsed(text, volume);
-    // Of the places in air, each mode is silent at 95 of 100; of those in the jet it is felt at as many.
+    // At 95 of 100 points in air each mode is silent; at as many in the jet it makes a force.
     for (const SceneMode& mode : scene.modes()) {
       if (mode.name == "vortex") continue;
       int air = 0, silent = 0, jet = 0, felt = 0;

@@ -1,4 +1,4 @@
-// Scenes that load, what is told of them, and where their data come from.
+// Loadable scenes, their messages, and the sources of their data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -214,7 +214,7 @@ TEST(LoadScene, LooksForFilesInOrder) {
               HasSubstr("looked for " + at + "/scene/scalar.vti, " + at + "/first/scalar.vti, " + at + "/second/scalar.vti; "));
 }
 
-// Of a volume so small that a derivative is beyond a double.
+// Of a volume too small for a derivative in a double.
 TEST(LoadScene, SaysWhatWouldLetItDerive) {
   const std::string error = error_of(R"toml(palpa = 1
 [coupling]
@@ -298,7 +298,7 @@ TEST(LoadScene, FromAFile) {
               StartsWith((folder.path / "wrong.toml").string() + ":1:9: scene format 3"));
 }
 
-// ---- Scenes that people see
+// ---- Scenes of the documentation
 
 std::string text_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -334,7 +334,7 @@ TEST(Scenes, OfTheDocumentationLoad) {
   expect_loads(page.substr(start, page.find("```", start) - start), "docs/scene.md");
 }
 
-// ---- Anything at all
+// ---- Random texts
 
 TEST(LoadScene, AnythingGivesASceneOrAnError) {
   const std::string whole = header("title = 't'\n[coupling]\nstiffness_n_per_m = 800\n[workspace]\nfit = 'ball'\nup = '+y'\n") +

@@ -1,4 +1,4 @@
-// The scenes that stand in the documentation are scenes, and those of a mode's page feel that mode.
+// Scenes in the documentation, and the forces of mode pages.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,6 @@ namespace fs = std::filesystem;
 using test::parse;
 using testing::IsEmpty;
 
-/// The blocks of TOML of a page that are whole scenes.
 std::vector<std::string> whole_scenes(const std::string& page) {
   std::vector<std::string> scenes;
   const std::string begin = "```toml\npalpa = 1", end = "\n```";

@@ -1,4 +1,4 @@
-// What the tests of scenes share: data without a reader, and the error of a text.
+// Shared parts of the scene tests: data without a reader, and the error of a text.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace palpa::test {
 
-/// A stand-in for files: `scalar*` is a ball, `two*` a scalar and a vector field, `medical*` a head; the flows
-/// of our scenes have the fields of their files.
+/// A stand-in for files: `scalar*` is a ball, `two*` a scalar and a vector field, `medical*` a head; the flows of the shipped
+/// scenes have their files' fields.
 inline Volume read_stand_in(const VolumeRequest& request) {
   const std::string file = request.files.front().filename().string();
   Volume volume = file.starts_with("medical") ? head_phantom() : sphere_field();
@@ -29,7 +29,7 @@ inline LoadedScene parse(const std::string& text, const SceneOptions& options = 
   return parse_scene(text, "s.toml", folder, read_stand_in, standard_modes(), options);
 }
 
-/// What `parse` throws; "no error" if it does not.
+/// The error of `parse`; "no error" without one.
 inline std::string error_of(const std::string& text, const SceneOptions& options = {},
                             const std::filesystem::path& folder = {}) {
   try {

@@ -89,7 +89,7 @@ TEST(Workspace, FitsAndCentersWhatItIsTold) {
 
 TEST(Workspace, AFaceLooksAtTheUserWithTheHeadUp) {
   const Similarity map = scene_of(brick(0.01, true)).hand_to_world();
-  // LPS: the face looks along -y, the head is at +z. Who faces the user has the left on the user's right.
+  // LPS: the face looks along -y, the head is at +z. A patient facing the user has the left on the user's right.
   EXPECT_EQ(map.turned_to_world({0, 0, 1}), (Vec3{0, -1, 0}));
   EXPECT_EQ(map.turned_to_world({0, 1, 0}), (Vec3{0, 0, 1}));
   EXPECT_EQ(map.turned_to_world({1, 0, 0}), (Vec3{1, 0, 0}));
@@ -312,7 +312,7 @@ TEST(Scene, IsAValue) {
 }
 
 TEST(Scene, PrintsAPoseFromCode) {
-  // Through the text and back the pose is the same, for any axis and angle, half turns included.
+  // Through the text and back the pose is equal, for any axis and angle, half turns included.
   for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, -1, 0}, Vec3{1, 2, 3}, Vec3{-1, 1e-3, 0.5}}) {
     for (const double degrees : {0.0, 1e-3, 30.0, 90.0, 179.999999, 180.0, 270.0}) {
       const Vec3 a = normalized(axis);
@@ -377,7 +377,11 @@ TEST(Scene, EditChangesTheParametersOfAModeOrNothing) {
   const auto change = [](auto&) { FAIL() << "no mode to change"; };
   EXPECT_THROW(scene.edit<Viscosity>("drga", change), SceneError);
   EXPECT_THROW(scene.edit<Follow>("drag", change), SceneError);
-  EXPECT_THROW(scene.edit<Viscosity>("drag", [](Viscosity& drag) { drag.strength_n = {9.0}; throw std::runtime_error("x"); }),
+  EXPECT_THROW(scene.edit<Viscosity>("drag",
+                                     [](Viscosity& drag) {
+                                       drag.strength_n = {9.0};
+                                       throw std::runtime_error("x");
+                                     }),
                std::runtime_error);
   EXPECT_EQ(scene, before);
 }

@@ -1,4 +1,4 @@
-// Time in scenes: series of files, volumes that move, and how the time goes.
+// Time in scenes: series of files, moving volumes, clocks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -29,7 +29,7 @@ std::string scene_with(const std::string& volume, const std::string& more = "") 
   return "palpa = 1\n" + more + "[volume.v]\n" + volume + mode;
 }
 
-/// A grid with the number in its file's name as its value; names with "far" lie elsewhere.
+/// A grid with the number in its file's name as its value; names with "far" have another position.
 Volume read_numbered(const VolumeRequest& request) {
   const std::string name = request.files.front().filename().string();
   const auto at = name.find_first_of("0123456789");
@@ -99,7 +99,6 @@ TEST_F(SeriesFiles, AreFramesOfOneVolume) {
   EXPECT_NEAR(field.scalar_at(x, {0.10, true}).value, 5.5, 1e-12);
   const LoadedScene nearest = load(scene_with("files = \"p_*.vti\"\nframe_period_s = 0.04\nbetween_frames = \"nearest\"\n"));
   EXPECT_EQ(timed(*nearest.scene.volumes().front().volume.fields.front().field)->scalar_at(x, 0.055).value, 2.0);
-  // What is printed loads again to the same scene.
   EXPECT_THAT(to_toml(loaded.scene), HasSubstr("files = \"p_*.vti\"\nframe_period_s = 0.04\n"));
   EXPECT_TRUE(load(to_toml(loaded.scene)).scene == loaded.scene);
 }

@@ -1,4 +1,4 @@
-// A scene that is written is read back as the same scene.
+// A written scene reads back as an equal scene.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Texts that are no scene: each is refused in one line that says where and what is wrong.
+// Invalid scenes: each is refused in one line with place and error.
 #include <gtest/gtest.h>
 
 #include "tests/scene/ball_scene.h"

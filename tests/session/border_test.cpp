@@ -1,4 +1,4 @@
-// Surfaces where data end: what a hand feels there is borne by strengths, and no less than the data say.
+// Surfaces at the end of data: forces borne by strengths, and no weaker than the data require.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,14 +54,14 @@ Scene scene_of(const Values& value_at, Filter filter = Filter::smooth) {
 
 constexpr double skin_n = 0.8, bone_n = 1.7, held_n = 0.05, drag_ns_per_m = 1.0, friction = 0.1;
 
-/// A head of a scan, with what is soft over what is hard and hollow, that the scan cuts off on its sides.
+/// A scanned head, soft over hard and hollow, cut off on its sides.
 double head(const Vec3& x_m) {
   const double r_m = norm(x_m - Vec3{0.0, 0.022, 0.0});
   const auto ramp = [&](double at_m) { return std::clamp((at_m - r_m) / (3.0 * voxel_m) + 0.5, 0.0, 1.0); };
   return -1000.0 + 1050.0 * ramp(0.028) + 1200.0 * (ramp(0.022) - ramp(0.015));
 }
 
-/// As a first scene of a CT has it.
+/// As in a first scene of a CT.
 Scene cut_off_head(bool has_elastic_skin) {
   Scene scene = scene_of(head);
   SurfaceAndFriction surface{.field = {"ct"},
@@ -75,13 +75,12 @@ Scene cut_off_head(bool has_elastic_skin) {
 }
 
 struct Felt {
-  double beyond_n = -1e9;  ///< more than all strengths and the drag of the proxy's speed
-  double unborne_n = 0.0;  ///< of which the last balance knows nothing
+  double beyond_n = -1e9;  ///< above all strengths and the drag of the proxy's speed
+  double unborne_n = 0.0;  ///< absent from the last balance
   double largest_n = 0.0;
   int resting = 0;
 };
 
-/// A rigid hand that goes straight and slowly.
 void push_through(const Scene& scene, const Vec3& from_m, const Vec3& to_m, Felt& felt) {
   constexpr double speed_m_per_s = 0.025, strengths_n = (skin_n + bone_n) * (1.0 + friction) + held_n;
   Session session(scene);
@@ -99,8 +98,8 @@ void push_through(const Scene& scene, const Vec3& from_m, const Vec3& to_m, Felt
   }
 }
 
-// A point of 0.05 N carried 9 N and more of hands that stood still: the level had been pressed in where its strength fades, the
-// proxy was deep in it, and no place near by was free for it to go to.
+// A point of 0.05 N once carried 9 N and more of still hands: the proxy was deep in a level pressed in where its strength
+// fades, without a free point near by.
 TEST(Border, HoldsNoProxyWithMoreThanItsStrengths) {
   for (const bool has_elastic_skin : {false, true}) {
     const Scene scene = cut_off_head(has_elastic_skin);
@@ -120,7 +119,7 @@ TEST(Border, HoldsNoProxyWithMoreThanItsStrengths) {
   }
 }
 
-/// Lets a hand come straight down onto the plane z = 0 at a place, and press `force_n` into it.
+/// Lowers a hand straight onto the plane z = 0 at a point, and presses `force_n` into it.
 Tick press_plane(Session& session, const Vec3& at_m, double force_n, int& breaks) {
   constexpr int ticks = 400;
   Tick tick;
@@ -139,7 +138,6 @@ Scene plane_with(double strength_n, Filter filter) {
   return scene;
 }
 
-// A border's own effect reaches two spacings. Further in a surface bears what the scene says of it.
 TEST(Border, WeakensNoSurfaceBeyondAFewSpacings) {
   for (const Filter filter : {Filter::trilinear, Filter::smooth}) {
     const Scene scene = plane_with(1.3, filter);
@@ -153,7 +151,7 @@ TEST(Border, WeakensNoSurfaceBeyondAFewSpacings) {
   }
 }
 
-// What is said of a level that is stronger than what reaches the hand: from four voxels on it never lets go.
+// A level stronger than the output limit never breaks from four voxels on.
 TEST(Border, LetsNoLevelGoThatIsStrongerThanWhatReachesTheHand) {
   for (const double strength_n : {5.5, 12.0, 60.0}) {
     const Scene scene = plane_with(strength_n, Filter::smooth);
@@ -168,7 +166,7 @@ TEST(Border, LetsNoLevelGoThatIsStrongerThanWhatReachesTheHand) {
   }
 }
 
-// It ends as softly as it began, and deeper in the data than where it ended a hand meets it again.
+// It ends as softly as it began, and deeper in the data than its end a hand meets it again.
 TEST(Border, FadesWithoutAKickOrABreak) {
   for (const double strength_n : {1.3, 3.3, 60.0}) {
     const Scene scene = plane_with(strength_n, Filter::smooth);
@@ -178,7 +176,7 @@ TEST(Border, FadesWithoutAKickOrABreak) {
     const double begin_m = half_m - 0.010, force_n = 1.19, speed_m_per_s = 0.05;
     Vec3 last_n = press_plane(session, {begin_m, 1.3e-3, 0.0}, force_n, breaks).force_n;
     double steepest_n = 0.0;
-    for (int i = 0; i < 600; ++i) {  // out of the data, and back again
+    for (int i = 0; i < 600; ++i) {
       const double offset_m = (i < 300 ? i : 600 - i) * speed_m_per_s * dt_s;
       const Tick tick = session.tick({.position_m = {begin_m + offset_m, 1.3e-3, -force_n / k}}, dt_s);
       for (const SessionEvent& event : session.events()) breaks += event.kind == SessionEventKind::break_through;
@@ -187,13 +185,13 @@ TEST(Border, FadesWithoutAKickOrABreak) {
     }
     EXPECT_LE(steepest_n, 0.1) << strength_n << " N";
     EXPECT_EQ(breaks, 0) << strength_n;
-    // It was lifted out on its way; from outside it is as it was.
+    // It was lifted out on its way; from outside it is unchanged.
     EXPECT_NEAR(press_plane(session, {begin_m, 1.3e-3, 0.0}, force_n, breaks).force_n.z, force_n, 1e-6);
   }
 }
 
-// A hand at rest keeps its force, at a border and beside it, on an edge that folds inwards and in a head: the fade let it creep
-// for seconds, in hundreds of snaps.
+// A hand at rest keeps its force, at a border and beside it, on an edge that folds inwards and in a head, where the fade once
+// let it creep for seconds, in hundreds of snaps.
 TEST(Border, KeepsTheForceOfAHandAtRest) {
   test::Random random(45);
   Scene groove = scene_of([](const Vec3& x_m) { return (std::abs(x_m.x) - x_m.z) / voxel_m; });
@@ -223,8 +221,8 @@ TEST(Border, KeepsTheForceOfAHandAtRest) {
   EXPECT_GT(felt, 60);
 }
 
-// The foot of a level that gives way is beside the proxy: where an edge that folds inwards is cut off it was pushed out of the
-// data, its level was lost and met again up to ten times a tick, and up to 0.8 N of a hand at rest were borne by nothing.
+// The foot of an elastic level is beside the proxy: at a cut-off edge that folds inwards it once left the data, its level was
+// lost and met again up to ten times a tick, and up to 0.8 N of a hand at rest were borne by nothing.
 TEST(Border, KeepsTheFeetOfElasticLevelsInTheData) {
   test::Random random(54);
   int felt = 0, resting = 0, unborne = 0;

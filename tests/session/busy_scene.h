@@ -1,4 +1,4 @@
-// Scenes in which every part of a tick has something to do.
+// Scenes that use every part of a tick.
 #pragma once
 
 #include "palpa/data/analytic.h"
@@ -9,7 +9,7 @@
 
 namespace palpa::test {
 
-/// A head with skin that gives way and bone that does not, in a flow that is followed.
+/// A head with elastic skin and rigid bone, in a followed flow.
 inline Scene busy_scene(bool as_grid) {
   Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5});
   const auto data = [&](const Volume& volume) { return as_grid ? sampled(volume, 48) : volume; };
@@ -29,8 +29,7 @@ inline Scene busy_scene(bool as_grid) {
   return scene;
 }
 
-/// The same with a head that moves and jumps back where its loop begins again, and a heart that beats: levels are carried,
-/// fade out and in.
+/// With a moving head that jumps back at its loop's start, and a beating heart: levels are carried, fade out and in.
 inline Scene busy_moving_scene(bool as_grid) {
   Scene scene = busy_scene(as_grid);
   const FieldRef other = scene.add_moving("other", as_grid ? sampled(head_phantom(), 48) : head_phantom(),

@@ -1,4 +1,4 @@
-// Laws of the damper's estimate under an encoder: how it ripples, how late it is, where it is zero.
+// The damper's estimate under an encoder: ripple, delay, zeros.
 #include "palpa/session/damper.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace damper_test {
 constexpr double dt = 1e-3;
 constexpr double k = 500.0;
 
-static_assert(std::is_trivially_copyable_v<Damper>);  // it lies in a session's StateArena
+static_assert(std::is_trivially_copyable_v<Damper>);  // part of a session's StateArena
 
 double rounded(double value_m, double step_m) { return step_m * std::floor(value_m / step_m + 0.5); }
 double window_s(double damping_ns_per_m) { return 3.0 * damping_ns_per_m / k; }
@@ -27,8 +27,8 @@ TEST(DamperUnderAnEncoder, IsExactlyZeroInFreeSpaceWhateverWasBefore) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(damper.relative_velocity({}, {}, dt, k), Vec3{});
 }
 
-// A steady motion, rounded: the estimate is off by no more than a step in a window, so the damper's force by no more than
-// a third of the spring's own step. At any speed, once the window is full.
+// A steady, rounded motion: at any speed, once the window is full, the estimate is off by at most a step per window, so the
+// damper's force by at most a third of the spring's own step.
 TEST(DamperUnderAnEncoder, RipplesByNoMoreThanItsShareOfTheSpringsStep) {
   for (const double q : {10e-6, 23e-6, 55e-6}) {
     for (const double damping : {0.5, 1.0, 2.0}) {
@@ -47,7 +47,7 @@ TEST(DamperUnderAnEncoder, RipplesByNoMoreThanItsShareOfTheSpringsStep) {
   }
 }
 
-// An encoder at rest between two of its steps trembles: of that nothing is felt but once a window.
+// An encoder at rest flickers between two steps: the damper responds at most once per window.
 TEST(DamperUnderAnEncoder, IsQuietWhereThePositionFlickersBetweenTwoSteps) {
   std::mt19937 engine(3);
   const double q = 55e-6, damping = 1.0;
@@ -59,13 +59,13 @@ TEST(DamperUnderAnEncoder, IsQuietWhereThePositionFlickersBetweenTwoSteps) {
   }
 }
 
-// After a jump in speed by dv the new speed is seen, to a step in the time since, and never later than in a window.
+// A jump in speed by dv appears in the estimate, up to a step over the time since, within a window.
 TEST(DamperUnderAnEncoder, IsLateByNoMoreThanTheWindowAndLessTheFasterTheChange) {
   const double q = 55e-6, damping = 1.0;
   for (const double speed_m_per_s : {0.01, 0.1, 0.5}) {
     Damper damper(damping, q);
     damper.reset({0, 0, 0.5});
-    // The line from before the jump leaves the tolerance of 1.4 steps at the corner as soon as the way since is longer than
+    // The line from before the jump leaves the tolerance of 1.4 steps at the corner as soon as the path since is longer than
     // that, beyond the corner's own share of the line.
     const double seen_after_s =
         std::min(window_s(damping), std::sqrt(1.4 * q * window_s(damping) / speed_m_per_s) + 2.4 * q / speed_m_per_s);
@@ -92,7 +92,7 @@ TEST(DamperUnderAnEncoder, TakesEnergyFromAVibrationAsADamperDoes) {
     last_m = stretch_m;
     held = damper.relative_velocity({0, 0, rounded(stretch_m, q)}, {}, dt, k);
   }
-  const double ideal_j = 0.5 * damping * swing_m * swing_m * omega * omega * 2.0;  // in 2 s
+  const double ideal_j = 0.5 * damping * swing_m * swing_m * omega * omega * 2.0;
   EXPECT_GT(taken_j, 0.9 * ideal_j);
   EXPECT_LT(taken_j, 1.02 * ideal_j);
 }

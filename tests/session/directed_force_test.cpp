@@ -1,4 +1,4 @@
-// Directed forces in the tick: what a still hand feels, whatever the modes do.
+// Directed forces in the tick: force on a still hand for any modes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace directed_force_test {
 
 constexpr double dt = 1e-3;
 
-// The worst of all data: another force at every position, of up to 3 N.
+// The worst of all data: a random force at every position, of up to 3 N.
 struct Noise {
   static constexpr auto type = "test.noise";
   FieldRef field;
@@ -51,7 +51,7 @@ struct Well {
   }
 };
 
-// 2 N on one side, nothing on the other.
+// 2 N on one side, 0 on the other.
 struct HalfSpace {
   static constexpr auto type = "test.half_space";
   FieldRef field;
@@ -101,7 +101,7 @@ TEST(DirectedForce, BelowHalfTheStiffnessNothingIsHeldBack) {
       const Vec3 p = hand.at(0.2 * i * dt);
       const Tick t = session.tick({.position_m = p}, dt);
       for (const SessionEvent& event : session.events()) FAIL() << event.text << " at slope " << slope;
-      // One look at the middle of each move: what is left of the fixed point's error is of second order.
+      // One sample at the middle of each move: the fixed point's error is of second order.
       if (i > 0) {
         EXPECT_LT(distance(t.proxy_m, 600.0 / (600.0 + slope) * p), 2e-4);
       }
@@ -113,7 +113,7 @@ TEST(DirectedForce, BelowHalfTheStiffnessNothingIsHeldBack) {
   }
 }
 
-// What counts is what all of them do together: one may be steeper than its share, and two may cancel.
+// The sum counts: one may be steeper than its share, and two may cancel.
 TEST(DirectedForce, OfSeveralModesTheSumIsLimited) {
   for (const auto& [one, other] : {std::pair{250.0, 10.0}, std::pair{140.0, 140.0}, std::pair{2000.0, -1900.0}}) {
     Scene scene = scene_with_ball();
@@ -144,8 +144,8 @@ TEST(DirectedForce, OneThatIsTooSteepIsToldOnceAndChangesByHalfTheStiffness) {
     session.tick({.position_m = hand.at(i * dt)}, dt);
     for (const SessionEvent& event : session.events()) told += event.kind == SessionEventKind::warning;
     for (const SubStep& step : session.sub_steps()) {
-      // The data are looked up between the start and the middle of a step towards its trial balance, which
-      // may lie as far as the change of force allows: 3 N / k.
+      // The data are sampled between the start and the middle of a step towards its trial balance, which may lie as far as the
+      // change of force allows: 3 N / k.
       const double path_m = before_m + distance(step.proxy_m, step.start_m) + 0.5 * norm(step.directed_n - before_n) / 600.0;
       if (i > 0) {
         ASSERT_LE(norm(step.directed_n - before_n), 300.0 * path_m + 0.5 * 3.0 / 4.0 + 1e-9);
@@ -157,7 +157,7 @@ TEST(DirectedForce, OneThatIsTooSteepIsToldOnceAndChangesByHalfTheStiffness) {
   EXPECT_EQ(told, 1);
 }
 
-// A mode that falls silent lets go along the path, not at once.
+// A mode that falls silent releases along the path, not at once.
 TEST(DirectedForce, DoesNotVanishInOneTickWhereItsModeStops) {
   Scene scene = scene_with_ball();
   scene.add("half", HalfSpace{.field = {"ball"}});

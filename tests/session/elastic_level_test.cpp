@@ -23,7 +23,7 @@ constexpr double radius_m = 0.05;
 
 using Level = SurfaceAndFriction::Level;
 
-// A ball, its values how deep one is in it [m].
+// A ball whose values are depths [m].
 Scene ball(std::vector<Level> levels, bool as_grid = false, double friction_coefficient = 0.0) {
   Scene scene({.stiffness_n_per_m = k});
   scene.workspace.scale = 1.0;
@@ -68,7 +68,7 @@ TEST(ElasticLevel, IsASpringInSeriesWithTheCoupling) {
     for (const double stiffness : {100.0, 400.0, 3000.0}) {
       const Vec3 direction = as_grid ? random.direction() : Vec3{0, 0, 1};
       Pressed pressed(ball({{.value = 0.0, .strength_n = 5.0, .stiffness_n_per_m = stiffness}}, as_grid), direction);
-      const double surface_m = as_grid ? 2e-5 : 1e-9;  // where the interpolant has it
+      const double surface_m = as_grid ? 2e-5 : 1e-9;  // by the interpolant
       for (const double depth_m : {0.5e-3, 1e-3, 4e-3, 2e-3}) {
         const Tick tick = pressed.to(depth_m);
         const double force_n = in_series(stiffness) * depth_m;
@@ -101,7 +101,7 @@ TEST(ElasticLevel, BreaksWhereItsStrengthIsReached) {
 TEST(ElasticLevel, IsFeltThroughByOneBelow) {
   const double soft = 200.0, below_m = 4e-3;
   Pressed pressed(ball({{.value = 0.0, .strength_n = 3.0, .stiffness_n_per_m = soft}, {.value = below_m, .strength_n = 6.0}}));
-  const double met_m = below_m * soft / in_series(soft);  // there the proxy has come to the second one
+  const double met_m = below_m * soft / in_series(soft);  // there the proxy meets the second
   EXPECT_NEAR(norm(pressed.to(0.99 * met_m).force_n), 0.99 * soft * below_m, 1e-6);
   EXPECT_EQ(pressed.onsets, 1);
   for (const double deeper_m : {0.5e-3, 1.5e-3, 2.5e-3}) {
@@ -139,7 +139,7 @@ TEST(ElasticLevel, LeadsRoundASphereWithoutDrift) {
       EXPECT_EQ(tick.status, TickStatus::resting);
       if (i < per_turn / 8) continue;
       EXPECT_NEAR(norm(tick.force_n), felt_n, as_grid ? 0.01 * felt_n : 1e-6);
-      // A step is settled when it would go on by 5e-4 of a spacing: so far a force of this length may turn.
+      // A step is settled below a further move of 5e-4 of a spacing: the permitted turn of a force of this length.
       EXPECT_NEAR(dot(normalized(tick.force_n), Vec3{std::sin(a), 0, std::cos(a)}), 1.0, as_grid ? 1e-4 : 5e-7);
     }
   }
@@ -155,7 +155,7 @@ TEST(ElasticLevel, StoresWhatItTakesAndGivesItBack) {
   EXPECT_EQ(pressed.to(-1e-3).energy.elastic_j, 0.0);
 }
 
-// Whatever the hand does: no level, elastic or not, brings in energy, and what the hand put in is found again.
+// For any hand: no level, elastic or not, injects energy, and the hand's work is conserved.
 TEST(ElasticLevel, BringsNothingIn) {
   test::Random random(7);
   for (int run = 0; run < 40; ++run) {
@@ -178,7 +178,7 @@ TEST(ElasticLevel, BringsNothingIn) {
       const Energy& energy = tick.energy;
       const double rounding_j = 1e-9 + 2e-5 * (energy.stored_j + energy.elastic_j + before_j);
       if (i > 0) {
-        // A force of the tick's end along the chord of the arc that its foot went.
+        // A force of the tick's end along the chord of its foot's arc.
         const double foot_step_m = norm(probe - probe_before) * radius_m / std::min(norm(probe), norm(probe_before));
         EXPECT_LE(energy.injected_j, 1e-10 + strengths_n * foot_step_m * foot_step_m / (2 * radius_m)) << run << ", " << i;
         const double now_j = energy.stored_j + energy.elastic_j;
@@ -196,8 +196,8 @@ TEST(ElasticLevel, BringsNothingIn) {
   }
 }
 
-// In data that fold, where a foot stands between two walls of a groove: no hand ever feels more than what the level bears, with
-// its friction, and what a tick's way adds.
+// Folded data, with a foot between two walls of a groove: at most the level's strength, with its friction and the tick's own
+// part.
 TEST(ElasticLevel, NeverHoldsMoreThanItBearsWhereItFolds) {
   constexpr double strength_n = 1.0, friction = 0.2;
   test::Random random(9);
@@ -233,7 +233,6 @@ TEST(ElasticLevel, NeverHoldsMoreThanItBearsWhereItFolds) {
   }
 }
 
-// As stiff as can be it is the rigid one.
 TEST(ElasticLevel, BecomesRigidAsItsStiffnessGrows) {
   test::Random random(3);
   const test::Wander hand(random, 0.06);
@@ -245,7 +244,7 @@ TEST(ElasticLevel, BecomesRigidAsItsStiffnessGrows) {
     for (int i = 0; i < 4000; ++i) {
       const Probe probe{.position_m = hand.at(i * dt)};
       const Tick a = soft.tick(probe, dt), b = rigid.tick(probe, dt);
-      // Not where one of the two has given way a moment before the other.
+      // Not where one of the two has yielded a moment before the other.
       if (norm(a.force_n) > 0.0 && norm(b.force_n) > 0.0) worst_n = std::max(worst_n, norm(a.force_n - b.force_n));
     }
     EXPECT_LT(worst_n, before_n);

@@ -1,4 +1,4 @@
-// Laws of the least split: who pushes, where several could.
+// The least split: forces of the modes where several can hold.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace split_test {
 
 using test::Random;
 
-// Primitives that all stick at one place, with one valid split of force over them.
+// Primitives that all stick at one point, with one valid split of force over them.
 struct Stuck {
   std::vector<Primitive> primitives;
   std::vector<Vec3> forces_n;
@@ -104,7 +104,7 @@ TEST(LeastSplit, KeepsTheTotalWithinWhatEachCanExert) {
 TEST(LeastSplit, LeavesNoOtherSplitDownhill) {
   Random random(2);
   for (const Shape shape : shapes) {
-    // Where directions are 1e-9 rad apart, a total kept to rounding says no more of the split.
+    // With directions 1e-9 rad apart, a total kept to rounding determines the split no better.
     const double tolerance = shape == Shape::nearly_parallel ? 1e-5 : 1e-12;
     int cheaper = 0;
     double worst = 0.0;
@@ -128,8 +128,8 @@ TEST(LeastSplit, LeavesNoOtherSplitDownhill) {
   }
 }
 
-// The least split is what lies next to zero in both the splits of the total and the force sets, distances
-// measured with Σ|u|²/s: Dykstra's alternating projections find it, knowing nothing of a multiplier.
+// The least split is nearest to zero in both the splits of the total and the force sets, by the metric Σ|u|²/s: Dykstra's
+// alternating projections find it without multipliers.
 TEST(LeastSplit, IsWhatAlternatingProjectionsFind) {
   Random random(3);
   double worst_n = 0.0;
@@ -177,7 +177,7 @@ TEST(LeastSplit, DependsOnNoOrderNorOnTheSplitThatWasGiven) {
     }
     stuck.split();
     other.split();
-    Stuck third = stuck;  // from another split of the same total
+    Stuck third = stuck;  // from another split of an equal total
     const double tolerance_n = 1e-12 * strengths_n(stuck);
     third.split();
     for (std::size_t j = 0; j < stuck.primitives.size(); ++j) {
@@ -236,7 +236,7 @@ TEST(LeastSplit, HasTheClosedFormsOfPairs) {
     EXPECT_NEAR(stuck.forces_n[0].z, 0.225, 1e-15);
     EXPECT_NEAR(stuck.forces_n[1].z, 0.675, 1e-15);
   }
-  {  // opposed planes press on each other for nothing
+  {  // opposed planes do not press on each other
     Stuck stuck;
     stuck.add(PrimitiveKind::plane, z, 1.0, 0.9 * z);
     stuck.add(PrimitiveKind::plane, -z, 3.0, -0.5 * z);
@@ -254,7 +254,7 @@ TEST(LeastSplit, HasTheClosedFormsOfPairs) {
       EXPECT_NEAR(stuck.forces_n[1].z, push > 0 ? 0.75 * push : 0.0, 1e-15);
     }
   }
-  {  // a point and a weak plane: the plane gives all it has, the point the rest
+  {  // a point and a weak plane: the plane has its full strength, the point the rest
     Stuck stuck;
     stuck.add(PrimitiveKind::point, {}, 5.0, {0.5, 0, 4.9});
     stuck.add(PrimitiveKind::plane, z, 0.1, {});
@@ -262,7 +262,7 @@ TEST(LeastSplit, HasTheClosedFormsOfPairs) {
     EXPECT_NEAR(stuck.forces_n[1].z, 0.1 * std::min(1.0, 4.9 / 5.1), 1e-14);
     EXPECT_NEAR(distance(total_n(stuck.forces_n), {0.5, 0, 4.9}), 0.0, 1e-14);
   }
-  {  // two points hold a force together as one of their summed strength
+  {  // two points hold a force together like one of their summed strength
     Stuck stuck;
     stuck.add(PrimitiveKind::point, {}, 1.0, {0.6, 0.8, 0.0});
     stuck.add(PrimitiveKind::point, {}, 4.0, {0.0, 0.0, 2.0});
@@ -278,7 +278,7 @@ TEST(LeastSplit, LeavesUniqueForcesAlone) {
     Stuck stuck = random_stuck(random, 4, Shape::any);
     const std::size_t sticking = stuck.primitives.size();
     const Vec3& at = stuck.balance.position_m;
-    // Slipping, left, directed, and a drag at work.
+    // Slipping, left, directed, and a working drag.
     stuck.add(PrimitiveKind::point, {}, 1.0, {0, 1, 0});
     stuck.primitives.back().position_m = at + Vec3{0, 1e-3, 0};
     stuck.add(PrimitiveKind::plane, {0, 0, 1}, 1.0, {});
@@ -290,7 +290,7 @@ TEST(LeastSplit, LeavesUniqueForcesAlone) {
     stuck.split();
     for (std::size_t j = sticking; j < given.size(); ++j) EXPECT_EQ(stuck.forces_n[j], given[j]) << j;
   }
-  // What holds more directions than it shares has one split only: the least one is it.
+  // A set with more directions than shared ones has one split only, which is the least.
   Stuck corner;
   corner.add(PrimitiveKind::plane, {1, 0, 0}, 1.0, {0.3, 0, 0});
   corner.add(PrimitiveKind::line, {1, 0, 0}, 2.0, {0, 0.4, -1.2});
@@ -300,7 +300,7 @@ TEST(LeastSplit, LeavesUniqueForcesAlone) {
   EXPECT_NEAR(distance(corner.forces_n[1], {0, 0.4, -1.2}), 0.0, 1e-15);
 }
 
-// A drag does nothing where nothing moves: two points at one place share as without it, in any order.
+// A drag has no force without motion: two points at one position share as without it, in any order.
 TEST(LeastSplit, SharesWithADragThatStandsStill) {
   for (const bool drag_first : {true, false}) {
     Stuck stuck;
@@ -312,7 +312,7 @@ TEST(LeastSplit, SharesWithADragThatStandsStill) {
   }
 }
 
-// Facets about an axis, with forces that the corner can exert.
+// Facets about an axis, with admissible forces of the corner.
 void add_corner(Random& random, Stuck& stuck, double strength_n) {
   const Vec3 axis = random.direction();
   const auto first = stuck.primitives.size();
@@ -327,7 +327,7 @@ void add_corner(Random& random, Stuck& stuck, double strength_n) {
   for (std::size_t i = first; i < stuck.forces_n.size(); ++i) stuck.forces_n[i] *= share;
 }
 
-// A corner shares as one, and its least sum is found from any split: no other that its facets can exert costs less.
+// A corner shares as one primitive, and its least sum is found from any split: no other split over its facets costs less.
 TEST(LeastSplit, OfCornersSharesAsOneAndLeavesNoOtherDownhill) {
   Random random(10);
   for (int i = 0; i < 2000; ++i) {
@@ -349,7 +349,7 @@ TEST(LeastSplit, OfCornersSharesAsOneAndLeavesNoOtherDownhill) {
     }
     EXPECT_LE(pressed, 3);
     EXPECT_LE(norm(own_n), s * (1.0 + 1e-12));
-    // Handing some of the corner's force to the first primitive, or back, costs no less.
+    // Moving some of the corner's force to the first primitive, or back, costs no less.
     const Primitive& other = stuck.primitives[0];
     if (!(other.strength_n > 0.0)) continue;
     const auto cost_of = [&](const Vec3& corner_n, const Vec3& other_n) {
@@ -364,7 +364,7 @@ TEST(LeastSplit, OfCornersSharesAsOneAndLeavesNoOtherDownhill) {
         one.primitives.push_back(stuck.primitives[j]);
         one.forces_n.push_back(j == corner ? corner_n : Vec3{});
       }
-      one.split();  // what of it the corner can exert
+      one.split();  // the corner's admissible part of it
       if (distance(total_n(one.forces_n), corner_n) > 1e-13 * s) continue;
       EXPECT_GE(cost_of(corner_n, other_n), cost_of(own_n, stuck.forces_n[0]) * (1.0 - 1e-9) - 1e-9 * all_n) << i;
     }
@@ -380,7 +380,7 @@ TEST(LeastSplit, OfACornerAloneIsItsOwn) {
     const Vec3 before_n = total_n(stuck.forces_n);
     stuck.split();
     EXPECT_LE(distance(before_n, total_n(stuck.forces_n)), 1e-13);
-    // A plane along one of its facets shares with it: as their strengths, where the corner's force is along that, too.
+    // A plane along one of its facets shares with it: by strength where the corner's force is along that, too.
     stuck.add(PrimitiveKind::plane, stuck.primitives[0].direction, 1.0, {});
     EXPECT_TRUE(split_is_shared(stuck.primitives, stuck.balance));
     for (std::size_t j = 1; j + 1 < stuck.forces_n.size(); ++j) stuck.forces_n[j] = {};
@@ -391,7 +391,7 @@ TEST(LeastSplit, OfACornerAloneIsItsOwn) {
   }
 }
 
-// A plane that pushes across the way in which a point is at its limit: the multiplier is at infinity.
+// A plane that pushes across the direction in which a point is at its limit: the multiplier is at infinity.
 TEST(LeastSplit, ReachesTheBorderOfWhatCanBeExerted) {
   Random random(8);
   double worst = 0.0;

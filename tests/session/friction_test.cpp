@@ -1,4 +1,4 @@
-// Static friction above the kinetic one, and a viscous part: closed forms on a plane, and what must hold anywhere.
+// Static and kinetic friction with a viscous part: closed forms on a plane, invariants.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ Scene scene_of(const Volume& data, const SurfaceAndFriction& surface, const Simi
 
 Vec3 along(const Vec3& force_n) { return {force_n.x, force_n.y, 0.0}; }
 
-/// A hand on the plane z = 0, which presses with so many newtons and pulls along the surface.
+/// A hand on the plane z = 0, with a normal force [N] and tangential motion.
 class OnAPlane {
  public:
   OnAPlane(const SurfaceAndFriction& surface, double normal_n, const Vec3& aside, double gives_way_m = 0.0)
@@ -39,12 +39,11 @@ class OnAPlane {
         at_m_{0.0, 0.0, -normal_n / stiffness_n_per_m - gives_way_m} {
     for (int i = 0; i <= 100; ++i) session_.tick({.position_m = {0, 0, 0.005 + 0.01 * i * (at_m_.z - 0.005)}}, dt);
   }
-  /// The hand goes on along the surface by so much.
   Tick go(double by_m) {
     at_m_ += by_m * aside_;
     return tick_ = session_.tick({.position_m = at_m_}, dt);
   }
-  /// To where a proxy that stays would pull with so many newtons.
+  /// Moves to a tangential pull of this many newtons on a sticking proxy.
   Tick pull(double tangential_n) { return go(dot(aside_, tick_.proxy_m - at_m_) + tangential_n / stiffness_n_per_m); }
   Tick stay(int ticks) {
     for (int i = 0; i < ticks; ++i) go(0.0);
@@ -96,7 +95,7 @@ TEST(StaticFriction, HoldsUpToTheRatioTimesTheKineticOne) {
   }
 }
 
-// Sliding steadily it is μ · N + c · v, whatever the ratio.
+// Sliding steadily it is μ · N + c · v, for any ratio.
 TEST(StaticFriction, IsTheKineticOneAndTheViscousPartWhileSliding) {
   test::Random random(2);
   for (int i = 0; i < 100; ++i) {
@@ -111,25 +110,24 @@ TEST(StaticFriction, IsTheKineticOneAndTheViscousPartWhileSliding) {
     for (int n = 0; n < 200; ++n) tick = hand.go(speed_m_per_s * dt);
     EXPECT_NEAR(norm(along(tick.force_n)), kinetic_n + drag_ns_per_m * speed_m_per_s, 1e-6) << i;
     EXPECT_NEAR(tick.force_n.z, normal_n, 1e-6) << i;
-    // A hand that stops has the viscous part no more: it lets the proxy come up to where the dry one holds it.
+    // A stopped hand has no viscous part: the proxy comes up to its dry limit.
     EXPECT_NEAR(norm(along(hand.stay(2000).force_n)), kinetic_n, 1e-3) << i;
   }
 }
 
-// What slid grips again once it has held for 20 ms, not before.
 TEST(StaticFriction, ReturnsWhereItHasHeldForTwentyMilliseconds) {
   for (const int held_ticks : {1, 10, 18, 22, 60}) {
     OnAPlane hand(level_with(0.3, 0.0, 2.0, 0.0), 1.0, {1, 0, 0});
     hand.stay(1);
     hand.pull(0.7);
-    hand.stay(1 + held_ticks);  // in the first of them it falls to the kinetic one
+    hand.stay(1 + held_ticks);  // the first of them falls to the kinetic force
     hand.pull(0.5);
     const double tangential_n = norm(along(hand.stay(1).force_n));
     EXPECT_NEAR(tangential_n, held_ticks > 20 ? 0.5 : 0.3, 1e-6) << held_ticks;
   }
 }
 
-// Under an encoder a slow hand stands still in most ticks. It must not be gripped in each of them: that is a buzz.
+// Under an encoder a slow hand stands still in most ticks. Sticking in each of them would be a buzz.
 TEST(StaticFriction, DoesNotGripASlowHandBetweenTwoStepsOfItsEncoder) {
   const double step_m = 55e-6, speed_m_per_s = 0.005;
   OnAPlane hand(level_with(0.3, 0.0, 2.0, 0.0), 1.0, {1, 0, 0});
@@ -144,7 +142,7 @@ TEST(StaticFriction, DoesNotGripASlowHandBetweenTwoStepsOfItsEncoder) {
   EXPECT_LE(worst_n, 0.3 + 1e-6);
 }
 
-// Friction takes energy in every tick, and the books agree: any hand, round surface, any ratio and drag.
+// Friction dissipates in every tick, and the ledger agrees: any hand, round surface, any ratio and drag.
 TEST(StaticFriction, NeverBringsEnergyIn) {
   test::Random random(3);
   for (int run = 0; run < 40; ++run) {
@@ -187,7 +185,6 @@ TEST(StaticFriction, TurnsWithTheWorldAndTheHand) {
   EXPECT_GT(in_contact, 100);
 }
 
-// Of material, too: its friction grips and slides as a level's does.
 TEST(StaticFriction, IsOfMaterialAsOfLevels) {
   const SurfaceAndFriction surface{
       .strength_n = 8.0, .friction_n = 0.3, .static_friction_ratio = 2.0, .friction_ns_per_m = 2.0};

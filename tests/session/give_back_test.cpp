@@ -1,5 +1,5 @@
-// A hand at rest has the force of the data, k times the stretch, whatever came before: what was withheld while a tick could not
-// finish its work comes back in 20 ms, without a step, and with its energy in the books.
+// Force of a hand at rest after any history: k times the extension; force withheld by unfinished ticks returns in 20 ms,
+// without a step, and is booked.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ constexpr double give_back_s = 0.02;
 constexpr double slew_n_per_s = 1000.0;
 constexpr double spacing_m = 1e-3;
 
-/// Feels a scene, and judges every tick.
+/// Runs a scene, and checks every tick.
 class Felt {
  public:
   Felt(const Scene& scene, double rate_hz) : session_(scene), time_step_s_(1.0 / rate_hz) {}
@@ -30,7 +30,7 @@ class Felt {
     last_ = t;
     return t;
   }
-  /// Until nothing waits and all is given back, 10 s at most.
+  /// Until no motion is pending and all force is returned, 10 s at most.
   Tick settle(const Vec3& at_m) {
     Tick t = tick(at_m);
     for (double s = 0.0; s < 10.0 && (t.status == TickStatus::waiting || rests_s_ < 0.06); s += time_step_s_) t = tick(at_m);
@@ -38,7 +38,7 @@ class Felt {
     return t;
   }
   int waiting() const { return waiting_; }
-  /// Ticks at rest in which a tenth of a newton or more was still to come.
+  /// Ticks at rest with 0.1 N or more still to return.
   int withheld() const { return withheld_; }
   Session& session() { return session_; }
 
@@ -88,7 +88,6 @@ class Felt {
   int waiting_ = 0, withheld_ = 0;
 };
 
-/// The hand comes and rests.
 void come(Felt& felt, const test::RestingHand& hand) {
   for (int i = 0; i <= 40; ++i) felt.tick(hand.from_m + i / 40.0 * (hand.at_m - hand.from_m));
   felt.settle(hand.at_m);
@@ -99,7 +98,7 @@ void expect_held(const test::RestingHand& hand, const Tick& t) {
   EXPECT_LE(distance(t.force_n, hand.held_n), 1e-3) << "the wall is where it was";
 }
 
-// One or some samples somewhere else, then back.
+// One or some samples at another position, then back.
 void glitch(Felt& felt, const test::RestingHand& hand, const Vec3& away_m, int samples) {
   for (int i = 0; i < samples; ++i) felt.tick(hand.at_m + away_m);
   expect_held(hand, felt.settle(hand.at_m));
@@ -114,7 +113,7 @@ TEST(GivenBack, AfterAGlitchTheHandHasItsForce) {
       Felt felt(hand.scene, rate_hz);
       come(felt, hand);
       for (const double far_m : {0.001, 0.005, 0.02, 0.1, 1.0}) {
-        // Of the longest a few: they take a hundred ticks each.
+        // Few of the longest: they take a hundred ticks each.
         for (std::size_t i = 0; i < (far_m < 0.05 ? directions.size() : far_m < 0.5 ? 6 : 1); ++i) {
           SCOPED_TRACE(hand.name + ", " + std::to_string(rate_hz) + " Hz, glitch of " + std::to_string(far_m) + " m");
           turn += 7;  // no multiple of 26: all come
@@ -130,8 +129,8 @@ TEST(GivenBack, AfterAGlitchTheHandHasItsForce) {
   EXPECT_GT(withheld, 1000) << "nothing was withheld";
 }
 
-// The whole force is back 50 ms after the hand is, wherever the bad sample was: of the way to it and back only what a tick has
-// walked is walked. At low rates a glitch below 10 m/s may be a stroke, and is walked.
+// The whole force is back 50 ms after the hand, for any bad sample: of the path to it and back only the part
+// walked by a tick is walked. At low rates a glitch below 10 m/s may be a stroke, and is walked.
 TEST(GivenBack, WithinFiftyMillisecondsOfAGlitch) {
   const auto directions = test::all_directions();
   std::size_t turn = 0;
@@ -162,7 +161,6 @@ TEST(GivenBack, WithinFiftyMillisecondsOfAGlitch) {
   EXPECT_GT(longest_s, 0.01) << "nothing was withheld";
 }
 
-// The glitch of a hundred, in each direction, from the wall.
 TEST(GivenBack, AfterAGlitchInAnyDirectionTheWallIsThere) {
   const test::RestingHand hand = test::resting_hands(spacing_m).front();
   for (const double rate_hz : test::resting_rates_hz) {
@@ -174,7 +172,6 @@ TEST(GivenBack, AfterAGlitchInAnyDirectionTheWallIsThere) {
   }
 }
 
-// A fast stroke along and across what holds and back, at low rates and high ones, then rest.
 TEST(GivenBack, AfterAFastStrokeTheHandHasItsForce) {
   int withheld = 0;
   for (const test::RestingHand& hand : test::resting_hands(0.5 * spacing_m)) {
@@ -197,7 +194,7 @@ TEST(GivenBack, AfterAFastStrokeTheHandHasItsForce) {
   EXPECT_GT(withheld, 200) << "nothing was withheld";
 }
 
-// The hand moves on while its force comes back, as hands do: then too all of it is there in time, and the spring holds it.
+// The hand moves on during the return: all force is there in time, and the spring holds it.
 TEST(GivenBack, ToAHandThatMovesOn) {
   test::Random random(3);
   int withheld = 0;
@@ -218,8 +215,8 @@ TEST(GivenBack, ToAHandThatMovesOn) {
   EXPECT_GT(withheld, 300);
 }
 
-// A hand gets back what the spring holds and has not paid for it: by then the two columns of the guard's account have it, with
-// all that it has got before, less what modes took.
+// The returned force is the spring's, not paid by the hand: two columns of the ledger have booked it by then, with all earlier
+// returns, less the modes' work.
 TEST(GivenBack, IsBookedBeforeItIsFelt) {
   test::Random random(4);
   int returns = 0;
@@ -230,7 +227,7 @@ TEST(GivenBack, IsBookedBeforeItIsFelt) {
     Vec3 at_m = hand.from_m;
     Tick last = session.tick({.position_m = at_m}, 1e-3);
     for (int i = 0; i < 6000; ++i) {
-      // In by fast strokes, out slowly, again and again: what is withheld would be won by this.
+      // In by fast strokes, out slowly, repeated: withheld energy would be won by this.
       const int phase = i % 120;
       at_m = phase < 60    ? hand.at_m
              : phase < 118 ? hand.at_m + (phase - 59) / 58.0 * (hand.from_m - hand.at_m)
@@ -251,7 +248,7 @@ TEST(GivenBack, IsBookedBeforeItIsFelt) {
   EXPECT_GT(returned_j, 0.01);
 }
 
-// A damper is of hands: it does not notice that the force comes back.
+// The damper acts on hands only, not on the returning force.
 TEST(GivenBack, IsNothingToDamp) {
   const auto damped = test::resting_hands(spacing_m, 5.0);
   for (const double rate_hz : test::resting_rates_hz) {
@@ -266,7 +263,7 @@ TEST(GivenBack, IsNothingToDamp) {
     for (double s = 0.0, rests_s = 0.0; rests_s < 0.06 && s < 1.0; s += dt_s) {
       t = session.tick({.position_m = at_m}, dt_s);
       rests_s = t.status == TickStatus::waiting ? 0.0 : rests_s + dt_s;
-      // When the jump has been damped there is no more than the wall's force, which damping the way back would add to.
+      // Once the jump is damped the force is at most the wall's; damping the return would add to it.
       if (rests_s > 0.012) {
         EXPECT_LE(norm(t.force_n), 1.2 + 1e-3) << rate_hz << " Hz, " << rests_s;
       }
@@ -275,7 +272,7 @@ TEST(GivenBack, IsNothingToDamp) {
   }
 }
 
-// What is withheld goes along where another session goes on, or another scene is felt; a reset forgets it.
+// Withheld force is kept across a state copy and a changed scene; a reset discards it.
 TEST(GivenBack, WhereAnotherSessionGoesOn) {
   const auto hands = test::resting_hands(spacing_m);
   const test::RestingHand& hand = hands.front();

@@ -9,7 +9,7 @@
 
 namespace palpa::test {
 
-/// A smooth random motion around the origin, as a hand makes it: a few sines below 8 Hz per axis.
+/// A smooth random motion around the origin, like a hand's: a few sines below 8 Hz per axis.
 class Wander {
  public:
   Wander(Random& random, double reach_m) : reach_m_(reach_m) {

@@ -1,4 +1,4 @@
-// What is felt at the edges of holes in the data.
+// Forces at the edges of holes in the data.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ Volume volume_of(int components, double hole_voxels) {
         const double x = static_cast<double>(i) - 32.0, y = static_cast<double>(j) - 32.0, z = static_cast<double>(k) - 32.0;
         const bool missing = std::hypot(x, y, 0.5 * z) < hole_voxels;
         const auto value = [&](double v) { return missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(v); };
-        // Of the scalar the level 0 is the plane z = 0, solid below; the vector goes along x.
+        // Level 0 of the scalar is the plane z = 0, solid below; the vector is along x.
         if (components == 1) values->push_back(value(-z));
         if (components == 3) values->insert(values->end(), {value(1.0), value(0.2), value(0.0)});
       }
@@ -60,7 +60,7 @@ Slide slide(const Scene& scene, double from_m = -0.028, double to_m = 0.028) {
   Session session(scene);
   Slide slid;
   Vec3 last_n;
-  for (int i = 0; i < 100; ++i) {  // comes from above
+  for (int i = 0; i < 100; ++i) {
     const double share = (i + 1) / 100.0;
     last_n = session.tick({.position_m = {from_m, 1.3e-3, 2e-3 - share * (2e-3 + pressed_m)}}, dt).force_n;
   }
@@ -109,7 +109,7 @@ TEST(Holes, AreSlidThroughWithoutAKick) {
   }
 }
 
-// So is the face of the box, which is an edge like any other: what fades there yields, and is not told as broken.
+// The face of the box is an edge like any other: a fading level yields, without a break-through event.
 TEST(Holes, AreNoOtherThanTheFacesOfTheBox) {
   for (const OneMode& one : modes()) {
     Scene scene = scene_with(0.0);

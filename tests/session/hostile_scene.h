@@ -1,4 +1,4 @@
-// Scenes and hands that make as much work as they can.
+// Scenes and hands of maximal work.
 #pragma once
 
 #include <cmath>
@@ -56,7 +56,6 @@ inline Scene hostile_scene(Random& random, double stiffness_n_per_m) {
   return scene;
 }
 
-/// Goes about, and jumps now and then.
 class HostileHand {
  public:
   explicit HostileHand(Random& random) : random_(random), wander_(random, 0.02) {}

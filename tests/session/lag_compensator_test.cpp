@@ -1,5 +1,4 @@
-// Laws of what waits: it does not pull, it fades, it brings in no energy whatever the proxy does in the meantime, and it comes
-// back.
+// Pending motion: no pull, fade, no injected energy, return.
 #include "palpa/session/lag_compensator.h"
 
 #include <gtest/gtest.h>
@@ -14,23 +13,22 @@ namespace slack_test {
 
 constexpr double k = 500.0;
 
-static_assert(std::is_trivially_copyable_v<LagCompensator>);  // it lies in a session's StateArena
+static_assert(std::is_trivially_copyable_v<LagCompensator>);  // part of a session's StateArena
 
-/// A slack that remembers what it has let be felt.
 class Felt : public LagCompensator {
  public:
   Vec3 applied_extension_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s,
                            const Vec3& probe_step_m) noexcept {
     return last_m_ = LagCompensator::applied_extension_m(stretch_m, to_followed_m, waits_s, last_m_ - probe_step_m);
   }
-  /// Before anything has waited.
+  /// Before any pending motion.
   Vec3 begin(const Vec3& stretch_m) { return last_m_ = stretch_m; }
 
  private:
   Vec3 last_m_;
 };
 
-// What is left of the spring is all of it: then it is felt to the bit, and there is no slack.
+// With the whole spring paid the applied extension is the whole, to the bit.
 TEST(LagCompensator, IsNoneWhereAllIsPaid) {
   test::Random random(1);
   LagCompensator slack;
@@ -42,7 +40,7 @@ TEST(LagCompensator, IsNoneWhereAllIsPaid) {
   }
 }
 
-// The hand runs away from a proxy that gets nowhere: what is felt stays the force of the place that was followed, and fades.
+// The hand runs away from a stopped proxy: the applied force stays that of the last processed position, and fades.
 TEST(LagCompensator, DoesNotPull) {
   Felt slack;
   const Vec3 followed_m{0, 0, 0.002}, step_m{0.0002, 0, -0.0001};
@@ -60,7 +58,7 @@ TEST(LagCompensator, DoesNotPull) {
   EXPECT_FALSE(LagCompensator::has_faded(0.049));
 }
 
-// Anything that a proxy may do, and any hand: no tick brings in more than holding the force of a spring does.
+// For any proxy and any hand: no tick injects more than the hold of a spring's force does.
 TEST(LagCompensator, BringsInNothing) {
   test::Random random(2);
   for (int run = 0; run < 200; ++run) {
@@ -83,20 +81,19 @@ TEST(LagCompensator, BringsInNothing) {
   }
 }
 
-// Once nothing waits the hand's own motion makes good what it did not feel, at once and no faster, beside what is given back in
-// time; then all is as it was.
+// After pending motion the hand's own motion restores the withheld force, at once and no faster, beside the timed return.
 TEST(LagCompensator, IsMadeGoodByTheHandsOwnMotion) {
   Felt slack;
-  const Vec3 wall_m{};  // the proxy is held here, whatever the hand does
+  const Vec3 wall_m{};  // the proxy is held here, for any hand
   Vec3 probe_m{0, 0, -0.004};
   for (int tick = 0; tick < 60; ++tick) slack.applied_extension_m(wall_m - probe_m, {}, 1e-3 * tick, {});
   EXPECT_EQ(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {}), Vec3{})
       << "a still hand makes nothing good";
-  for (int tick = 1; tick <= 100; ++tick) {  // pressed deeper, it is felt from there on
+  for (int tick = 1; tick <= 100; ++tick) {  // pressed deeper, the force grows from there on
     probe_m.z -= 1e-5;
     EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, -1e-5}).z, 1e-5 * tick, 1e-15);
   }
-  for (int tick = 1; tick <= 200; ++tick) {  // drawn back, it is less, and none, but never a pull into the wall
+  for (int tick = 1; tick <= 200; ++tick) {  // drawn back, it falls to 0, but never pulls into the wall
     probe_m.z += 1e-5;
     EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, 1e-5}).z,
                 1e-5 * std::max(0, 100 - tick), 1e-15);
@@ -106,7 +103,7 @@ TEST(LagCompensator, IsMadeGoodByTheHandsOwnMotion) {
   EXPECT_EQ(slack.applied_extension_m(pressed_m, pressed_m, 0.0, {0, 0, -1e-3}), pressed_m) << "as if nothing had waited";
 }
 
-// Given back whole, 20 ms after the last tick that waited or by as much earlier as a tick is long, in equal steps.
+// Returned whole, 20 ms after the last pending tick or up to a tick earlier, in equal steps.
 TEST(LagCompensator, IsGivenBackInTime) {
   for (const double rate_hz : {20.0, 100.0, 150.0, 250.0, 333.0, 1000.0, 4000.0, 10000.0}) {
     const double dt_s = 1.0 / rate_hz;
@@ -132,7 +129,7 @@ TEST(LagCompensator, IsGivenBackInTime) {
   }
 }
 
-// However ticks differ in length, and whatever hand and proxy do: none is left after 20 ms in which nothing waits.
+// For ticks of any lengths, any hand and any proxy: nothing is left after 20 ms without pending motion.
 TEST(LagCompensator, IsGivenBackInTimeHoweverTicksDiffer) {
   test::Random random(6);
   for (int run = 0; run < 300; ++run) {
@@ -153,7 +150,7 @@ TEST(LagCompensator, IsGivenBackInTimeHoweverTicksDiffer) {
   }
 }
 
-// Never by more than is allowed, and then to the end all the same.
+// Never above the allowed rate, and still to the end.
 TEST(LagCompensator, IsGivenBackByNoMoreThanIsAllowed) {
   const Vec3 stretch_m{0.03, -0.04, 0.0};
   LagCompensator slack;
@@ -169,7 +166,7 @@ TEST(LagCompensator, IsGivenBackByNoMoreThanIsAllowed) {
   EXPECT_NEAR(ticks, 50, 1);
 }
 
-// What a tick brings in beside holding its force is what it gives back, and the spring holds that.
+// A tick injects its return beside the hold's energy, and the spring stores it.
 TEST(LagCompensator, BringsInWhatItGivesBackAndNoMore) {
   test::Random random(7);
   for (int run = 0; run < 200; ++run) {

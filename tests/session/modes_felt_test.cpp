@@ -1,4 +1,4 @@
-// What a hand feels of front shape, transverse damping, viscosity and the vortex modes: closed forms, in a session.
+// Front shape, transverse damping, viscosity and vortex modes in a session: closed forms.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,6 @@ namespace modes_felt_test {
 
 constexpr double tick_s = 1e-3;
 
-/// The same flow everywhere.
 struct Uniform {
   Vec3 velocity_m_per_s;
   Vec3 velocity(const Vec3&) const { return velocity_m_per_s; }
@@ -43,15 +42,14 @@ Scene scene_of(const FieldPtr& field, M mode) {
   return scene;
 }
 
-/// Leads the hand at a velocity until the force is steady; the last tick.
+/// Moves the hand at a velocity until the force is steady; returns the last tick.
 Tick led(Session& session, const Vec3& velocity_m_per_s, int ticks) {
   Tick t;
   for (int i = 0; i <= ticks; ++i) t = session.tick({.position_m = tick_s * i * velocity_m_per_s}, tick_s);
   return t;
 }
 
-/// A channel whose cells at the wall are a thousand times as thin as the others: how far the proxy goes in a sub-step is a
-/// matter of the cells where it is.
+/// A channel with cells a thousand times thinner at the wall: a sub-step's length depends on the cells at the proxy.
 TEST(Follow, KeepsUpWithAHandFarFromThinCells) {
   std::array<std::vector<double>, 3> planes_m;
   for (int i = 0; i < 33; ++i) {
@@ -71,8 +69,8 @@ TEST(Follow, KeepsUpWithAHandFarFromThinCells) {
   }
 }
 
-/// Directions without a sign that neighbours do not agree about: from cell to cell the field jumps, and a rail may drive the
-/// proxy over such a jump while the viscosity beyond drives it back. It goes on between them; hardly a hand waits for it.
+/// Unsigned directions that differ between neighbours: the field jumps from cell to cell, and a rail may drive the proxy over a
+/// jump while the viscosity beyond drives it back. The path continues between them, with hardly any pending motion.
 TEST(Follow, GetsOnAlongJumpsOfTheData) {
   test::Random random(5);
   int jumps = 0, waiting = 0, ticks = 0;
@@ -104,8 +102,8 @@ TEST(Follow, GetsOnAlongJumpsOfTheData) {
   EXPECT_LE(waiting, 1e-3 * ticks) << "of " << ticks;
 }
 
-/// Directions that turn from voxel to voxel by anything: no place balances a rail or a front there, and a proxy that looked for
-/// one at each position of the hand would lag behind it for ever (a third to a half of these ticks did).
+/// Random directions from voxel to voxel: no point balances a rail or a front there, and a proxy that searched at each position
+/// of the hand would lag for ever (a third to a half of these ticks did).
 TEST(Follow, KeepsUpWithTheHandInNoise) {
   test::Random random(5);
   for (const bool is_rail : {true, false}) {
@@ -136,7 +134,7 @@ TEST(FrontShape, LetsGoWithTheFlowAndHoldsAgainstIt) {
   Session with(scene), along_the_front(scene), against(scene);
   EXPECT_LT(norm(led(with, 0.1 * flow, 200).force_n), 1e-9);
   EXPECT_LT(norm(led(along_the_front, 0.1 * across, 200).force_n), 1e-6);
-  const Tick held = led(against, -0.01 * flow, 50);  // 0.5 mm of 1.2 mm
+  const Tick held = led(against, -0.01 * flow, 50);
   EXPECT_LT(norm(held.proxy_m), 1e-9);
   EXPECT_LT(norm(held.force_n - 500 * 0.5e-3 * flow), 1e-6);
   Session pressed(scene);
@@ -157,7 +155,7 @@ TEST(TransverseDamping, ResistsMotionAcrossInProportionToItsSpeed) {
   }
 }
 
-// Dry: the same force at any speed, and none is needed to stay. Wet: in proportion to the speed.
+// Dry: a constant force at any speed, and none at rest. Wet: in proportion to the speed.
 TEST(Viscosity, IsDryWithAStrengthAndWetWithADrag) {
   for (const double speed : {0.02, 0.2}) {
     Scene dry({.stiffness_n_per_m = 500}), wet({.stiffness_n_per_m = 500});
@@ -185,7 +183,7 @@ test::StraightVortex jet_vortex(test::Random& random) {
   return vortex;
 }
 
-// s/k = 1.6 mm about the core the proxy lies on the core line itself, and along it the hand is free.
+// Within s/k = 1.6 mm of the core the proxy lies on the core line itself, and along it the hand is free.
 TEST(VortexLine, HoldsTheProxyOnTheCoreLine) {
   test::Random random(4);
   const test::StraightVortex vortex = jet_vortex(random);
@@ -203,7 +201,7 @@ TEST(VortexLine, HoldsTheProxyOnTheCoreLine) {
   }
 }
 
-// A flow that turns hardly at all has its core beyond anything that a hand can be held at: it is none, and no fault.
+// A flow with hardly any rotation has its core beyond any hand's reach: no core, and no fault.
 TEST(VortexLine, HasNoCoreBeyondReach) {
   for (const double rate_per_s : {1e-5, 1e-8, 1e-12}) {
     const auto voxels = std::make_shared<std::vector<double>>();

@@ -1,4 +1,4 @@
-// Data that move under the hand: carried anchors, the work of the motion, levels that jump.
+// Data that move under the hand: carried anchors, work of the motion, jumping levels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ constexpr double k = 500.0;
 
 Similarity shifted(const Vec3& by_m) { return {Mat3::identity(), 1.0, by_m}; }
 
-/// A half space solid below z = 0 that goes from the origin by `offset_m` in `seconds` and stays there.
+/// A half space solid below z = 0 that moves from the origin by `offset_m` in `seconds` and stays there.
 Scene wall_that_moves(const Vec3& offset_m, double seconds, double friction_n = 0.0) {
   Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
   const FieldRef wall = scene.add_moving("wall", plane_field(), {{0.0, {}}, {seconds, shifted(offset_m)}});
@@ -37,10 +37,10 @@ Scene wall_that_moves(const Vec3& offset_m, double seconds, double friction_n = 
   return scene;
 }
 
-/// The energy of one tick must be the spring's and what was booked (findings 2).
+/// The energy of one tick is the spring's and the booked energy (findings 2).
 class Books {
  public:
-  /// The identity of the tick, and that of its sub-steps: what is called path is what path they walked.
+  /// The identity of the tick, and of its sub-steps: the booked path is the walked path.
   void check(const Session& session, const Tick& t, const Vec3& proxy_before_m) {
     const double stiffness = session.scene().coupling.stiffness_n_per_m;
     const double gained_j = 0.5 * stiffness * (norm_squared(t.proxy_m - t.probe_m) - norm_squared(proxy_before_m - t.probe_m));
@@ -72,7 +72,7 @@ TEST(MovingWall, PushesAStillHandAsFarAsItGoes) {
       t = session.tick({.position_m = hand}, dt);
       books.check(session, t, proxy);
       EXPECT_EQ(t.status, TickStatus::resting);
-      // The proxy stands on the wall, wherever that is.
+      // The proxy is on the wall at every time.
       const double height_m = std::min(offset_m, speed_m_per_s * (i + 1) * dt);
       EXPECT_NEAR(t.proxy_m.z, std::max(hand.z, height_m), 1e-9) << i;
       EXPECT_GE(t.force_n.z, before_n - 1e-6);
@@ -80,7 +80,7 @@ TEST(MovingWall, PushesAStillHandAsFarAsItGoes) {
       proxy = t.proxy_m;
     }
     EXPECT_NEAR(t.force_n.z, k * (offset_m - hand.z), 1e-6);
-    // All that the spring holds, the wall has brought.
+    // All energy in the spring is the wall's work.
     EXPECT_NEAR(books.moved_j, 0.5 * k * std::pow(offset_m - hand.z, 2), 0.51 * k * offset_m * speed_m_per_s * dt);
     EXPECT_LT(books.injected_j, 1e-12 + k * std::pow(speed_m_per_s * dt, 2));
   }
@@ -100,11 +100,11 @@ TEST(MovingWall, LetsGoOfAHandThatItPressesTooHard) {
 TEST(MovingWall, DragsTheHandAlongByFrictionUpToItsStrength) {
   const double friction_n = 0.5, speed_m_per_s = 0.05;
   Session session(wall_that_moves({speed_m_per_s * 0.5, 0, 0}, 0.5, friction_n));
-  const Vec3 hand{0.0, 0.0, -2e-3};  // 1 N deep
+  const Vec3 hand{0.0, 0.0, -2e-3};
   Session still(wall_that_moves({0, 0, 1e-9}, 0.5, friction_n));
   Books books;
   Vec3 proxy{0, 0, 1e-3};
-  // Down onto it while it moves: sticking, the proxy goes with it until the spring pulls as hard as friction can.
+  // Down onto the moving wall: the sticking proxy is carried until the spring's pull reaches the friction limit.
   double stuck_from_s = -1.0;
   for (int i = 0; i < 500; ++i) {
     const double depth = std::min(1.0, i / 30.0);
@@ -120,19 +120,18 @@ TEST(MovingWall, DragsTheHandAlongByFrictionUpToItsStrength) {
     EXPECT_NEAR(t.force_n.x, std::min(friction_n, stuck_n), 1e-4) << i;
     EXPECT_NEAR(t.force_n.z, -k * hand.z, 1e-6);
   }
-  // While it slides the wall works against friction: all that it brings is dissipated but what the spring took.
+  // While it slides the wall works against friction: all its work is dissipated but the spring's part.
   EXPECT_NEAR(books.moved_j, friction_n * speed_m_per_s * 0.4, 0.2 * books.moved_j);
   EXPECT_GT(books.dissipated_j, 0.5 * books.moved_j);
 }
 
-/// A volume moved together with the hand: what is felt is what is felt when neither moves.
 TEST(MovingTogether, WithTheHandGivesAConstantForce) {
   const double seconds = 0.5;
   const double angle = 1.2;
   const Mat3 turn{{{std::cos(angle), -std::sin(angle), 0}, {std::sin(angle), std::cos(angle), 0}, {0, 0, 1}}};
   for (const bool turns : {false, true}) {
     const Similarity end{turns ? turn : Mat3::identity(), 1.0, {0.03, -0.02, 0.01}};
-    for (const int more : {0, 1, 2}) {  // a surface; with friction and viscosity; that of a grid
+    for (const int more : {0, 1, 2}) {  // a surface; with friction and viscosity; on a grid
       const bool sampled_ball = more == 2;
       Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.2});
       const Volume volume = sampled_ball ? sampled(sphere_field(0.03), 65) : sphere_field(0.03);
@@ -175,7 +174,7 @@ TEST(MovingTogether, WithTheHandGivesAConstantForce) {
   }
 }
 
-/// Drag is of the motion relative to the data.
+/// Drag acts on the motion relative to the data.
 TEST(MovingTogether, ViscosityDragsTowardsTheDatasOwnVelocity) {
   Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
   const Vec3 velocity{0.04, 0.0, -0.02};
@@ -193,7 +192,6 @@ TEST(MovingTogether, ViscosityDragsTowardsTheDatasOwnVelocity) {
   }
 }
 
-/// Two volumes that move oppositely through a still hand, each of which is felt.
 TEST(TwoVolumes, MovingOppositelyThroughAStillHandHoldItBetweenThem) {
   Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
   const double speed_m_per_s = 0.02;
@@ -215,11 +213,11 @@ TEST(TwoVolumes, MovingOppositelyThroughAStillHandHoldItBetweenThem) {
     books.check(session, t, proxy);
     proxy = t.proxy_m;
   }
-  // The stronger one holds; the other one slides past and pulls back with all it has. The spring takes what is over …
+  // The stronger volume holds; the other slips and pulls back with its full strength. The spring has the difference …
   EXPECT_NEAR(t.force_n.x, 0.2, 1e-6);
   EXPECT_NEAR(session.modes()[0].force_n.x, 0.6, 1e-6);
   EXPECT_NEAR(session.modes()[1].force_n.x, -0.4, 1e-6);
-  // … and the motion's work goes into heat: each slides at its speed against the still proxy.
+  // … and the motion's work is dissipated: each slides at its speed against the still proxy.
   EXPECT_NEAR(books.dissipated_j, (0.6 + 0.4) * speed_m_per_s * 0.9, 0.03 * books.dissipated_j);
   EXPECT_NEAR(books.moved_j, books.dissipated_j + 0.5 * k * norm_squared(proxy), 0.01 * books.moved_j);
 }
@@ -238,7 +236,7 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
     scene.time.play = TimeOptions::Play::loop;
     Session session(scene);
     const Similarity map = session.hand_to_world();
-    // The wall's rest is at 27 mm of the world along x; the hand waits 0.5 mm outside of it.
+    // The wall's rest is at 27 mm of the world along x; the hand is 0.5 mm outside of it.
     const Vec3 hand = map.to_hand({27.5e-3, 0.0, 0.0});
     Books books;
     Vec3 proxy = hand;
@@ -272,13 +270,12 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
     EXPECT_NEAR(books.brought_j, 3.0 * 0.5 * most_n * most_n / k, 0.15 * books.brought_j);  // each beat fills the spring
     double off_n = 0.0;
     for (std::size_t i = 0; i < first_beat.size(); ++i) off_n = std::max(off_n, std::abs(first_beat[i] - third_beat[i]));
-    EXPECT_LT(off_n, 0.02);  // a beat like the one before
+    EXPECT_LT(off_n, 0.02);
   }
 }
 
-/// Findings 24: the blend of two frames makes a level jump that shifts by more than its edge is wide.
-// Frames of a wall at these heights, solid below: in it and away from it, further than its edge is wide, nothing says where it
-// is.
+/// Findings 24: a blend of two frames makes a level jump that shifts by more than its edge's width. Frames of a wall at these
+/// heights, solid below; beyond its edge the data do not locate it.
 Scene wall_in_frames(const std::vector<double>& z_m, double edge_m, double period_s, SurfaceAndFriction::Level level) {
   std::vector<FieldPtr> frames;
   for (const double wall_m : z_m) {
@@ -300,8 +297,8 @@ Scene wall_in_frames(const std::vector<double>& z_m, double edge_m, double perio
   return scene;
 }
 
-// What carries the proxy is what its foot is on: it may be so deep that nothing there says how the wall moves. An elastic level
-// then gives the force of a rigid one, by as much less as its stiffness in series with the coupling's is less.
+// The proxy is carried by its foot's data, as deep in the wall the data do not show its motion. An elastic level gives a rigid
+// level's force, reduced by its stiffness in series with the coupling's.
 TEST(ElasticWall, CarriesTheFootOfAProxyDeepInIt) {
   constexpr double stiffness = 100.0, in_series = stiffness * k / (stiffness + k);
   std::vector<double> z_m;
@@ -329,7 +326,7 @@ TEST(FramesTooFarApart, LetGoAndTakeHoldAgainInsteadOfKicking) {
         wall_in_frames({-0.5 * shift_m, 0.5 * shift_m}, half_m, period_s, {.name = "skin", .value = 0.0, .strength_n = 4.0});
     Session session(scene);
 
-    // Down onto the wall while it is held … by a slow time, then let it jump.
+    // Down onto the wall while it is held … by a slow clock, then a jump.
     double jump_n = 0.0;
     int warnings = 0;
     Vec3 before;

@@ -1,4 +1,4 @@
-// Grids that are refined at a wall: what a tick looks at is a matter of the cells where the proxy is, and of the way it goes.
+// Grids refined at a wall: samples of a tick by the cells at the proxy.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ constexpr double tick_s = 1e-3;
 constexpr int n = 65;
 constexpr double half_m = 0.1;  // the channel is a cube about the origin
 
-/// Places of planes [steps], each cell longer than the one before by one factor, the first one `first` [1] of their mean.
+/// Positions of planes [steps] with a constant ratio of successive cells, the first cell `first` [1] of their mean.
 std::vector<double> refined(double first) {
   const auto places = [&](double factor) {
     std::vector<double> at{0.0};
@@ -51,7 +51,6 @@ Volume channel(double first) {
   return volume;
 }
 
-/// Where a flow is this fast.
 double height_m(double speed_m_per_s) { return -half_m + 2.0 * half_m * (1.0 - std::pow(1.0 - speed_m_per_s, 1.0 / 8.0)); }
 
 struct Felt {
@@ -59,7 +58,7 @@ struct Felt {
   double largest_n = 0.0, furthest_m = 0.0, deepest_m = 0.0;
 };
 
-/// A hand slower than 0.2 m/s goes about the channel, again and again to the wall.
+/// A hand below 0.2 m/s wanders through the channel, often to the wall.
 Felt felt(const Scene& scene, double level_m = -half_m) {
   Session session(scene);
   test::Random random(3);
@@ -89,7 +88,6 @@ Scene scene_in(const Volume& flow) {
 
 class RefinedGrid : public testing::TestWithParam<double> {};
 
-// No more than the rail holds with, at any place.
 TEST_P(RefinedGrid, ARailPullsNoMoreThanItIsStrong) {
   Scene scene = scene_in(channel(GetParam()));
   scene.add("rail", Follow{.field = {"flow"}, .strength_n = 0.4});
@@ -101,7 +99,7 @@ TEST_P(RefinedGrid, ARailPullsNoMoreThanItIsStrong) {
   EXPECT_EQ(all.capped, 0);
 }
 
-// Along the wall, in the thinnest layer, a hand of 0.1 m/s has no more steps to take than a tick has.
+// In the thinnest layer along the wall, a hand of 0.1 m/s stays within a tick's budget of steps.
 TEST_P(RefinedGrid, AlongTheWallNothingWaits) {
   Scene scene = scene_in(channel(GetParam()));
   scene.add("rail", Follow{.field = {"flow"}, .strength_n = 0.4});
@@ -112,7 +110,7 @@ TEST_P(RefinedGrid, AlongTheWallNothingWaits) {
   }
 }
 
-// Far from the wall cells are thick, and so long are the steps of a hand of 1 m/s there.
+// Far from the wall cells are thick, and so are the steps of a hand of 1 m/s there.
 TEST_P(RefinedGrid, FarFromTheWallStepsAreLong) {
   Scene scene = scene_in(channel(GetParam()));
   scene.add("rail", Follow{.field = {"flow"}, .strength_n = 0.4});
@@ -121,7 +119,7 @@ TEST_P(RefinedGrid, FarFromTheWallStepsAreLong) {
     EXPECT_LE(session.tick({.position_m = {-0.05 + 1.0 * tick_s * i, 0.06, 0.0}}, tick_s).sub_steps, 4) << i;
 }
 
-// A level of a magnitude is where the flow is so fast, and the hand never waits for it.
+// A magnitude's level is at the flow's speed, without pending motion.
 TEST_P(RefinedGrid, ALevelOfAMagnitudeHoldsWhereItIs) {
   Scene scene = scene_in(channel(GetParam()));
   scene.add("wall", SurfaceAndFriction{.field = {"magnitude(flow)"},
@@ -134,7 +132,6 @@ TEST_P(RefinedGrid, ALevelOfAMagnitudeHoldsWhereItIs) {
   EXPECT_EQ(all.capped, 0);
 }
 
-// A scene that places nothing where the hand is costs next to nothing.
 TEST_P(RefinedGrid, WhereNothingIsFeltNothingWaits) {
   Scene scene = scene_in(channel(GetParam()));
   scene.add("thick", Viscosity{.field = {"magnitude(flow)"},
@@ -146,7 +143,7 @@ TEST_P(RefinedGrid, WhereNothingIsFeltNothingWaits) {
 
 INSTANTIATE_TEST_SUITE_P(FirstCell, RefinedGrid, testing::Values(1e-3, 1e-5));
 
-// Data that move are on the same grid: so they are looked at alike.
+// Moving data are on an equal grid, and are sampled alike.
 TEST(RefinedGrid, ThatMovesIsNoFiner) {
   Scene scene({.stiffness_n_per_m = 300});
   Volume flow = channel(1e-5);

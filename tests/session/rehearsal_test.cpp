@@ -1,4 +1,4 @@
-// A second session goes on from the first, and neither shows: what a loop that rehearses the next tick relies on.
+// State copy to a second session, the basis of rehearsals of the next tick.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -12,7 +12,7 @@
 namespace palpa {
 namespace rehearsal_test {
 
-/// The exact law without a memory: the warm start, which is no part of what goes on, makes no difference.
+/// The exact law without a memory: the warm start, which is not copied, has no effect.
 class Forgetful : public Law {
  public:
   Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
@@ -39,7 +39,7 @@ class Rehearsal : public testing::TestWithParam<Case> {
     return {moves ? test::busy_moving_scene(as_grid) : test::busy_scene(as_grid), std::make_unique<Forgetful>(),
             encoder_step_m};
   }
-  // A hand that jerks now and then, so that ticks wait and steps are left unfinished, and is lost once in a while.
+  // A hand with jerks, so that ticks have pending motion and unfinished steps, and with losses.
   Probe probe(int tick) const {
     const Vec3 at_m = hand_.at(1e-3 * tick);
     return {.position_m = tick % 50 < 2 ? -1.0 * at_m : at_m, .valid = tick % 997 != 996};
@@ -60,10 +60,9 @@ void expect_same(const Tick& a, const Tick& b, int tick) {
   ASSERT_EQ(a.energy.let_go_j, b.energy.let_go_j) << tick;
 }
 
-// Whatever moment it goes on from, the other session feels to the bit what the first one feels.
 TEST_P(Rehearsal, GoesOnAsTheFirstDoes) {
   Session first = session(), other = session();
-  first.set_force_limit(2.0);  // bone never lets go
+  first.set_force_limit(2.0);  // bone never breaks
   int waiting = 0, in_contact = 0;
   for (int tick = 0; tick < 5000; ++tick) {
     if (tick % 7 == 0) other.copy_state_from(first);
@@ -79,7 +78,6 @@ TEST_P(Rehearsal, GoesOnAsTheFirstDoes) {
   EXPECT_GT(waiting, 20);
 }
 
-// The first is not disturbed by a second that feels something else between its ticks.
 TEST_P(Rehearsal, LeavesNoTrace) {
   Session alone = session(), first = session(), other = session();
   for (int tick = 0; tick < 5000; ++tick) {

@@ -1,5 +1,5 @@
-// Hands that rest in walls, corners, grooves and on rails whose samples lie so close that a glitch or a fast stroke is more
-// than a tick may walk.
+// Resting hands in walls, corners, grooves and on rails, with samples so dense that a glitch or a fast stroke exceeds a tick's
+// budget.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,7 @@ namespace palpa::test {
 constexpr double resting_n_per_m = 400.0;
 constexpr std::array resting_rates_hz = {100.0, 150.0, 250.0, 1000.0, 4000.0, 10000.0};
 
-/// [m] how far a place lies behind the last of some planes through the origin, with normals out of the solid: solid is what
-/// lies behind any of them.
+/// [m] depth behind the last of some planes through the origin, with normals out of the solid: the union of their solids.
 class Walls final : public Field {
  public:
   Walls(std::vector<Vec3> normals, double spacing_m) : normals_(std::move(normals)), spacing_m_(spacing_m) {}
@@ -42,7 +41,6 @@ class Walls final : public Field {
   double spacing_m_;
 };
 
-/// The same vector everywhere.
 class Stream final : public Field {
  public:
   explicit Stream(double spacing_m) : spacing_m_(spacing_m) {}
@@ -62,7 +60,7 @@ struct RestingHand {
   std::string name;
   Scene scene;
   Vec3 from_m, at_m;
-  Vec3 held_n;  // what walls hold it with, whatever came before; 0 where that depends on the way
+  Vec3 held_n;  // the walls' holding force, after any history; 0: depends on the path
 };
 
 inline FieldRef add_field(Scene& scene, const std::string& name, FieldPtr field) {
@@ -133,7 +131,7 @@ inline std::vector<Vec3> all_directions() {
   return directions;
 }
 
-/// By how much a force [N] is longer than the last one was in its direction.
+/// Growth of a force [N] over the last force along the last one's direction.
 inline double grown_n(const Vec3& force_n, const Vec3& last_n) {
   const double now_n = norm(force_n);
   return now_n > 0.0 ? now_n - std::max(0.0, dot(force_n, last_n) / now_n) : 0.0;

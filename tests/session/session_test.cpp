@@ -1,4 +1,4 @@
-// Laws of the tick on analytic data.
+// The tick on analytic data.
 #include "palpa/session/session.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ namespace session_test {
 
 constexpr double dt = 1e-3;
 
-// One hand metre is one world metre, origins together: positions can be read as they are.
+// One hand metre is one world metre, origins together: hand and world positions are equal.
 Workspace plain_workspace() {
   Workspace workspace;
   workspace.scale = 1.0;
@@ -109,7 +109,7 @@ TEST(Surface, TellsOnsetAndBreakThroughOnce) {
 
 TEST(Surface, IsOneSidedAndMetAgainAfterLeaving) {
   Session session(ball(1.0));
-  stroke(session, {0, 0, 0.08}, {0, 0, 0.03});  // through
+  stroke(session, {0, 0, 0.08}, {0, 0, 0.03});
   const Tick inside = stroke(session, {0, 0, 0.03}, {0, 0, 0.07});
   EXPECT_EQ(inside.force_n, Vec3{}) << "nothing holds on the way out";
   const Tick again = stroke(session, {0, 0, 0.07}, {0, 0, 0.0495});
@@ -178,7 +178,6 @@ TEST(Surface, StaysOnTheSphereRoundManyTurns) {  // no drift of π v T per turn
   EXPECT_LT(worst, 1e-6);
 }
 
-// Friction sticks exactly while the demanded tangential force is inside its disc.
 TEST(Friction, SticksIffInsideItsDisc) {
   test::Random random(5);
   for (int i = 0; i < 200; ++i) {
@@ -232,8 +231,8 @@ TEST(Follow, HoldsAcrossTheFieldAndLetsGoAlongIt) {
   const FieldRef flow = scene.add("flow", lamb_oseen_vortex(0.02, 0.01));
   scene.add("rail", Follow{.field = flow, .strength_n = 1.0});
   Session session(scene);
-  // Round the vortex with the hand: the proxy stays on its circle within 1 % of the drift of a
-  // one-step scheme, π · step length per turn.
+  // Round the vortex with the hand: the proxy stays on its circle within 1 % of the drift of a one-step scheme, π · step length
+  // per turn.
   const double radius = 0.02, speed = 0.1;
   const int per_turn = static_cast<int>(2 * std::numbers::pi * radius / (speed * dt));
   session.tick({.position_m = {radius, 0, 0}}, dt);
@@ -243,15 +242,14 @@ TEST(Follow, HoldsAcrossTheFieldAndLetsGoAlongIt) {
     tick = session.tick({.position_m = {radius * std::cos(a), radius * std::sin(a), 0}}, dt);
   }
   EXPECT_NEAR(norm(tick.proxy_m), radius, 0.05 * std::numbers::pi * speed * dt);
-  // Across: up to strength/k it is held.
+  // Across: held up to strength/k.
   const Vec3 out = normalized(tick.proxy_m);
   const Tick pulled = session.tick({.position_m = tick.proxy_m + (0.9 / 500) * out}, dt);
   EXPECT_NEAR(distance(pulled.proxy_m, tick.proxy_m), 0.0, 1e-5);
   EXPECT_NEAR(norm(pulled.force_n), 0.9, 1e-2);
 }
 
-// A ball whose data have no edge near by, so that no strength fades: a strength never exceeds k/2 × the
-// depth in the data.
+// A ball far from any edge of data, so that no strength fades: a strength never exceeds k/2 × the depth in the data.
 class EndlessBall final : public Field {
  public:
   int components() const noexcept override { return 1; }
@@ -271,7 +269,6 @@ Scene unbreakable_ball() {
   return scene;
 }
 
-// Rate independence: the same path at any speed below the cap.
 TEST(Path, DoesNotDependOnSpeed) {
   std::vector<Vec3> ends;
   for (const double speed : {0.02, 0.1, 0.5}) {
@@ -325,7 +322,7 @@ TEST(Rest, AStillHandIsAStillProxy) {
   }
 }
 
-// A mode that answers nonsense is named and never reaches the hand.
+// A mode with invalid output is named and never reaches the hand.
 struct Broken {
   static constexpr auto type = "test.broken";
   int what = 0;
@@ -363,7 +360,7 @@ TEST(BrokenMode, IsNamedOnceAndFeltNever) {
   }
 }
 
-// A field whose values are nonsense: finite force, and nothing worse.
+// A field of invalid values: the force stays finite.
 class Nonsense final : public Field {
  public:
   explicit Nonsense(double value) : value_(value) {}
@@ -409,8 +406,8 @@ TEST(InvalidProbe, GivesNoForceAndStartsAnew) {
   EXPECT_EQ(back.force_n, Vec3{}) << "the proxy starts at the probe, no pull from where it was";
 }
 
-// Scaling the data and the map together: by a power of two not a bit changes, by any factor nothing
-// beyond rounding between common events.
+// Scaling the data and the map together: by a power of two bit-identical, by any factor equal to rounding between common
+// events.
 std::vector<Tick> felt_at_scale(double scale) {
   Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.3});
   const FieldRef head = scene.add("head", sampled(head_phantom(), 40), {.scale = scale});
@@ -473,8 +470,8 @@ TEST(Session, TurningTheWorldAndTheHandTogetherTurnsTheForce) {
   EXPECT_GT(in_contact, 100);
 }
 
-// Hand and spring together: with the device's own damping b ≥ kT/2 + D no surface, friction or rail can
-// make a free hand faster than it came.
+// Hand and spring together: with the device's own damping b ≥ kT/2 + D no surface, friction or rail makes a free hand faster
+// than it came.
 TEST(Energy, AClosedLoopWithEnoughDampingNeverGains) {
   test::Random random(41);
   for (int run = 0; run < 60; ++run) {
@@ -508,7 +505,7 @@ TEST(Energy, AClosedLoopWithEnoughDampingNeverGains) {
   }
 }
 
-// Where voxels are equal a spline through them is so but for its rounding, and that is no level to be held on.
+// A spline through equal voxels is constant but for its rounding, which must not hold the proxy as a level.
 TEST(FlatData, DoNotHoldTheProxyForEver) {
   const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {-0.016, -0.016, -0.016}};
   for (const Filter filter : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
@@ -534,7 +531,7 @@ TEST(FlatData, DoNotHoldTheProxyForEver) {
   }
 }
 
-// From a slope the proxy takes along how deep it is; where the data go flat no value tells that any more.
+// A proxy from a slope keeps its depth estimate; in flat data no value corrects it.
 TEST(FlatData, DoNotHoldAProxyThatComesFromASlope) {
   const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {-0.016, -0.016, -0.016}};
   for (const Filter filter : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
@@ -567,7 +564,7 @@ TEST(FlatData, DoNotHoldAProxyThatComesFromASlope) {
   }
 }
 
-// A force along a vortex that nothing resists drives the proxy round and round: no balance is its end, and the hand goes on.
+// A force along a vortex without resistance drives the proxy round and round: no balance ends it, and the hand goes on.
 TEST(Vortex, DoesNotKeepTheProxyFromFollowing) {
   Scene scene = plain_scene({.stiffness_n_per_m = 577.0, .damping_ns_per_m = 0.0});
   scene.workspace.scale = 1.5;

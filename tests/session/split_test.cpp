@@ -1,4 +1,4 @@
-// Who pushes, as a session tells it: the least split, whatever the order of the modes.
+// The least split of forces over a session's modes, in any order.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr double dt = 1e-3;
 // Balances are known to 1e-9 m, 5e-7 N here.
 constexpr double tolerance_n = 1e-6;
 
-// Two surfaces on one level, a rail, and air that holds: all share. In any order.
+// Two surfaces on one level, a rail, and air that holds: all share, in any order.
 Scene sharing(const std::vector<int>& order, double drag_ns_per_m) {
   Scene scene({.stiffness_n_per_m = 500});
   const FieldRef ball = scene.add("ball", sphere_field(0.05));
@@ -65,7 +65,7 @@ TEST_P(Split, DoesNotDependOnTheOrderOfTheModes) {
     reference.tick(probe, dt);
     for (Session& other : others) {
       other.tick(probe, dt);
-      // At the very edge of breaking through, the last bit decides; from then on the two feel different things.
+      // At the edge of a break-through the last bit decides; from then on the two runs differ.
       const double parted_m =
           distance(reference.sub_steps().back().balance.position_m, other.sub_steps().back().balance.position_m);
       if (parted_m > reference.sub_steps().back().balance.error_bound_m + exact_bound_m) continue;
@@ -133,7 +133,7 @@ TEST_P(Split, IsToldTheSameHoweverOftenSomeoneAsks) {
     const std::vector<ModeForce> once(asked.modes().begin(), asked.modes().end());
     for (std::size_t m = 0; m < 4; ++m) ASSERT_EQ(once[m].force_n, asked.modes()[m].force_n);
   }
-  // A tick without a probe has no one who pushes.
+  // A tick without a probe has no forces by mode.
   asked.tick({.valid = false}, dt);
   for (const ModeForce& mode : asked.modes()) {
     EXPECT_EQ(mode.force_n, Vec3{});

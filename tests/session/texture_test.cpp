@@ -1,4 +1,4 @@
-// Texture: friction that varies with what a smoothing filter takes away. What varies, by how much, and what stays as it is.
+// Texture: friction modulated by the detail that a smoothing filter removes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -59,7 +59,7 @@ SurfaceAndFriction skin(double friction_n, double coefficient, double texture) {
           .texture_ratio = texture};
 }
 
-/// Two sessions feel the same, to the bit, on the way of any hand. The number of ticks in contact.
+/// Expects bit-identical ticks in two sessions under any hand; returns the number of ticks in contact.
 int expect_the_same(const Scene& one, const Scene& other) {
   Session a(one), b(other);
   test::Random random(5);
@@ -80,7 +80,7 @@ TEST(Texture, ChangesNoBitWhereThereIsNoDetailOrNoFriction) {
     const Volume data = rough(0.05, 2e-4, filter);
     EXPECT_GT(expect_the_same(scene_of(data, skin(0.0, 0.3, 0.0), filter), scene_of(data, skin(0.0, 0.3, 1.0), filter)), 100);
   }
-  // What is without friction stays so: the surface and its normal force are the field's own.
+  // Quantities without friction are unchanged: the surface and its normal force are the field's own.
   const Volume data = rough(0.05, 2e-4, Filter::smooth);
   SurfaceAndFriction off = skin(0.0, 0.3, 0.0), on = skin(0.0, 0.3, 1.0);
   off.levels[0].friction_coefficient = on.levels[0].friction_coefficient = 0.0;
@@ -97,8 +97,7 @@ TEST(Texture, IsLookedAtOnlyWhereItIsOn) {
   }
 }
 
-// What is placed: 1 + texture · t times the friction without, t that of the place where the step starts, or of the foot there
-// on a level that gives way.
+// Placed friction: 1 + texture · t times the friction without, t at the step's start, or at the foot on an elastic level.
 TEST(Texture, IsAFactorOnWhatIsPlaced) {
   const FieldPtr field = rough(0.05, 2e-4, Filter::smooth).fields[0].field;
   const std::vector<FieldPtr> fields{field, derived(Derivation::detail, field)};
@@ -107,7 +106,6 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 at = (0.05 + random.uniform(-1e-3, 1e-3)) * random.direction();
     const double texture = random.uniform(0.0, 1.0), ratio = random.uniform(1.0, 2.0);
-    // Wherever the surface is looked at.
     ModeContext here(samples, at + 1e-4 * random.direction(), {}, {});
     here.proxy_m = here.probe_m = at;
     here.stiffness_n_per_m = stiffness_n_per_m;
@@ -177,7 +175,7 @@ TEST(Texture, KeepsFrictionBetweenOneMinusAndOnePlusItself) {
   }
 }
 
-// What the hand feels sliding over many voxels of noise: the friction on average, and rougher the more texture.
+// A slide over many voxels of noise: the friction on average, and rougher with more texture.
 TEST(Texture, LeavesTheMeanOfFrictionAndRoughensIt) {
   constexpr double friction_n = 0.3, speed_m_per_s = 0.05;
   double spread[3] = {};
@@ -204,7 +202,6 @@ TEST(Texture, LeavesTheMeanOfFrictionAndRoughensIt) {
   EXPECT_GT(spread[2], 1.3 * spread[1]);
 }
 
-// The proxy stands on the level, whatever the friction under it does.
 TEST(Texture, LeavesTheSurfaceWhereItIs) {
   const Volume data = rough(0.05, 2e-4, Filter::smooth);
   for (const double texture : {0.0, 1.0}) {
@@ -223,7 +220,6 @@ TEST(Texture, LeavesTheSurfaceWhereItIs) {
   }
 }
 
-// Friction of any texture takes energy in every tick and brings none in.
 TEST(Texture, NeverBringsEnergyIn) {
   test::Random random(9);
   for (int run = 0; run < 24; ++run) {
@@ -268,7 +264,7 @@ TEST(Texture, TurnsWithTheWorldAndTheHand) {
   }
 }
 
-// Samples share the place with the field, and say what the detail says by itself.
+// Samples share the position with the field, and equal the detail's own.
 TEST(Texture, SamplesOfDetailAreItsOwn) {
   const FieldPtr field = rough(0.05, 2e-4, Filter::smooth).fields[0].field;
   const FieldPtr detail = derived(Derivation::detail, field);

@@ -1,4 +1,4 @@
-// No data and no hand make a tick longer than its bound: what it does is counted, and what is left waits, without a pull.
+// Bounded work of a tick; pending motion without a pull.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ namespace work_test {
 constexpr double tick_s = 1e-3;
 constexpr double k = 400.0;
 
-// However hostile: within the bound, with the balance that takes the last of it, and finite. Ticks do wait here.
+// Under hostile input: within the bound, with the last balance, and finite. Some ticks have pending motion.
 TEST(Work, OfATickIsBounded) {
   test::Random random(1);
   int waiting = 0, most = 0;
@@ -50,7 +50,7 @@ TEST(Work, OfATickIsBounded) {
   EXPECT_GT(most, Session::most_work / 2);
 }
 
-// A tick without work left ends at a free place: nothing passes what is stronger than the hand, whatever else takes the work.
+// A tick with exhausted work ends at a free point: no constraint stronger than the hand is passed.
 TEST(Work, SpentLetsNothingThrough) {
   test::Random random(8);
   int waiting = 0, pressed = 0;
@@ -72,7 +72,6 @@ TEST(Work, SpentLetsNothingThrough) {
   EXPECT_GT(pressed, 20);
 }
 
-// The same hand is the same work, to the unit: nothing of it is timed.
 TEST(Work, IsCounted) {
   for (const bool as_grid : {false, true}) {
     Session one(test::busy_moving_scene(as_grid)), other(test::busy_moving_scene(as_grid));
@@ -88,7 +87,6 @@ TEST(Work, IsCounted) {
   }
 }
 
-/// Another field, which counts the values that are read of it.
 class Counted final : public Field {
  public:
   Counted(FieldPtr of, std::int64_t& values) : of_(std::move(of)), values_(values) {}
@@ -110,8 +108,8 @@ class Counted final : public Field {
   std::int64_t& values_;
 };
 
-// A tick reads no more of one kind of data than of another: where a sample is made of more values there are fewer in it. A unit
-// is two samples at most, the ends of a piece, and up to twice `values_each`, as units are whole.
+// A tick's read values are bounded for any kind of data: larger samples mean fewer of them. A unit is at most two samples, the
+// ends of a piece, and up to twice `values_each`, as units are whole.
 TEST(Work, IsWhatIsReadOfTheDataOfAnyKind) {
   enum { linear, smooth, signless_smooth, between_frames, kinds };
   for (int kind = linear; kind < kinds; ++kind) {
@@ -163,7 +161,8 @@ Scene fine_rail() {
   return scene;
 }
 
-// A hand too fast for such voxels feels the rail at most, never the way that waits; kept up, nothing; it is told once.
+// A hand too fast for these voxels gets at most the rail's force, no pull of the pending path, and no force once caught up; the
+// event is logged once.
 TEST(Waiting, DoesNotPull) {
   Session session(fine_rail());
   int waiting = 0, silent = 0, told = 0;
@@ -188,7 +187,8 @@ TEST(Waiting, DoesNotPull) {
   EXPECT_NEAR(norm(t.force_n), 0.4, 1e-6) << "felt again";
 }
 
-// The books close in every tick, whatever waits: force₀·Δp = S₀ − S + k/2|Δp|² + works + path, and what waits is the damper's.
+// The ledger closes in every tick, with any pending motion: force₀·Δp = S₀ − S + k/2|Δp|² + works + path, and the pending part
+// is the damper's.
 TEST(Waiting, TheLedgerCloses) {
   test::Random random(4);
   int waiting = 0;
@@ -216,7 +216,7 @@ TEST(Waiting, TheLedgerCloses) {
   EXPECT_GT(waiting, 50);
 }
 
-// In a tick that waits the hand gets no more than what it has stretched the spring with.
+// With pending motion the hand gets at most the energy of its own extension of the spring.
 TEST(Waiting, BringsInNoMoreThanTheHold) {
   Session session(fine_rail());
   test::Random random(5);
@@ -253,8 +253,8 @@ Volume scanned_head() {
   return volume;
 }
 
-// A hand that rests is followed to the end, wherever it rests and however deep: below a level that bends more than the spring
-// is long, looks at where the proxy is lead back and forth. Else its force would fade with what waits.
+// A hand at rest is followed to the end, at any depth: below a level that bends more than the spring is long, samples at the
+// proxy lead back and forth. Else its force would fade with the pending motion.
 TEST(Waiting, EndsWhereTheHandRests) {
   Scene scene({.stiffness_n_per_m = 600.0});
   scene.workspace.towards_user = "-y";
@@ -283,7 +283,7 @@ TEST(Waiting, EndsWhereTheHandRests) {
   EXPECT_GT(felt, 100);
 }
 
-/// Cells about the z axis, down to `low_m` [m]: in none of those on the axis is the level met, which only a look at each shows.
+/// Cells about the z axis, down to `low_m` [m]: no cell on the axis contains the level, as only a visit of each shows.
 constexpr double cell_m = 1e-5;
 void add_corridor(Scene& scene, const std::string& name, double low_m, int cells) {
   const auto voxels = std::make_shared<std::vector<float>>();
@@ -296,8 +296,8 @@ void add_corridor(Scene& scene, const std::string& name, double low_m, int cells
             SurfaceAndFriction{.field = scene.add(name, volume), .levels = {{.value = 0.5, .strength_n = 0.5}}});
 }
 
-// A way through the air with more cells than a tick may look at is gone in several: none passes the wall behind them or says
-// that it is there, and the air does not pull, however far the hand is. Then the wall is felt as it is.
+// A path through air with more cells than a tick's budget takes several ticks: none passes or reports the wall behind them, and
+// the air does not pull. Then the wall has its normal force.
 TEST(Waiting, AFlightGoesOnWhereTheWorkEnded) {
   Scene scene({.stiffness_n_per_m = k});
   scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
@@ -327,7 +327,6 @@ TEST(Waiting, AFlightGoesOnWhereTheWorkEnded) {
   EXPECT_NEAR(t.force_n.z, 0.005 * k, 1e-6);
 }
 
-// Fields that are searched along one way share the work: the hand is caught up with in as many ticks as there is work for.
 TEST(Waiting, FieldsShareTheWork) {
   constexpr int cells = 9000, fields = 3;
   Scene scene({.stiffness_n_per_m = k});
@@ -341,8 +340,8 @@ TEST(Waiting, FieldsShareTheWork) {
   EXPECT_LE(waiting, cells * fields / Session::most_work + 2);
 }
 
-// Wherever the work of a tick ends, a level lets go where k·depth is its strength, or later by a segment, never before; and the
-// search for that place ends with the balance in hand. Twelve modes make the balances long.
+// For any end of a tick's work a level breaks where k·depth is its strength, or later by a segment, never before; that search
+// keeps work for a balance. Twelve modes make the balances long.
 TEST(Work, ThatEndsLetsNothingGoBefore) {
   constexpr double strength_n = 1.0;
   constexpr int modes = 12;
@@ -377,7 +376,7 @@ TEST(Work, ThatEndsLetsNothingGoBefore) {
   EXPECT_GT(spent, 30);
 }
 
-// Twenty modes rub on one rough wall: their balances take most of the work, and when it is spent friction is corrected no more.
+// Twenty modes with friction on one rough wall: their balances exhaust the work, and friction is corrected no more.
 TEST(Work, ThatEndsCorrectsNoFriction) {
   test::Random random(5);
   Volume values;
@@ -401,7 +400,7 @@ TEST(Work, ThatEndsCorrectsNoFriction) {
   EXPECT_GT(spent, 40);
 }
 
-/// A washboard whose gradient leads further into it from wherever one is in it: what is looked at there teaches nothing.
+/// A washboard whose gradient always leads further into it: samples there do not help.
 class Misleading final : public Field {
  public:
   int components() const noexcept override { return 1; }
@@ -418,8 +417,8 @@ class Misleading final : public Field {
   static constexpr double height_m = 3e-5, wave_m = 1e-4;
 };
 
-// Where no end of a move is free, each that is tried is searched in a hundred other fields. A tick tries no other end when its
-// work is spent; it waits, and the hand feels no more than where it was followed to, however far it goes on.
+// If no end of a move is free, each tried end is searched in a hundred other fields. With exhausted work no other end is tried;
+// the motion stays pending, and the force is at most that of the last processed position, however far the hand goes on.
 TEST(Work, ThatEndsTriesNoOtherEnd) {
   constexpr int others = 100;
   Scene scene({.stiffness_n_per_m = k});
@@ -446,7 +445,7 @@ TEST(Work, ThatEndsTriesNoOtherEnd) {
   EXPECT_GT(waiting, 50);
 }
 
-// Any time step that is one has a balance with a bound, and a force, though drags over it are walls.
+// Any valid time step has a balance with a bound, and a force, though drags over it are walls.
 TEST(TimeStep, HasABoundHoweverShort) {
   for (const double dt_s : {1e-6, 1e-9, 1e-12, 1e-15, 1e-18, 1e-100, 1e-310, std::numeric_limits<double>::denorm_min()}) {
     Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.5});
@@ -467,7 +466,7 @@ TEST(TimeStep, HasABoundHoweverShort) {
   }
 }
 
-// What rounding leaves of a time step, and what a law is asked about less than the shortest, counts as the shortest.
+// Time steps below the shortest, by rounding or in a law's input, count as the shortest.
 TEST(TimeStep, IsNoShorterThanTheShortest) {
   ProbeQueue queue;
   queue.start({});
@@ -479,7 +478,7 @@ TEST(TimeStep, IsNoShorterThanTheShortest) {
   EXPECT_EQ(fall_j(drag, {1e-3, 0, 0}, {}, 1e-30), fall_j(drag, {1e-3, 0, 0}, {}, shortest_time_s));
 }
 
-// A balance may have no bound; its record then says the largest number, which readers of traces can read.
+// Without a bound the record has the largest finite number, which readers of traces accept.
 TEST(RecordedBound, IsFiniteWhereThereIsNone) {
   const Balance unproven{.error_bound_m = std::numeric_limits<double>::max(), .status = BalanceStatus::bad_input};
   EXPECT_EQ(recorded_bound_m({}, unproven, k, 1e-3), std::numeric_limits<double>::max());

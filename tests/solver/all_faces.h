@@ -1,4 +1,4 @@
-// Corners for tests, and the place that leaves all facets free by trying every face of them.
+// Corners for tests, and the nearest free point by a search over all faces.
 #pragma once
 
 #include <cmath>
@@ -39,8 +39,8 @@ inline Facets some_facets(Random& random, const Vec3& near_m, double within_m, i
   return facets;
 }
 
-/// From x to the nearest free place, by trying every face of up to three facets: any t ≥ 0 is a lower bound, so the
-/// largest dual value wins. In long double, and no code of the library's.
+/// From x to the nearest free point, by trying every face of up to three facets: any t ≥ 0 is a lower bound, so the largest
+/// dual value wins. In long double, without the library's code.
 inline Vec3 way_out_by_all_faces(const Facets& facets, const Vec3& x_m) {
   using Real = long double;
   const std::size_t m = facets.size();

@@ -1,4 +1,4 @@
-// Problems made of arbitrary bits, and what must hold of the solver's answer to each of them.
+// Problems made of arbitrary bits, and the required properties of the solver's answers.
 #pragma once
 
 #include <bit>
@@ -11,7 +11,7 @@
 
 namespace palpa::test {
 
-/// What came of a run. `wrong` is half a sentence, nullptr if everything held; `wrong_at` the problem.
+/// Result of a run. `wrong` is half a sentence, nullptr if everything held; `wrong_at` the problem.
 struct ArbitraryBits {
   long long problems = 0;
   long long bad_input = 0;
@@ -24,7 +24,7 @@ struct ArbitraryBits {
 
 namespace arbitrary {
 
-/// A number that nobody would send on purpose: any bits, or one of the usual troublemakers.
+/// A hostile number: any bits, or a usual extreme value.
 inline double hostile(Random& random) {
   using limits = std::numeric_limits<double>;
   constexpr double known[] = {0.0,
@@ -48,7 +48,7 @@ inline double hostile(Random& random) {
   return known[random.below(std::size(known))];
 }
 
-/// A number of the size `usual`, or a hostile one: one in `one_in` is.
+/// A number of the size `usual`; once in `one_in` a hostile number.
 inline double number(Random& random, int one_in, double usual_low, double usual_high) {
   const double usual = random.uniform(usual_low, usual_high);
   return random.below(one_in) == 0 ? hostile(random) : usual;
@@ -73,7 +73,7 @@ inline bool usable(const Vec3& position_m) {
   return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
 }
 
-/// nullptr, or what is wrong with this set after it was filled with `added` primitives.
+/// The error of a set of `added` primitives; nullptr: none.
 inline const char* wrong_with(const PrimitiveSet& set, int added) {
   if (static_cast<int>(set.size()) + set.dropped() != added) return "a primitive was neither taken nor refused";
   for (const Primitive& p : set.primitives()) {
@@ -86,7 +86,7 @@ inline const char* wrong_with(const PrimitiveSet& set, int added) {
   return nullptr;
 }
 
-/// nullptr, or what is wrong with this answer.
+/// The error of an answer; nullptr: none.
 inline const char* wrong_with(const Balance& balance, const Solver& solver, const PrimitiveSet& set, const Vec3& start_m,
                               const Vec3& probe_m, double k, double T) {
   if (!is_finite(balance.position_m)) return "the position is not finite";
@@ -123,8 +123,8 @@ inline const char* wrong_with(const Balance& balance, const Solver& solver, cons
 
 }  // namespace arbitrary
 
-/// Solves `problems` problems of up to 8 primitives made of arbitrary bits, one after another with one
-/// solver, and checks each answer; stops at the first that is wrong.
+/// Solves `problems` problems of up to 8 primitives made of arbitrary bits, one after another with one solver, and checks each
+/// answer; stops at the first error.
 /// \param corners  half of the primitives are facets
 inline ArbitraryBits solve_arbitrary_bits(long long problems, std::uint64_t seed, bool corners = false) {
   using namespace arbitrary;
@@ -134,7 +134,7 @@ inline ArbitraryBits solve_arbitrary_bits(long long problems, std::uint64_t seed
   PrimitiveSet set(most);
   ArbitraryBits run;
   while (run.problems < problems && !run.wrong) {
-    // From hardly a hostile number to nothing but.
+    // From hardly a hostile number to hostile numbers only.
     constexpr int shares[] = {1, 4, 30, 300};
     const int one_in = shares[random.below(4)];
     const Vec3 start_m = place(random, one_in);

@@ -10,7 +10,7 @@ TEST(ArbitraryBits, GetAFiniteAndHonestAnswer) {
   const ArbitraryBits run = solve_arbitrary_bits(300'000, 2);
   ASSERT_EQ(run.wrong, nullptr) << run.wrong << " in problem " << run.wrong_at;
   EXPECT_EQ(run.problems, 300'000);
-  // Each kind of answer was met often, so that the checks were made.
+  // Each kind of answer occurred often enough for the checks.
   EXPECT_GT(run.bad_input, 10'000);
   EXPECT_GT(run.exact, 10'000);
   EXPECT_GT(run.refused, 10'000);

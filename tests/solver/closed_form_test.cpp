@@ -1,4 +1,4 @@
-// What has a closed form is answered by it: to the last bit where nothing pulls, to rounding elsewhere.
+// Closed forms of balances: to the last bit without a pull, to rounding elsewhere.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ Balance solve(Solver& solver, const Problem& problem) {
   return test::solved(problem, solver, set).balance;
 }
 
-// The damper takes a proxy that is not the probe, by whatever little, for one that is held.
+// The damper takes a proxy that differs from the probe in any bit for a held proxy.
 TEST(ClosedForm, WhereNothingPullsIsTheProbeToTheLastBit) {
   Random random(21);
   Solver solver(8);
@@ -39,7 +39,7 @@ TEST(ClosedForm, WhereNothingPullsIsTheProbeToTheLastBit) {
   }
 }
 
-// One primitive, or a surface with its friction, in long double beside the solver.
+// One primitive, or a surface with its friction, in long double against the solver.
 TEST(ClosedForm, IsExactToRoundingAndSaysSo) {
   Random random(22);
   for (int i = 0; i < 5000; ++i) {
@@ -80,7 +80,7 @@ TEST(ClosedForm, IsExactToRoundingAndSaysSo) {
   }
 }
 
-// A drag that was pulled fast gave thousands of times the force of the next balance, which owes it nothing.
+// A drag once pulled fast had a force thousands of times the next balance's, which must not keep its rounding.
 TEST(ClosedForm, KeepsNoRoundingOfAWarmStart) {
   Random random(23);
   for (int i = 0; i < 5000; ++i) {

@@ -1,4 +1,4 @@
-// The laws of the corner, s times the distance to the places that all its facets leave free: docs/theory.md, section 8.
+// Laws of the corner, s times the distance to the points that all its facets leave free (docs/theory.md, section 8).
 #include "palpa/solver/corner.h"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,6 @@ TEST(Corner, OfAGrooveHoldsTheHandPressedStraightInUntilItsStrength) {
   }
 }
 
-// Corners among other primitives.
 Problem some_problem(Random& random) {
   Problem problem = random_problem(random, random.below(4), random.below(3) == 0);
   const int corners = 1 + random.below(2);
@@ -114,7 +113,7 @@ TEST(Corner, OfOneFacetIsAPlane) {
     const Solved a = solved(problem), b = solved(corners);
     EXPECT_EQ(a.balance.position_m, b.balance.position_m);
     EXPECT_EQ(a.forces_n, b.forces_n);
-    // The same by the way of a corner of more: with a facet twice, and one that is never reached.
+    // Likewise by the solution of a larger corner: with a facet twice, and one that is never reached.
     Problem redundant = problem;
     redundant.primitives.clear();
     for (const Primitive& p : corners.primitives) {
@@ -143,7 +142,7 @@ TEST(Corner, FacetsThatEnterMoveTheBalanceByNoMoreThanTheyCutItOff) {
     const auto reach_m = [&](const Problem& problem, const Vec3& at_m) {
       return norm(residual(problem.primitives, problem.primitives.size() - 1, at_m));
     };
-    // k|x' − x|² ≤ s (dist(x, P') − dist(x, P)), with x and x' as near as their bounds say.
+    // k|x' − x|² ≤ s (dist(x, P') − dist(x, P)), with x and x' within their bounds.
     const double off_m = x.error_bound_m + y.error_bound_m;
     const double cut_m = reach_m(after, x.position_m) - reach_m(before, x.position_m) + 2.0 * off_m;
     EXPECT_LE(distance(x.position_m, y.position_m), std::sqrt(s * std::max(0.0, cut_m) / before.stiffness_n_per_m) + off_m)
@@ -151,8 +150,8 @@ TEST(Corner, FacetsThatEnterMoveTheBalanceByNoMoreThanTheyCutItOff) {
   }
 }
 
-// Whatever facets are invented, put back to a place w where they would shut it out they break nothing through while the
-// demand at w is below the strength, and they bring no energy in.
+// Invented facets, moved back to a point w where they would exclude it, cause no break-through while the demand at w is below
+// the strength, and inject no energy.
 TEST(Corner, OfWrongFacetsPutBackToAFreePlaceNeverBreaksThroughBelowItsStrength) {
   Random random(6);
   for (int i = 0; i < 5000; ++i) {
@@ -216,7 +215,7 @@ TEST(Corner, IsOffStuckOrSlippingAsAWhole) {
   }
 }
 
-// The line along the newest facet's normal stands beside it as with a plane, in closed form.
+// The line along the newest facet's normal acts as beside a plane, in closed form.
 TEST(Corner, ItsFacetsPressTogetherInOneDirection) {
   Random random(13);
   for (int i = 0; i < 2000; ++i) {
@@ -251,7 +250,6 @@ TEST(Corner, WithFrictionWhereOneFacetHoldsIsAPlaneWithFriction) {
     Problem plane = problem;
     plane.primitives = {{PrimitiveKind::plane, {0, 0}, problem.start_m, n, s, 0.0}};
     Facets facets = some_facets(random, problem.start_m, 0.0, 3);
-    // All far behind, but the newest.
     for (Facet& f : facets) f.normal = normalized(f.normal + 1.5 * n), f.position_m -= 0.03 * f.normal;
     facets.push_back({problem.start_m, n});
     add_corner(problem, facets, s);

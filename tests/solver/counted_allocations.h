@@ -1,5 +1,4 @@
-// Counts every operator new of the thread that calls it. For one source file of a test program: it
-// replaces the global operators.
+// Counter of the calling thread's operator new, for one source file of a test program: replaces the global operators.
 #pragma once
 
 #include <cstdlib>
@@ -9,7 +8,7 @@ namespace palpa::test {
 inline thread_local long allocations = 0;
 }
 
-// Never inlined: g++ 12 takes an inlined pair of these for a mismatch of new and free.
+// Never inlined: g++ 12 reports an inlined pair as a mismatch of new and free.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++palpa::test::allocations;
   if (void* memory = std::malloc(size)) return memory;

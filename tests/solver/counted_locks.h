@@ -1,5 +1,5 @@
-// Counts every mutex that the thread that calls it locks or tries to lock. For one source file of a test program: it stands
-// before the C library's functions.
+// Counter of the calling thread's mutex locks and attempts, for one source file of a test program: overrides the C library's
+// functions.
 #pragma once
 
 #include <dlfcn.h>

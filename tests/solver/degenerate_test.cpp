@@ -1,5 +1,5 @@
-// The solver against the certified reference over every family of problems. PALPA_PROBLEMS_TIMES=86 in the environment
-// makes NeverExceedsTheBound take 86 times as many problems, about a million.
+// The solver against the certified reference over every family. PALPA_PROBLEMS_TIMES=86 in the environment makes
+// NeverExceedsTheBound take 86 times as many problems, about a million.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,8 +17,7 @@
 namespace palpa::test {
 namespace degenerate_test {
 
-// Which share of a family's problems may have a plain bound above 1e-9 m: rounding to double alone can
-// keep it there.
+// Share of a family's problems that may have a plain bound above 1e-9 m: rounding to double alone can keep it there.
 double allowed_share(const Family& family) {
   if (family.at_proxy) return 0.0;
   const std::string_view name = family.name;
@@ -68,7 +67,7 @@ class Accuracy : public testing::TestWithParam<std::tuple<std::size_t, bool>> {
     }
   }
 
-  // No more above 1e-9 m than chance allows at the family's share (four standard deviations and one).
+  // At most as many above 1e-9 m as chance allows at the family's share (four standard deviations and one).
   void check_share() {
     const double expected = allowed_share(family()) * problems_;
     EXPECT_LE(above_, family().at_proxy ? 0.0 : expected + 4.0 * std::sqrt(expected) + 1.0)
@@ -98,7 +97,7 @@ TEST_P(Accuracy, NeverExceedsTheBound) {
   check_share();
 }
 
-// Rest is where a session spends its time: the same place again and again, from where it was.
+// At rest, a session's usual state: repeated solves of one point, from where it was.
 TEST_P(Accuracy, IsKeptAlongAWarmPath) {
   for_each_problem(family(), drags(), {1, 2, 3, 5, 6, 12}, 2, [&](const Recipe& recipe) {
     Problem problem = recipe.problem();
@@ -139,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(Over, Accuracy, testing::Combine(testing::Range<std::si
                                   std::string(std::get<1>(test.param) ? "_with_drags" : "");
                          });
 
-// The reference must not be wrong in the way it proves itself: a balance known in closed form.
+// The reference's own proof against the closed form of a balance.
 TEST(Reference, IsTheClosedFormOfOnePrimitive) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
@@ -189,7 +188,7 @@ TEST(Reference, TakesNoWrongPositionForTheBalance) {
     certified += reference.certified;
     const Vec3 off_m = random.in_cube(1e-5);
     const Vec3 wrong_m = result.balance.position_m + off_m;
-    // Both bounds hold: the one of the wrong position is at least its distance.
+    // Both bounds hold: the wrong position's bound is at least its distance.
     EXPECT_GE(plain_bound_m(problem, result.forces_n, wrong_m, {}) * (1 + 1e-9), error_m(reference, wrong_m) - 1e-14);
     EXPECT_GE(plain_bound_m(problem, result.forces_n, result.balance.position_m, off_m) * (1 + 1e-9),
               error_m(reference, wrong_m) - 1e-14);

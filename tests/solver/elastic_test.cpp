@@ -1,4 +1,4 @@
-// Planes and corners that give way: Huber's function of the distance, in series with the coupling.
+// Elastic planes and corners: Huber's function of the distance, in series with the coupling.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -70,7 +70,7 @@ TEST(Elastic, BecomesRigidAsItsStiffnessGrows) {
   }
 }
 
-// Where a primitive holds its force is its stiffness times the way out; where it slips, all its strength along that.
+// A holding primitive's force is its stiffness times the way out; a slipping one's, all its strength along that.
 TEST(Elastic, SatisfiesTheInclusionPrimitiveByPrimitive) {
   for (const char* name : {"elastic_random", "elastic_haptic", "elastic_corner", "elastic_groove", "elastic_two_corners"}) {
     const test::Family& family = *test::family_named(name);
@@ -88,7 +88,7 @@ TEST(Elastic, SatisfiesTheInclusionPrimitiveByPrimitive) {
           const Vec3 way_m = residual(problem.primitives, i, found.balance.position_m);
           const double asked_n = p.stiffness_n_per_m * norm(way_m);
           const Vec3 should_n = asked_n > p.strength_n ? (p.strength_n / norm(way_m)) * way_m : p.stiffness_n_per_m * way_m;
-          // A force is as far from its own as an error of the position makes it, and as the gap allows.
+          // A force's error follows from the position's error and the gap.
           const double error_m = found.balance.error_bound_m + 1e-15;
           const double allowed_n = 2e-9 * (problem.stiffness_n_per_m + p.stiffness_n_per_m) +
                                    2.0 * error_m * std::sqrt(problem.stiffness_n_per_m * p.stiffness_n_per_m);
@@ -103,7 +103,7 @@ TEST(Elastic, SatisfiesTheInclusionPrimitiveByPrimitive) {
   }
 }
 
-// Two that stand in one place share a load as their stiffnesses are; nobody else's split is possible.
+// Two at one point share a load by their stiffnesses; no other split is possible.
 TEST(Elastic, SharesALoadByStiffness) {
   Random random(4);
   for (int i = 0; i < 500; ++i) {
@@ -122,7 +122,7 @@ TEST(Elastic, SharesALoadByStiffness) {
   }
 }
 
-// What fixed elastic primitives take they give back: the force is that of a potential, to the order of the hold.
+// Fixed elastic primitives return their energy: the force is that of a potential, to the order of the hold.
 TEST(Elastic, GivesBackWhatItTook) {
   Random random(5);
   for (int i = 0; i < 50; ++i) {
@@ -146,8 +146,8 @@ TEST(Elastic, GivesBackWhatItTook) {
   }
 }
 
-// However its plane turns and moves between two ticks, as long as it leaves the old foot free it holds no more than it did:
-// then hand and level together bring nothing in but what the hold does (theory.md 7.8).
+// Planes may turn and move between two ticks: while they leave the old foot free the stored energy does not grow, and hand and
+// level together inject only the hold's energy (theory.md 7.8).
 TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
   Random random(6);
   for (int run = 0; run < 200; ++run) {
@@ -176,7 +176,7 @@ TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
   }
 }
 
-// The foot is where its force has pressed it in from, and no further off than it can give way.
+// The foot is offset against its force by at most its largest deflection.
 TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
   for (const char* name : {"elastic_random", "elastic_haptic", "elastic_corner", "elastic_groove"}) {
     int sunk = 0;
@@ -196,7 +196,7 @@ TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
         for (std::size_t facet = 0; facet < whole.size(); ++facet) force_n += found.forces_n[i + facet];
         const double longest_m = p.strength_n / p.stiffness_n_per_m;
         EXPECT_LE(norm(way_m), longest_m * (1.0 + 1e-12)) << recipe;
-        // Forces are known as well as the proxy is, softly as a spring, and up to a direction where it slips.
+        // Forces are as exact as the proxy times a spring, and up to a direction when slipping.
         const double off_n = p.stiffness_n_per_m * (found.balance.error_bound_m + 1e-12) + 1e-9 * p.strength_n;
         if (norm(force_n) > 0.999 * p.strength_n || off_n > 0.01 * p.strength_n) continue;
         EXPECT_LE(distance(p.stiffness_n_per_m * way_m, force_n), 3.0 * off_n) << recipe;

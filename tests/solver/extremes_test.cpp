@@ -1,4 +1,4 @@
-// At the ends of what a set accepts: great drags, strengths that hardly are numbers, sets too large.
+// Limits of a set's input: great drags, subnormal strengths, sets too large.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,6 @@ Balance solve(Solver& solver, const Problem& problem) {
   return test::solved(problem, solver, set).balance;
 }
 
-// A drag beside which the coupling is nothing lets the proxy move by next to nothing within its span.
 TEST(Extremes, GreatDragsAreBalanced) {
   Random random(31);
   Solver solver(8);
@@ -36,7 +35,7 @@ TEST(Extremes, GreatDragsAreBalanced) {
   }
 }
 
-// A sub-step of no length at all is bad input; the shortest that a double can say is not.
+// A sub-step of length 0 is bad input; a double's shortest is not.
 TEST(Extremes, AStepTooShortForADragIsAsGoodAsTheShortest) {
   Random random(33);
   Solver solver(8);
@@ -69,7 +68,7 @@ TEST(Extremes, StrengthsThatVanishPullNothing) {
   EXPECT_EQ(still.position_m, Vec3{});
 }
 
-// The balance and the forces are of one iterate, whatever way the solver took.
+// Balance and forces are of one iterate on every path of the solver.
 TEST(Extremes, ForcesBelongToTheBalanceAlsoWhereItIsCapped) {
   Random random(32);
   for (int i = 0; i < 3000; ++i) {

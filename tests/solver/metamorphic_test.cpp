@@ -1,5 +1,5 @@
-// What must hold between the balances of two problems, whatever the numbers are: no truth is needed. Each
-// law holds to the sum of the returned bounds, and to the rounding of the change itself where there is one.
+// Relations between the balances of two problems, without a reference, to the sum of the returned bounds and the rounding of
+// the change itself.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -12,7 +12,7 @@ namespace metamorphic_test {
 
 constexpr double half_ulp = 0x1p-53;
 
-// What the law knows as one: a primitive, or all facets of a corner.
+// Units of the law: a primitive, or all facets of a corner.
 using Wholes = std::vector<std::vector<Primitive>>;
 Wholes wholes_of(const Problem& problem) {
   Wholes wholes;
@@ -49,9 +49,9 @@ double width_of(std::span<const Primitive> whole) {
   return detail::width_of(normals);
 }
 
-// How far the balance can go [m] when the residual of every primitive changes by up to `change_m(p)`: E then
-// changes by (s + C(|r| + δ))δ each, a corner's by s δ/σ with σ its width. Both balances are minimisers of a function of
-// convexity k, so k|Δx|² is at most the sum of those changes at the two.
+// Largest move of the balance [m] when the residual of every primitive changes by up to `change_m(p)`: E then changes by (s +
+// C(|r| + δ))δ each, a corner's by s δ/σ with σ its width. Both balances are minimisers of a function of convexity k, so k|Δx|²
+// is at most the sum of those changes at the two.
 template <class Change>
 double moved_by_m(const Problem& problem, const Vec3& x1_m, const Vec3& x2_m, Change change_m) {
   double change_j = 0.0;
@@ -126,7 +126,7 @@ TEST(Metamorphic, TheScaleOfAllForcesDoesNotMatter) {
         p.drag_ns_per_m *= factor;
         p.stiffness_n_per_m *= factor;
       }
-      // Each of k, s and c is rounded once; what force that adds moves the balance by a k-th of it.
+      // Each of k, s and c is rounded once; the added force moves the balance by a k-th of it.
       const double rounding_m = 2.0 * half_ulp * forces_n / problem.stiffness_n_per_m;
       expect_same(balance, solved(scaled).balance, rounding_m);
     }
@@ -145,8 +145,8 @@ TEST(Metamorphic, WhereOnALineOrPlaneItsAnchorIsDoesNotMatter) {
     }
     const Balance a = solved(problem).balance;
     const Balance b = solved(slid).balance;
-    // The new anchor is rounded, and the direction to slide in is across the normal, or along the line, to some
-    // ulp of the unit length.
+    // The new anchor is rounded, and the direction to slide in is across the normal, or along the line, to some ulp of the unit
+    // length.
     expect_same(a, b, moved_by_m(problem, a.position_m, b.position_m, [&](const Primitive& p) {
                   return p.kind == PrimitiveKind::point ? 0.0 : 4.0 * half_ulp * (norm(p.position_m) + 2.0 * far_m);
                 }));
@@ -236,7 +236,7 @@ TEST(Metamorphic, MovesWithTheWorld) {
     const Vec3 x2_m = transposed_times(rotation, b.position_m - shift_m);
     double directed_n = 0.0;
     for (const Primitive& p : problem.primitives) directed_n += p.kind == PrimitiveKind::directed ? p.strength_n : 0.0;
-    const double turned = 16.0 * half_ulp;  // of a direction
+    const double turned = 16.0 * half_ulp;
     const double rounding_m =
         rounding_of(x1_m) + rounding_of(problem.probe_m) + turned * directed_n / problem.stiffness_n_per_m +
         moved_by_m(problem, x1_m, x2_m, [&](const Primitive& p) {
@@ -246,8 +246,8 @@ TEST(Metamorphic, MovesWithTheWorld) {
   });
 }
 
-// Where all anchors are one place a and nothing has a drag or gives way: x of all is x of all but the points, drawn
-// towards a by the points' strengths over k.
+// With all anchors at one point a and no drag or elasticity: x of all is x of all but the points, drawn towards a by the
+// points' strengths over k.
 TEST(Metamorphic, PointsAtTheCommonAnchorCompose) {
   over_problems([&](const Problem& problem, Random& random) {
     Problem all = problem;

@@ -1,4 +1,4 @@
-// The statements of docs/theory.md on what follows from balance to balance: slope of the force, change, and energy.
+// Statements of docs/theory.md on sequences of balances: slope of the force, change, energy.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ TEST(Force, IsMonotoneInTheProbeWithASlopeUpToTheStiffness) {
     const double slack_n = k * (first.error_bound_m + second.error_bound_m) + 1e-15 * k;
     EXPECT_LE(dot(df, dp), slack_n * norm(dp));
     EXPECT_GE(dot(df, dp), -k * norm_squared(dp) - slack_n * norm(dp));
-    EXPECT_LE(norm_squared(df), -k * dot(df, dp) + slack_n * (k * norm(dp) + 2.0 * norm(df) + slack_n));  // firmly
+    EXPECT_LE(norm_squared(df), -k * dot(df, dp) + slack_n * (k * norm(dp) + 2.0 * norm(df) + slack_n));
     EXPECT_LE(norm(df), k * norm(dp) + slack_n);
   }
 }
@@ -53,7 +53,7 @@ TEST(Balance, MovesByAtMostTheChangeOfStrengthsAndDirectedForcesOverTheStiffness
   }
 }
 
-// What non-expansiveness does not say: as soon as primitives change, a still hand's proxy may move.
+// Limit of non-expansiveness: when primitives change, a still hand's proxy may move.
 TEST(Balance, OfAStillHandMovesWhereItsPrimitivesDo) {
   const Primitive plane{PrimitiveKind::plane, {}, {}, {0, 0, 1}, 2.0};
   Problem problem{{plane}, {}, {0, 0, -0.002}, 500, tick_s};
@@ -65,13 +65,13 @@ TEST(Balance, OfAStillHandMovesWhereItsPrimitivesDo) {
   EXPECT_NEAR(distance(held, let_go), 0.002, 0.1 / 500 + 1e-9);
 }
 
-// The map x ← p + d(x)/k of a hand held still: at rest where |∂d/∂x| < k, to and fro where it is more.
+// The map x ← p + d(x)/k of a still hand: at rest where |∂d/∂x| < k, oscillating above.
 TEST(DirectedForce, ComesToRestOnlyWhereItsSlopeIsBelowTheStiffness) {
   constexpr double k = 500;
   for (const double share : {0.5, 0.9, 1.1, 2.0}) {  // of k
     double x = 1e-4, last_step = 0.0, step = 0.0;
     for (int i = 0; i < 30; ++i) {
-      const double force_n = -share * k * x;  // towards zero, read at the proxy
+      const double force_n = -share * k * x;  // towards zero, sampled at the proxy
       Problem problem{
           {{PrimitiveKind::directed, {}, {}, {force_n < 0 ? -1.0 : 1.0, 0, 0}, std::abs(force_n)}}, {}, {}, k, tick_s};
       problem.start_m = {x, 0, 0};
@@ -100,13 +100,13 @@ TEST(Passivity, OfFixedPrimitivesLeaksAtMostHalfTheStiffnessTimesTheStepSquared)
       const double released_j = energy(before, now.position_m) - energy(problem, next.position_m);
       const double slack_j = energy_slack(before, now) + energy_slack(problem, next) + k * now.error_bound_m * norm(dp);
       EXPECT_LE(work_j, released_j + 0.5 * k * norm_squared(dp) + slack_j);
-      EXPECT_GE(work_j, released_j - slack_j);  // nor does it ever take more than it stores
+      EXPECT_GE(work_j, released_j - slack_j);  // nor more work taken than stored
       now = next;
     }
   }
 }
 
-// A round trip: a device that damps with b = kT/2 takes out at least what fixed primitives give.
+// A round trip: a device that damps with b = kT/2 takes out at least the energy given by fixed primitives.
 TEST(Passivity, OfFixedPrimitivesOverAClosedPathNeedsNoMoreThanHalfTheStiffnessTimesTheTick) {
   Random random(111);
   for (int i = 0; i < 200; ++i) {
@@ -124,7 +124,7 @@ TEST(Passivity, OfFixedPrimitivesOverAClosedPathNeedsNoMoreThanHalfTheStiffnessT
       const Balance balance = solve(problem).balance;
       const Vec3 dp = probe_at(n + 1) - probe_at(n);
       work_j += k * dot(balance.position_m - problem.probe_m, dp);
-      damped_j += 0.5 * k * norm_squared(dp);  // (kT/2) ∫|v|² dt, the hand's speed even over a tick: the least there is
+      damped_j += 0.5 * k * norm_squared(dp);  // (kT/2) ∫|v|² dt, the hand's speed constant over a tick: the minimum
       slack_j += k * balance.error_bound_m * norm(dp);
     }
     EXPECT_LE(work_j, damped_j + slack_j);
@@ -157,7 +157,7 @@ TEST(Passivity, OfPrimitivesThroughTheProxyLeaksAtMostHalfTheStiffnessTimesTheSt
   EXPECT_GT(tight, 100) << "the steps do not come near what is proven";
 }
 
-// … and a primitive elsewhere brings in at most its strength times its distance; a directed force d·Δx.
+// … and a primitive elsewhere injects at most its strength times its distance; a directed force d·Δx.
 TEST(Passivity, OfPrimitivesElsewhereCostsAtMostStrengthTimesDistance) {
   Random random(113);
   int above = 0;
@@ -186,7 +186,6 @@ TEST(Passivity, OfPrimitivesElsewhereCostsAtMostStrengthTimesDistance) {
   EXPECT_GT(above, 100) << "nothing was brought in, so the budget was not needed";
 }
 
-// A directed force that turns with the place drives a hand round and round, at any rate.
 TEST(Passivity, EndsWithDirectedForces) {
   constexpr double k = 500, radius_m = 0.01, force_n = 0.3;
   for (const int steps : {200, 2000}) {

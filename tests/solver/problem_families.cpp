@@ -8,15 +8,15 @@ namespace palpa::test {
 
 namespace {
 
-// What the primitives of one problem have in common while it is made.
+// Shared state of one problem's primitives while it is made.
 struct Maker {
   Random& random;
   bool drags;
   Problem problem;
-  Vec3 axis = random.direction();  // of what is parallel, or nearly
-  Vec3 places_m[3];                // of what coincides
+  Vec3 axis = random.direction();
+  Vec3 places_m[3];  // of coincident primitives
 
-  // Problems made from their balance: the probe is put where the forces ask for it, at the end.
+  // Problems made from their balance: the forces determine the probe at the end.
   bool from_balance = false;
   Vec3 balance_m;
   Vec3 held_n;
@@ -46,11 +46,11 @@ void add(Maker& m, PrimitiveKind kind, const Vec3& position_m, const Vec3& direc
   m.problem.primitives.push_back(p);
 }
 
-// Adds a primitive that exerts `force_n` where the balance is: it passes through `balance_m + off_m`.
+// Adds a primitive that exerts `force_n` at the balance: it passes through `balance_m + off_m`.
 void add_holding(Maker& m, PrimitiveKind kind, const Vec3& direction, double strength_n, const Vec3& force_n,
                  const Vec3& off_m = {}) {
   Vec3 position_m = m.balance_m + off_m;
-  if (m.random.below(2) == 0) {  // slid to where it makes no difference
+  if (m.random.below(2) == 0) {  // slid along itself without effect
     const double slide_m = m.random.uniform(-0.002, 0.002);
     if (kind == PrimitiveKind::line) position_m += slide_m * direction;
     if (kind == PrimitiveKind::plane) position_m += slide_m * normalized(cross(direction, m.random.direction()));
@@ -59,7 +59,7 @@ void add_holding(Maker& m, PrimitiveKind kind, const Vec3& direction, double str
   m.held_n += force_n;
 }
 
-// A force that a primitive of that kind and direction can exert, of length `size_n`.
+// A force of length `size_n` in the span of that kind and direction.
 Vec3 force_in_span(Random& random, PrimitiveKind kind, const Vec3& direction, double size_n) {
   if (kind == PrimitiveKind::plane) return size_n * direction;
   if (kind == PrimitiveKind::line) return size_n * normalized(cross(direction, random.direction()));
@@ -77,7 +77,7 @@ void begin_haptic(Maker& m) { begin(m, 300, 3000, 0.004); }
 void begin_random(Maker& m) { begin(m, 300, 3000, 0.02); }
 void begin_stiff(Maker& m) {
   begin(m, 1e6, 1e9, 0.004);
-  // Half of them move as far as such a spring lets a hand's force move it.
+  // Half of them move as far as a hand's force moves it on this spring.
   if (m.random.below(2) == 0) m.problem.probe_m = m.problem.start_m + m.random.in_cube(10.0 / m.problem.stiffness_n_per_m);
 }
 void begin_soft(Maker& m) { begin(m, 1, 30, m.random.below(2) == 0 ? 0.004 : 0.2); }
@@ -166,7 +166,7 @@ void add_at_threshold(Maker& m) {
 void add_conflicting(Maker& m) {
   const Vec3 q = normalized(m.axis + log_uniform(m.random, 1e-3, 0.5) * m.random.direction());
   const bool even = m.problem.primitives.size() % 2 == 0;
-  // Each of the two sides wants the proxy beyond itself, by up to some millimetres.
+  // Each of the two sides demands a proxy beyond itself, by up to some millimetres.
   const double beyond_m = m.random.uniform(-0.0005, 0.003);
   const Vec3 position_m = m.problem.start_m + (even ? beyond_m : -beyond_m) * m.axis;
   add(m, PrimitiveKind::plane, position_m, even ? q : -q, strength(m.random));
@@ -262,7 +262,7 @@ void add_in_corner(Maker& m) {
   m.held_n += force_in_span(m.random, kind, q, m.random.uniform(0.0, 0.8) * s);
 }
 
-// Where everything together cannot hold the probe back, nearly everything slips.
+// Nearly all primitives slip if their sum cannot hold the probe back.
 void weaken(Problem& problem, Random& random) {
   double sum_n = 0.0;
   for (const Primitive& p : problem.primitives) sum_n += p.strength_n;
@@ -288,7 +288,7 @@ Problem make_slipping(Random& random, int n, bool drags) {
   return problem;
 }
 
-// Corners. Each way of adding one gets how many facets it may have, and leaves out those that would make it too narrow.
+// Corners. Each adding function gets the largest number of facets, and leaves out facets that would make the corner too narrow.
 class CornerMaker {
  public:
   CornerMaker(Maker& m, int most, double strength_n)
@@ -351,7 +351,7 @@ void add_corner_at_start(Maker& m, int most) {
   const Vec3 axis = m.random.direction();
   for (int i = facets_of(m, 1); i > 0; --i) corner.add(m.problem.start_m, about(m, axis));
   if (most == 1) return;
-  // Its friction, along a facet's normal or one between.
+  // Its friction, along a facet's normal or between two.
   const Vec3 q = m.random.below(2) == 0 ? corner.normals().back() : normalized(corner.normals().front() + 0.5 * axis);
   add(m, PrimitiveKind::line, m.problem.start_m, q, 0.3 * strength(m.random));
 }
@@ -369,8 +369,8 @@ void add_duplicated_corner(Maker& m, int most) {
   m.problem.primitives.insert(m.problem.primitives.end(), again.begin(), again.end());
 }
 
-// A corner with its vertex at the balance, where it exerts `share` of its strength: along a facet's normal, on the border
-// of the faces beside it, or between up to three.
+// A corner with its vertex at the balance, where it exerts `share` of its strength: along a facet's normal, on the border of
+// the faces beside it, or between up to three.
 void add_holding_corner(Maker& m, int most, double share, bool on_border) {
   const double s = strength(m.random);
   CornerMaker corner(m, most, s);
@@ -396,7 +396,7 @@ void add_any_corner(Maker& m, int most) {
   ways[m.random.below(std::size(ways))](m, most);
 }
 
-// Up to `corners` corners, each with at most what the others leave of the n primitives, which fill up with others.
+// Up to `corners` corners, each within the others' remainder of the n primitives, and other primitives for the rest.
 template <void (*start)(Maker&), AddCorner add_corner, int corners, void (*add_other)(Maker&), int others>
 Problem make_corners(Random& random, int n, bool drags) {
   Maker m{random, drags, {}};
@@ -405,7 +405,7 @@ Problem make_corners(Random& random, int n, bool drags) {
   const int few = std::min(random.below(others + 1), n / 2);
   const auto left = [&] { return n - few - static_cast<int>(made.size()); };
   for (int i = 0; i < corners && left() > 0; ++i) add_corner(m, std::max(1, left() / (corners - i)));
-  // Beyond what is asked for at most, the rest of a large n is of any kind.
+  // Beyond the requested most, the rest of a large n is of any kind.
   const bool large = n > static_cast<int>(most_facets) * corners + others;
   const int wanted = large ? n : static_cast<int>(made.size()) + few;
   while (static_cast<int>(made.size()) < std::min(n, wanted)) add_other(m);
@@ -413,7 +413,7 @@ Problem make_corners(Random& random, int n, bool drags) {
   return m.problem;
 }
 
-// A plane that gives way by as much as it can, to 1e-12 of it, and exerts all that it has.
+// A plane at its largest deflection, to 1e-12 of it, with its full strength.
 void add_elastic_at_yield(Maker& m) {
   if (m.random.below(2) == 0) return add_sticking(m);
   constexpr double offs[] = {-1e-12, 0.0, 1e-12};
@@ -425,7 +425,7 @@ void add_elastic_at_yield(Maker& m) {
   if (plane.drag_ns_per_m == 0.0) plane.stiffness_n_per_m = stiffness_n_per_m;
 }
 
-// The same problems with most of their planes and corners elastic: mostly about as stiff as the coupling.
+// The rigid family with most of its planes and corners elastic: mostly about as stiff as the coupling.
 template <Problem (*rigid)(Random&, int, bool)>
 Problem make_elastic(Random& random, int n, bool drags) {
   Problem problem = rigid(random, n, drags);

@@ -1,4 +1,4 @@
-// Random balance problems for the tests: the same numbers on every machine.
+// Random balance problems for the tests, identical on every machine.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The bound of a balance as it is recorded: what the duality gap of docs/theory.md 3.1 says of it in 113 bits.
+// The recorded bound of a balance against the duality gap of docs/theory.md 3.1 in 113 bits.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ Quad length(const Quad3& a) { return root(dot(a, a)); }
 
 Quad3 unit(const Vec3& a) { return 1 / length(wide(a)) * wide(a); }
 
-/// A proxy in a balance that is known exactly, at a place that is no double, and the forces there.
+/// A proxy in an exactly known balance, at a point that is no double, and its forces.
 struct Known {
   std::vector<Primitive> primitives;
   std::vector<Quad3> forces_n;
@@ -58,7 +58,7 @@ struct Known {
       rows.push_back({primitives[i], {}, rounded(forces_n[i]), state_at(primitives, i, balance()), {}});
     return rows;
   }
-  // (ρ + √(ρ² + 4kε)) / 2k with the exact forces, at the recorded place.
+  // (ρ + √(ρ² + 4kε)) / 2k with the exact forces, at the recorded position.
   double gap_bound_m() const {
     const Quad3 x_m = wide(balance().position_m);
     const Quad k = stiffness_n_per_m;
@@ -98,7 +98,7 @@ Primitive through(Random& random, PrimitiveKind kind, std::uint16_t slot, const 
   return {kind, {0, slot}, near_m + random.in_cube(0.003), random.direction(), random.uniform(0.1, 5.0)};
 }
 
-// On one plane, pressed by any force that it can hold; elastic, as far behind it as that takes.
+// On one plane, pressed by any force within its strength; elastic, at that force's depth.
 Known on_plane(Random& random, double stiffness_n_per_m) {
   Known known = drawn(random);
   const Vec3 near_m = random.in_cube(0.1);
@@ -113,7 +113,7 @@ Known on_plane(Random& random, double stiffness_n_per_m) {
   return known;
 }
 
-// Where two planes meet, apart or as one corner.
+// At the intersection of two planes, separate or as one corner.
 Known on_two(Random& random, PrimitiveKind kind) {
   Known known = drawn(random);
   const Vec3 near_m = random.in_cube(0.1);
@@ -143,7 +143,7 @@ Known on_line(Random& random, double off_m) {
   return known;
 }
 
-// On a line or plane that was left by as much as its drag lets a force, in a time as short as `time_step_s`.
+// Off a line or plane by the distance that its drag allows under a force, in a time as short as `time_step_s`.
 Known dragged(Random& random, PrimitiveKind kind, double time_step_s) {
   Known known = drawn(random);
   known.time_step_s = time_step_s;
@@ -172,7 +172,7 @@ void expect_to_hold(const char* what, const std::function<Known()>& draw) {
     EXPECT_GE(bound_m, balance.error_bound_m);
     needed += known.gap_bound_m() > 1.5 * balance.error_bound_m;
   }
-  EXPECT_GT(needed, 1000) << what;  // that of the law would not do
+  EXPECT_GT(needed, 1000) << what;  // the law's own bound would be too small
 }
 
 TEST(RecordedBound, IsThatOfTheLawWhereNothingHolds) {
@@ -195,7 +195,7 @@ TEST(RecordedBound, HoldsTheGapOfEveryKnownBalanceAtItsPlaceAsADouble) {
   expect_to_hold("line", [&] { return on_line(random, 0.0); });
   expect_to_hold("slipping off a line",
                  [&] { return on_line(random, std::exp(random.uniform(std::log(1e-18), std::log(1e-3)))); });
-  // Over so short a time a drag is stiffer than any wall, and a rounding of its place much of its force.
+  // Over so short a time a drag is stiffer than any wall, and its position's rounding much of its force.
   for (const PrimitiveKind kind : {PrimitiveKind::line, PrimitiveKind::plane})
     expect_to_hold("drag", [&] { return dragged(random, kind, std::exp(random.uniform(std::log(1e-15), std::log(1e-12)))); });
 }

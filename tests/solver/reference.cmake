@@ -1,6 +1,5 @@
-# For tests and benchmarks alike: palpa_problems, the families of problems, and palpa_balance_reference, the
-# reference of 113 bits. Where the platform has no such floating point there is no target palpa_balance_reference,
-# and what needs it is left out.
+# For tests and benchmarks: palpa_problems, the families of problems, and palpa_balance_reference, the reference of 113 bits. On
+# platforms without that floating point there is no target palpa_balance_reference, and its users are left out.
 include_guard(GLOBAL)
 include(CheckCXXSourceCompiles)
 

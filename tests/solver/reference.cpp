@@ -14,11 +14,11 @@ namespace {
 
 constexpr double certified_m = 1e-14;
 
-// One primitive about the current point, all lengths multiplied by k so that they are forces: the energy
-// times k is 1/2|Z − C|² + Σ s|R| + γ/2 |R|² with R the residual, γ = c/(kT).
+// One primitive about the current point, all lengths multiplied by k so that they are forces: the energy times k is 1/2|Z − C|²
+// + Σ s|R| + γ/2 |R|² with R the residual, γ = c/(kT).
 //
-// A plane keeps its residual and its force as numbers along its normal, with sign, in R.x and u.x; a
-// line's vectors have no part along it. A corner has the residuals r of its facets instead of R.
+// A plane keeps its residual and its force as signed numbers along its normal, in R.x and u.x; a line's vectors have no part
+// along it. A corner has the residuals r of its facets instead of R.
 template <class T>
 struct Item {
   PrimitiveKind kind;
@@ -30,10 +30,10 @@ struct Item {
   std::vector<V<T>> normals{};
   std::vector<T> r{};
   std::vector<T> t{};
-  T compliance{};  // k over the stiffness of what is elastic
+  T compliance{};  // k over the stiffness of elastic primitives
 };
 
-// What a change of Z by `dz` takes off the residual.
+// Decrease of the residual by a change `dz` of Z.
 template <class T>
 V<T> seen(const Item<T>& item, const V<T>& dz) {
   switch (item.kind) {
@@ -87,15 +87,15 @@ State<T> state_at(const Problem& problem, const V<T>& x_m) {
   return state;
 }
 
-// The maximiser over u of u·R − φ*(u) − |u − u₀|²/(2τ), given v = u₀ + τR; and its stiffness, as its part
-// along e = v/|v| and its part across.
+// The maximiser over u of u·R − φ*(u) − |u − u₀|²/(2τ), given v = u₀ + τR; and its stiffness, as its part along e = v/|v| and
+// its part across.
 template <class T>
 struct Answer {
   V<T> u;
   V<T> e;
   T along{};
   T side{};
-  Foot<T> foot{};  // of a corner: e is within what its q span, and so is `side`
+  Foot<T> foot{};  // of a corner: e is within the span of its q, and so is `side`
 };
 
 template <class T>
@@ -147,7 +147,6 @@ V<T> on_proxy(const Item<T>& item, const V<T>& u) {
   return item.kind == PrimitiveKind::plane ? u.x * item.q : u;
 }
 
-// Symmetric 3×3 matrix.
 template <class T>
 struct Stiffness {
   T xx{1}, yy{1}, zz{1}, xy{}, xz{}, yz{};
@@ -194,7 +193,7 @@ bool finite(const V<T>& a) {
   return sum - sum == T(0);
 }
 
-// −(Z − C − Σ answer) at Z = dz: the force left over in the augmented problem.
+// −(Z − C − Σ answer) at Z = dz: the residual force of the augmented problem.
 template <class T>
 V<T> left_over(const State<T>& state, const V<T>& dz, T tau) {
   V<T> f = state.C - dz;
@@ -212,8 +211,8 @@ void shift(State<T>& state, const V<T>& dz) {
   state.x_m = state.x_m + (T(1) / state.k) * dz;
 }
 
-// Minimises the augmented problem for one τ by Newton's method. The residuals are kept about the current
-// point, so that τR keeps its digits. `relative` is the rounding at which to stop.
+// Minimises the augmented problem for one τ by Newton's method. The residuals are kept about the current point, so that τR
+// keeps its digits. `relative`: the rounding that stops it.
 template <class T>
 int minimise(State<T>& state, T tau, T relative, int most_steps) {
   int steps = 0;
@@ -230,7 +229,7 @@ int minimise(State<T>& state, T tau, T relative, int most_steps) {
     }
     const T left = length(f);
     if (!(left > relative * size)) break;
-    // Rounding: the last step no longer helped, and it was a full one.
+    // Rounding: a full last step brought no decrease.
     if (before >= T(0) && left >= before && left <= T(1e4) * relative * size) break;
     before = left;
     const V<T> d = H.solve(f);
@@ -247,7 +246,7 @@ int minimise(State<T>& state, T tau, T relative, int most_steps) {
         if (-now * (t - low) <= T(0.5) * slope_low * low) break;
         high = t, slope_high = now;
       }
-      // By turns the secant and the middle.
+      // Secant and bisection alternate.
       const T secant = low + (high - low) * (slope_low / (slope_low - slope_high));
       t = i % 2 == 0 ? secant : T(0.5) * (low + high);
     }
@@ -281,7 +280,7 @@ Quad bound_of(const Problem& problem, const State<Quad>& state) {
   return bound_of(problem, state.x_m, forces);
 }
 
-// Raises τ from one power of ten to another, keeps the best point that was proven.
+// Raises τ from one power of ten to another, keeps the best proven point.
 void polish(const Problem& problem, State<Quad>& state, double from, double factor, Reference& best) {
   constexpr double largest = 1e26;
   constexpr int most_rounds = 40;
@@ -310,7 +309,7 @@ Reference reference_balance(const Problem& problem) {
   best.bound_m = DBL_MAX;
 
   State<double> rough = state_at<double>(problem, V<double>(problem.start_m));
-  V<double> moved;  // sums what double would lose in x_m
+  V<double> moved;  // accumulates digits that double would lose in x_m
   for (double tau = 1e2; tau <= 1e10; tau *= 1e2) {
     rough.x_m = {};
     minimise<double>(rough, tau, 1e-15, 40);

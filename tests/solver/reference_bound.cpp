@@ -9,18 +9,18 @@ namespace palpa::test {
 namespace reference {
 namespace {
 
-// Of what is elastic, with |r| = `reach` and a force of length t along r: φ + φ* − t|r| with v = min(κ|r|, s) what it should
-// give, (v − t)(|r| − (v + t)/2κ), which where it holds is (κ|r| − t)²/2κ.
+// Of an elastic primitive, with |r| = `reach` and a force of length t along r: φ + φ* − t|r| with its due force v = min(κ|r|,
+// s), (v − t)(|r| − (v + t)/2κ); while it holds, (κ|r| − t)²/2κ.
 Quad elastic_gap(Quad reach, Quad t, Quad s, Quad stiffness) {
   const Quad v = stiffness * reach < s ? stiffness * reach : s;
   return v < s ? (v - t) * (v - t) / (2 * stiffness) : (v - t) * (reach - (v + t) / (2 * stiffness));
 }
 
-// One primitive's share of the duality gap [N m], in the form without cancellation: with l = min(|u|, s),
-// m = (|u| − s)₊ T/c, e = u/|u|
+// One primitive's share of the duality gap [N m], in the form without cancellation: with l = min(|u|, s), m = (|u| − s)₊ T/c, e
+// = u/|u|
 //   point, line:  (s − l)|r| + l|r|/2 |e − r/|r||² + c/2T |r − m e|²
 //   plane:        (s − l) r₊ + |u| r₋ + c/2T (r₊ − m)²
-// `u` is projected on what the primitive can exert first.
+// `u` is projected on the primitive's force set first.
 Quad gap_of(const Primitive& p, const V<Quad>& q, const V<Quad>& x_m, Quad T, V<Quad>& u) {
   const Quad s = p.strength_n;
   const Quad c = p.drag_ns_per_m > 0.0 ? Quad(p.drag_ns_per_m) / T : Quad(0);
@@ -58,8 +58,8 @@ Quad gap_of(const Primitive& p, const V<Quad>& q, const V<Quad>& x_m, Quad T, V<
   return gap;
 }
 
-// A corner's share for the forces `u` of its facets, which are projected first: with w the way from x to the nearest free
-// place, (s|w| − u·w) + Σ t (n·w − n·(a − x))₊ + (s/σ) v, v what x + w lacks of being free.
+// A corner's share for the forces `u` of its facets, which are projected first: with w the path from x to the nearest free
+// point, (s|w| − u·w) + Σ t (n·w − n·(a − x))₊ + (s/σ) v, v the infeasibility of x + w.
 Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::span<V<Quad>> u) {
   const Quad s = facets[0].strength_n;
   std::vector<V<Quad>> normals;
@@ -76,8 +76,8 @@ Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::s
   for (std::size_t i = 0; i < facets.size(); ++i) t[i] *= share, u[i] = t[i] * normals[i];
   const V<Quad> w = Projection<Quad>(normals, c).foot().w;
   const Quad reach = length(w), l = share * size;
-  // Off the corner its force is s w/|w|. The t of doubles add up to that but for rounding, which counts as it: the rest of
-  // it is left over.
+  // Off the corner its force is s w/|w|. The t of doubles add up to that but for rounding, which counts as it: the rest is
+  // residual.
   const bool elastic = facets[0].is_elastic();
   const Quad stiffness = elastic ? Quad(facets[0].stiffness_n_per_m) : Quad(0);
   const Quad given = elastic && stiffness * reach < s ? stiffness * reach : s;
@@ -129,8 +129,8 @@ Quad bound_of(const Problem& problem, const V<Quad>& x_m, std::vector<V<Quad>> f
 }  // namespace reference
 
 double plain_bound_m(const Problem& problem, std::span<const Vec3> forces_n, const Vec3& position_m, const Vec3& remainder_m) {
-  // A double can say s e only to a few ulp, which would cost s|R| ulp in the gap however good the answer is: a
-  // force that is as long as its strength but for rounding counts as exactly so long.
+  // A double has s e only to a few ulp, which would cost s|R| ulp in the gap of any answer: a force whose length is its
+  // strength but for rounding counts as exactly so long.
   std::vector<reference::V<Quad>> forces(forces_n.begin(), forces_n.end());
   for (std::size_t i = 0; i < forces.size(); ++i) {
     const Primitive& p = problem.primitives[i];

@@ -7,7 +7,7 @@
 
 namespace palpa::test::reference {
 
-/// (ρ + √(ρ² + 4kε))/(2k) for the forces of the primitives, in their order; those of directed ones are not read.
+/// (ρ + √(ρ² + 4kε))/(2k) for the forces of the primitives, in their order; those of directed primitives are ignored.
 Quad bound_of(const Problem& problem, const V<Quad>& x_m, std::vector<V<Quad>> forces);
 
 }  // namespace palpa::test::reference

@@ -1,4 +1,4 @@
-// Vectors of any floating point, and the nearest place that is free of facets, for reference.cpp and reference_bound.cpp.
+// Vectors of any floating point, and the nearest point free of facets.
 #pragma once
 
 #include <algorithm>
@@ -80,8 +80,8 @@ inline std::size_t end_of_corner(const Problem& problem, std::size_t i) {
   return i;
 }
 
-// The least w with n·w ≥ c for all facets, w = Σ t n, t ≥ 0, by a dual active set whose faces are orthonormal bases:
-// what q spans, n_A = q T.
+// The least w with n·w ≥ c for all facets, w = Σ t n, t ≥ 0, by a dual active set whose faces are orthonormal bases: q spans
+// the face, n_A = q T.
 template <class T>
 struct Foot {
   V<T> w;
@@ -128,7 +128,7 @@ class Projection {
     return worst;
   }
 
-  // What `v` has along the basis, and beyond it.
+  // Components of `v` along the basis, and its rest.
   std::vector<T> parts(V<T>& v) const {
     std::vector<T> along(q_.size(), T(0));
     for (int pass = 0; pass < 2; ++pass) {
@@ -160,7 +160,7 @@ class Projection {
   }
   static T independent() { return T(1e4) * rounding_of<T>(); }
 
-  // Presses facet j until it is reached, letting go of what would have to pull; false where nothing reaches it.
+  // Presses facet j until it is reached, and drops facets that would have to pull; false if it is unreachable.
   bool press(std::size_t j) {
     T pressed(0);
     for (int round = 0; round < 20; ++round) {

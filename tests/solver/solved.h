@@ -1,4 +1,4 @@
-// A problem solved once, with all that the tests of the solver look at.
+// A problem solved once, with all results that the solver's tests check.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace palpa::test {
 struct Solved {
   Balance balance;
   std::vector<Vec3> forces_n;
-  Vec3 remainder_m;  ///< what the position lost when it was rounded
+  Vec3 remainder_m;  ///< rounding error of the position
 };
 
 inline Solved solved(const Problem& problem, Solver& solver, PrimitiveSet& set) {
@@ -29,7 +29,6 @@ inline Solved solved(const Problem& problem, Solver& solver, PrimitiveSet& set) 
   return result;
 }
 
-/// From a cold start.
 inline Solved solved(const Problem& problem) {
   const std::size_t capacity = std::max<std::size_t>(1, problem.primitives.size());
   Solver solver(capacity);
@@ -37,7 +36,7 @@ inline Solved solved(const Problem& problem) {
   return solved(problem, solver, set);
 }
 
-/// A problem that can be made again: Random random(seed); family.make(random, n, drags).
+/// A reproducible problem: Random random(seed); family.make(random, n, drags).
 struct Recipe {
   const Family& family;
   int n;

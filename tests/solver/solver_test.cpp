@@ -1,4 +1,4 @@
-// Laws of the balance (solver.h, law.h): what must hold whatever the numbers are.
+// Laws of the balance (solver.h, law.h) for any numbers.
 #include "palpa/solver/solver.h"
 
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ TEST(Balance, WithoutPrimitivesIsTheProbeItself) {
   }
 }
 
-// Paper, Fig. 3 a–c and d; the same for point and line.
+// Paper, Fig. 3 a–c and d; likewise for point and line.
 TEST(Balance, HoldsUntilStiffnessTimesDepthReachesTheStrengthThenTrailsByStrengthOverStiffness) {
   Random random(2);
   for (int i = 0; i < 2000; ++i) {
@@ -198,7 +198,7 @@ TEST(Balance, DoesNotDependOnOrderRotationOrScale) {
     for (Primitive& p : turned.primitives) {
       p.position_m = moved(p.position_m);
       p.direction = normalized(rotation * p.direction);
-      // A drag must sit at the start to the last bits, also after the turn.
+      // A drag must be at the start to the last bits, also after the turn.
       if (p.drag_ns_per_m > 0.0) p.position_m = turned.start_m;
     }
     const Balance turned_balance = solve(turned);
@@ -299,7 +299,7 @@ TEST(Balance, TotalForceNeverExceedsTheSumOfStrengths) {
   }
 }
 
-// The bound against a second, independent answer: long sweeps in long double from another start.
+// The bound against an independent answer: long sweeps in long double from another start.
 TEST(Bound, IsNeverExceeded) {
   Random random(11);
   int capped = 0;
@@ -479,8 +479,8 @@ TEST(PrimitiveSet, AcceptsADragOnlyWhereItDissipates) {
   const Vec3 start{0.02, 0.01, 0.03};
   set.clear(start);
   set.point(0, start, 0, 2);
-  set.line(1, start + Vec3{0, 0, 0.01}, {0, 0, 1}, 0, 2);       // the start lies on the line
-  set.plane(2, start - Vec3{0, 0, 0.01}, {0, 0, 1}, 0, {}, 2);  // the start lies on the free side
+  set.line(1, start + Vec3{0, 0, 0.01}, {0, 0, 1}, 0, 2);
+  set.plane(2, start - Vec3{0, 0, 0.01}, {0, 0, 1}, 0, {}, 2);
   EXPECT_EQ(set.dropped(), 0);
 }
 
@@ -496,11 +496,11 @@ TEST(Damper, IsExactlyZeroInFreeSpaceAndNeverKicks) {
   Damper damper(0.5);
   damper.reset({});
   for (int i = 0; i < 100; ++i) EXPECT_EQ(damper.relative_velocity({}, {}, 1e-3, 800), Vec3{});
-  // A break-through of 5 mm in one tick, told as a release, leaves no damper force of its own …
+  // A break-through of 5 mm in one tick, passed as a release, leaves no damper force of its own …
   Damper told(0.5);
   told.reset({0, 0, 0.005});
   EXPECT_NEAR(norm(told.relative_velocity({0, 0, 0.0001}, {0, 0, -0.0049}, 1e-3, 800)), 0.0, 1e-12);
-  // … and even untold it stays within the larger of 0.2 N and half the spring's force.
+  // … and even without it the force stays within the larger of 0.2 N and half the spring's force.
   Damper untold(0.5);
   untold.reset({0, 0, 0.005});
   EXPECT_LE(0.5 * norm(untold.relative_velocity({0, 0, 0.0001}, {}, 1e-3, 800)), 0.2 + 1e-12);

@@ -1,4 +1,4 @@
-// The formulas of docs/theory.md as they are written, for the tests of its statements.
+// The formulas of docs/theory.md in their written form, for the tests of its statements.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -59,13 +59,13 @@ inline double energy(const Problem& problem, const Vec3& x) {
   return spring(problem, x) - dot(directed_sum(problem), x - problem.start_m) + dissipation(problem, x);
 }
 
-// φ*(u) of a force that the primitive can exert.
+// φ*(u) of an admissible force.
 inline double conjugate(const Primitive& p, const Problem& problem, const Vec3& u) {
   const double excess = std::max(0.0, norm(u) - p.strength_n);
   return p.drag_ns_per_m > 0.0 ? 0.5 * excess * excess / drag_stiffness(p, problem) : 0.0;
 }
 
-// Any force that the primitive can exert: of its span, and beyond its strength only with a drag.
+// A random admissible force: in the span, and beyond the strength only with a drag.
 inline Vec3 some_force(Random& random, const Primitive& p) {
   const double length = random.uniform(0.0, p.drag_ns_per_m > 0.0 ? 2.0 * p.strength_n + 0.1 : p.strength_n);
   if (p.kind == PrimitiveKind::plane) return length * p.direction;
@@ -98,7 +98,7 @@ inline double dual(const Problem& problem, const std::vector<Vec3>& forces) {
   return value;
 }
 
-// ε = Σ φ(r) + φ*(u) − u·R and ρ = |k (x − p) − Σ forces|, as they are written.
+// ε = Σ φ(r) + φ*(u) − u·R and ρ = |k (x − p) − Σ forces|, in their written form.
 inline double gap(const Problem& problem, const std::vector<Vec3>& forces, const Vec3& x) {
   double sum = 0.0;
   for (std::size_t i = 0; i < forces.size(); ++i) {
@@ -113,7 +113,7 @@ inline double force_left(const Problem& problem, const std::vector<Vec3>& forces
   return norm(problem.stiffness_n_per_m * (x - problem.probe_m) - total(forces));
 }
 
-// How much E can change between the computed balance and the exact one.
+// Largest change of E between the computed balance and the exact one.
 inline double energy_slack(const Problem& problem, const Balance& balance) {
   double slope = problem.stiffness_n_per_m * (distance(balance.position_m, problem.probe_m) + balance.error_bound_m);
   for (const Primitive& p : problem.primitives)

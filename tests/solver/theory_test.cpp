@@ -1,5 +1,4 @@
-// The statements of docs/theory.md on one balance, each checked on random problems; those on what follows from balance to
-// balance are in passivity_test.cpp.
+// Statements of docs/theory.md on one balance, on random problems; sequences of balances: passivity_test.cpp.
 #include "tests/solver/theory.h"
 
 #include <gtest/gtest.h>
@@ -27,21 +26,21 @@ TEST(Energy, IsStronglyConvex) {
   }
 }
 
-// The printed forces are zero at r = 0 and s beside it: their sum with the spring's has no zero where a proxy rests.
+// The printed forces are zero at r = 0 and s beside it: their sum with the spring's has no zero at a resting proxy.
 TEST(Energy, PrintedForcesHaveNoZeroWhereAProxyRests) {
   constexpr double k = 800, s = 3, depth_m = 0.002;
   const Problem problem{{{PrimitiveKind::plane, {}, {}, {0, 0, 1}, s}}, {}, {0, 0, -depth_m}, k, tick_s};
   const auto printed_left = [&](double z_m) { return (z_m < 0.0 ? s : 0.0) - k * (z_m + depth_m); };
   for (int i = -4000; i <= 4000; ++i) EXPECT_GE(std::abs(printed_left(1e-6 * i)), 1.3999);
   const Solved solved = solve(problem);
-  EXPECT_EQ(solved.balance.position_m, Vec3{});  // with any force from 0 to s at r = 0 there is one
+  EXPECT_EQ(solved.balance.position_m, Vec3{});  // with any force from 0 to s at r = 0 there is a zero
   EXPECT_NEAR(solved.forces_n[0].z, k * depth_m, 1e-12);
 }
 
 TEST(Split, OfRedundantPrimitivesIsNotUniqueButTheirSumIs) {
   const Primitive weak{PrimitiveKind::point, {0, 0}, {}, {}, 1.0}, strong{PrimitiveKind::point, {0, 1}, {}, {}, 2.0};
-  const Problem problem{{weak, strong}, {}, {-0.003, 0, 0}, 500, tick_s};  // 1.5 N are asked for
-  for (const double share_n : {0.0, 0.3, 0.5, 1.0}) {                      // of the strong one: from 0.5 N to 1.5 N
+  const Problem problem{{weak, strong}, {}, {-0.003, 0, 0}, 500, tick_s};
+  for (const double share_n : {0.0, 0.3, 0.5, 1.0}) {  // of the strong one: from 0.5 N to 1.5 N
     const Vec3 forces[] = {{share_n, 0, 0}, {1.5 - share_n, 0, 0}};
     EXPECT_LE(error_bound_m(problem.primitives, forces, {}, problem.probe_m, 500, tick_s), 1e-12) << share_n;
   }
@@ -69,7 +68,7 @@ TEST(Dual, EnergyMinusDualIsTheGapAndTheForceLeftOver) {
   }
 }
 
-// With common place o: Z = C + Proj_W(−C). W is known by its reach Σ max u·e in every direction e.
+// With common point o: Z = C + Proj_W(−C). W is described by its support function max u·e in every direction e.
 TEST(Dual, AProxyRestsIffTheSumOfForceSetsHoldsTheDemand) {
   Random random(103);
   int resting = 0;
@@ -96,7 +95,7 @@ TEST(Dual, AProxyRestsIffTheSumOfForceSetsHoldsTheDemand) {
         const Vec3 e = random.direction();
         EXPECT_LE(dot(demand, e), reach(e) + slack);
       }
-    } else {  // Z is what is missing, across the face of W that is nearest to the demand
+    } else {  // Z is the missing force, across the face of W that is nearest to the demand
       const Vec3 e = normalized(-Z);
       const double turned = slack / norm(Z) * (norm(demand) + reach(e) + norm(Z));
       EXPECT_NEAR(dot(demand, e) - reach(e), norm(Z), 4.0 * (slack + turned));
@@ -106,7 +105,7 @@ TEST(Dual, AProxyRestsIffTheSumOfForceSetsHoldsTheDemand) {
   EXPECT_LT(resting, 4800);
 }
 
-// One sweep: each force in turn is the best one, all others held.
+// One sweep: each force in turn becomes optimal, all others held.
 void sweep(const Problem& problem, std::vector<Vec3>& forces) {
   const double k = problem.stiffness_n_per_m;
   for (std::size_t i = 0; i < forces.size(); ++i) {
@@ -168,7 +167,7 @@ TEST(Sweep, OverTwoPlanesContractsByTheSquaredCosine) {
   }
 }
 
-// One pass: the v of largest k D(v) − |v − u|²/(2τ), by sweeps of v until they stand still. In newtons about the start.
+// One pass: the v of largest k D(v) − |v − u|²/(2τ), by sweeps of v to convergence. In newtons about the start.
 std::vector<Vec3> multiplied(const Problem& problem, const std::vector<Vec3>& u, double tau) {
   const double k = problem.stiffness_n_per_m, own = 1.0 + 1.0 / tau;
   std::vector<Vec3> v = u;
@@ -220,7 +219,7 @@ TEST(Certificate, HoldsForAnyPlaceAndAnyForces) {
     const Problem problem = random_problem(random, 1 + random.below(6), i % 2 == 1);
     const Solved solved = solve(problem);
     const double k = problem.stiffness_n_per_m;
-    // From far off to close by, the forces between any and those of the balance.
+    // From far to near, forces between random ones and those of the balance.
     const double share = std::pow(10.0, random.uniform(-7, 0));
     const Vec3 x = solved.balance.position_m + share * random.in_cube(0.006);
     std::vector<Vec3> forces = some_forces(random, problem);
@@ -236,7 +235,6 @@ TEST(Certificate, HoldsForAnyPlaceAndAnyForces) {
   }
 }
 
-// Sums of products and all that is added for rounding come to the formula of the theorem.
 TEST(Certificate, IsTheFormulaAsItIsWritten) {
   Random random(114);
   for (int i = 0; i < 20000; ++i) {
@@ -253,18 +251,18 @@ TEST(Certificate, IsTheFormulaAsItIsWritten) {
 }
 
 TEST(Certificate, IsAttained) {
-  // A plane at zero that can just hold; the probe itself as the answer, and no force: off by s/k, the bound says s/k.
+  // A plane at zero that can just hold; the probe itself as the answer, and no force: off by s/k, the bound is s/k.
   constexpr double k = 400, s = 2;
   const Primitive plane{PrimitiveKind::plane, {}, {}, {0, 0, 1}, s};
   const Vec3 probe{0, 0, -s / k};
   const Vec3 none[] = {{}};
   EXPECT_EQ(norm(solve({{plane}, {}, probe, k, tick_s}).balance.position_m), 0.0);
   EXPECT_NEAR(error_bound_m({&plane, 1}, none, probe, probe, k, tick_s), s / k, 1e-15);
-  // No primitives: nothing but the spring's force is left over.
+  // No primitives: the spring's force alone is residual.
   EXPECT_NEAR(error_bound_m({}, {}, {0, 0, 0.003}, {}, k, tick_s), 0.003, 1e-15);
 }
 
-// 1.4 N are left over at the balance itself, on the plane's lower side, and hardly more 60 µm away from it.
+// 1.4 N of residual force at the balance itself, on the plane's lower side, and hardly more 60 µm away from it.
 TEST(Certificate, SeesWhatTheForceLeftOverCannot) {
   constexpr double k = 800, s = 3, off_m = 6e-5;
   const Primitive plane{PrimitiveKind::plane, {}, {}, {0, 0, 1}, s};
@@ -285,7 +283,7 @@ TEST(Certificate, SeesWhatTheForceLeftOverCannot) {
   EXPECT_GE(bound_m(solved.balance.position_m + aside), off_m);
 }
 
-// Points, drags and all, come last: x = a + f (y − a), y the balance of the rest, which is drag-free.
+// Points, drags included, come last: x = a + f (y − a), y the balance of the drag-free rest.
 TEST(ClosedForm, PointsComposeWithADragFreeRestAtTheSamePlace) {
   Random random(107);
   for (int i = 0; i < 5000; ++i) {

@@ -1,4 +1,4 @@
-// Two runs of one hand: what differs between them, and whether a hand would tell, on forces that are known.
+// Comparison of two runs of one hand: differences, and their perceptibility, on known forces.
 #include "palpa/study/beside.h"
 
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@ namespace beside_test {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A second of a hand that goes along x; the force is `force(t)`.
+/// A second of a hand that moves along x; the force is `force(t)`.
 template <class Force>
 FeltRun run_with(const Force& force) {
   FeltRun run{.stiffness_n_per_m = 500.0};

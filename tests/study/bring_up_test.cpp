@@ -1,5 +1,4 @@
-// A device is measured as it is: one that is made here, of a mass, damping, friction, delay and encoder that are known, with a
-// hand that does what it is asked.
+// Device calibration on a simulated device of known parameters, with a hand that follows the instructions.
 #include "palpa/study/bring_up.h"
 
 #include <gmock/gmock.h>
@@ -17,12 +16,11 @@ using testing::HasSubstr;
 struct Made {
   double mass_kg = 0.2, damping_ns_per_m = 0.4, friction_n = 0.03, encoder_step_m = 2e-5;
   int delay_ms = 3, lag_ms = 12;
-  double sign = 1.0;  // of its forces
+  double sign = 1.0;
   const char* fault = nullptr;
   bool has_motors = true;
 };
 
-/// The device, its clock and the hand on it.
 class Bench final : public Device, public LoopClock {
  public:
   explicit Bench(const Made& made) : made_(made) {}
@@ -52,7 +50,7 @@ class Bench final : public Device, public LoopClock {
     if (past_.size() > 100) past_.pop_back();
   }
 
-  /// What the hand does when it is asked: strokes, holds loosely, pulls aside and lets go.
+  /// The hand's reaction to an instruction: strokes, loose hold, pull aside and release.
   bool obey(const std::string& words) {
     asked_s_ = now_s_;
     if (words.find("slowly") != std::string::npos) doing_ = Doing::strokes;
@@ -83,7 +81,7 @@ class Bench final : public Device, public LoopClock {
       place_ += dt_s * speed_;
       return;
     }
-    // A hand that holds the handle aside lets go of it a second after it was asked.
+    // A hand that holds the handle aside releases it a second after the instruction.
     const bool is_held = doing_ == Doing::holds || (doing_ == Doing::lets_go && now_s_ - asked_s_ < 1.0);
     if (is_held) return;
     Vec3 force = forces_.empty() ? Vec3{} : forces_.front();

@@ -1,4 +1,4 @@
-// Closed loops of devices on scenes: bounds that have a closed form, what is found at fault, and advice that helps.
+// Closed loops of devices on scenes: closed-form bounds, faults, advice.
 #include "palpa/study/check.h"
 
 #include <gmock/gmock.h>
@@ -23,9 +23,9 @@ namespace check_test {
 
 constexpr double tick_s = 1e-3;
 constexpr double strong_n = 5.0;
-const Vec3 at_world_m{0.006, 0.0, 0.0};  // on the plane, within the vortex, where the flow goes along y
+const Vec3 at_world_m{0.006, 0.0, 0.0};  // on the plane, within the vortex, where the flow is along y
 
-/// Modes on a plane and a vortex, and the way in the world in which they hold.
+/// Modes on a plane and a vortex, and the direction in the world in which they hold.
 struct Held {
   const char* name;
   std::vector<Mode> modes;
@@ -47,8 +47,8 @@ SurfaceAndFriction wall(double friction_n = 0.0) {
 }
 
 /// Every mode, and combinations. Directed forces (gradient, vector and vortex force) hold nothing: alone they leave a device
-/// without a spring, which has no critical stiffness. So they stand with what holds, and must add nothing to it. A vortex line
-/// holds on the core, so there the device lies.
+/// without a spring, which has no critical stiffness. So they are combined with holding modes, whose result must not change. A
+/// vortex line holds on the core, so there the device lies.
 std::vector<Held> all_that_hold() {
   const Vec3 in{0, 0, -1}, across{1, 0, 0}, along{0, 1, 0};
   const Strength strong{strong_n};
@@ -72,8 +72,8 @@ std::vector<Held> all_that_hold() {
            in}};
 }
 
-/// [1/s] By how much the logarithm of the swing of a mass that is knocked out of its rest against what holds grows a second.
-/// The knock is so small that nothing lets go of it.
+/// [1/s] Growth rate of the swing's logarithm for a mass knocked out of its rest against a holding mode, without a
+/// break-through.
 double growth_per_s(const Held& held, const Scene& scene, const DevicePlant& plant) {
   constexpr double push_n = 0.5, before_m = 1e-7, knock = 0.05;
   constexpr std::size_t settled_ticks = 50, half_ticks = 200;  // each half holds at least three swings of these masses
@@ -81,7 +81,7 @@ double growth_per_s(const Held& held, const Scene& scene, const DevicePlant& pla
   const Vec3 way = normalized(map.gradient_to_hand(held.way)), from_m = map.to_hand(held.from_m) - before_m * way;
   const auto device = let_go(plant, from_m + (1.0 + knock) * push_n / scene.coupling.stiffness_n_per_m * way, push_n * way);
   Session session(scene);
-  session.tick({.position_m = from_m}, tick_s);  // before what holds, so that the proxy meets it
+  session.tick({.position_m = from_m}, tick_s);  // before the constraint, so that the proxy meets it
   std::vector<double> along_m;
   run_simulated(session, *device, {.duration_s = (settled_ticks + 2 * half_ticks) * tick_s, .time_ticks = false}, nullptr,
                 [&](const TickFrame& frame, const Session&) { along_m.push_back(dot(frame.result.probe_m - from_m, way)); });
@@ -93,9 +93,9 @@ double growth_per_s(const Held& held, const Scene& scene, const DevicePlant& pla
   return std::log(swing_m(along_m.end()) / swing_m(middle)) / (half_ticks * tick_s);
 }
 
-/// [1/s] The same of the linear loop: ln|z|/T of the root, of those of a swing, of
-/// (z - 1)(z - e) z^d + k ((T - a)(z - e) + a (1 - e))/b with e = exp(-bT/m) and a = m (1 - e)/b: a mass that is damped, and a
-/// force -k x that is held for a tick and acts d ticks late.
+/// [1/s] Growth rate of the linear loop: ln|z|/T of the oscillating root of
+/// (z - 1)(z - e) z^d + k ((T - a)(z - e) + a (1 - e))/b with e = exp(-bT/m) and a = m (1 - e)/b: a damped mass, and a force -k
+/// x that is held for a tick and acts d ticks late.
 double linear_growth_per_s(const DevicePlant& plant, double stiffness_n_per_m) {
   using Complex = std::complex<double>;
   const double b = plant.damping_ns_per_m, e = std::exp(-b * tick_s / plant.mass_kg), a = plant.mass_kg / b * (1.0 - e);
@@ -114,7 +114,7 @@ double linear_growth_per_s(const DevicePlant& plant, double stiffness_n_per_m) {
 }
 
 TEST(Check, EveryModeIsStableUpToTheClosedFormBound) {
-  // Of the bound; 1.05 is beyond by more than what its closed form leaves out, a term of bT/m.
+  // Of the bound; 1.05 is beyond the error of its closed form, a term of bT/m.
   constexpr double stable[] = {0.8, 1.0}, beyond = 1.05;
   for (const Held& held : all_that_hold()) {
     Scene scene = scene_of(held);
@@ -123,7 +123,7 @@ TEST(Check, EveryModeIsStableUpToTheClosedFormBound) {
         const DevicePlant plant{.mass_kg = 0.1, .damping_ns_per_m = damping, .delay_ticks = delay_ticks};
         const double bound = stiffness_bounds(plant, 0.0, tick_s).stable_n_per_m;
         EXPECT_NEAR(bound, damping / (tick_s * (0.5 + delay_ticks)), 1e-9);
-        // Growth rises by b/2m over one bound. Its sub-steps let the device lead by a part in 100 of T/2.
+        // Growth rises by b/2m over one bound. Its sub-steps give the device a lead of a hundredth of T/2.
         const double close_per_s = 0.02 * damping / (2.0 * plant.mass_kg);
         const auto expect_linear = [&](double share) {
           scene.coupling.stiffness_n_per_m = share * bound;
@@ -180,7 +180,6 @@ TEST(Check, BoundsAreThoseOfTheBooks) {
   EXPECT_DOUBLE_EQ(stiffness_bounds(plant, 0.5, 1e-3).stable_n_per_m, 1000.0);
 }
 
-/// A ball that a device lies on.
 Scene ball(double stiffness_n_per_m, double damping_ns_per_m) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = 10.0});
   scene.add("ball", sphere_field());
@@ -204,7 +203,7 @@ TEST(Check, FindsASceneMadeUnstableAndItsAdviceHelps) {
 
 TEST(Check, LetsADeviceGoBeforeALevelWhereverThatStands) {
   const DevicePlant smooth = device_plant("omega,coulomb_friction_n=0");
-  for (const double behind_m : {0.0, 0.0003, 0.0007}) {  // a plane on the steps of the ways, and between them
+  for (const double behind_m : {0.0, 0.0003, 0.0007}) {  // a plane on the steps of the paths, and between them
     Scene scene({.stiffness_n_per_m = 5000.0, .damping_ns_per_m = 0.0, .max_force_n = 12.0});
     scene.add("wall", plane_field());
     scene.workspace = {.scale = 1.0, .center_m = Vec3{0.0, 0.0, behind_m}};
@@ -228,7 +227,7 @@ const CheckFinding& finding_of(const CheckReport& report, std::string_view key) 
   return *std::ranges::find(report.findings, key, &CheckFinding::key);
 }
 
-// What laboratories run: 500 N/m, and the most that the device is made for where that is less.
+// Laboratories' values: 500 N/m, or the device's own maximum if that is less.
 TEST(Check, IsFineWithWhatFirstScenesHaveOnTheDevicesThatTheyName) {
   for (const char* device : {"touch", "omega", "falcon", "inverse3"}) {
     const CheckReport report = check(ball(500.0, 0.2), device_plant(device), {.advise = false});
@@ -286,7 +285,7 @@ TEST(Check, NeverJudgesAStifferCouplingBetter) {
   }
 }
 
-// The margin is one of friction: a device with half of it hums, or rests, as the margin says.
+// The margin is one of friction: a device with half of it hums, or rests, as the margin predicts.
 TEST(Check, ItsMarginIsWhatADeviceOfHalfTheFrictionDoes) {
   for (const double k : {500.0, 1000.0, 2000.0}) {
     const CheckReport presumed = check_quickly(ball(k, 0.2), device_plant("omega"));
@@ -343,8 +342,8 @@ TEST(Check, SpeaksOfStrengthsOnlyWhereModesPushBeyondTheLimitTogether) {
 }
 
 TEST(Check, IsTheSameEveryTime) {
-  // A plane is the same everywhere, so it has one place, and its check is short. Without friction nothing holds the device, so
-  // that what is better is searched for.
+  // A plane is uniform, so one point is checked. Without friction nothing holds the device, so that a better setting is
+  // searched for.
   Scene scene({.stiffness_n_per_m = 5000.0, .damping_ns_per_m = 0.0, .max_force_n = 12.0});
   scene.add("wall", plane_field());
   scene.workspace = {.scale = 1.0, .center_m = Vec3{}};

@@ -1,4 +1,4 @@
-// Earlier systems' laws beside the exact one, posed the same balances of whole scenes.
+// Earlier systems' laws against the exact law, on equal balances of whole scenes.
 #include "palpa/study/compare_laws.h"
 
 #include <gmock/gmock.h>
@@ -33,7 +33,7 @@ Scene scene_of(unsigned modes) {
   return scene;
 }
 
-/// Round and round near the front of the ball, in and out of it.
+/// Circles near the front of the ball, in and out of it.
 std::vector<Probe> hand() {
   std::vector<Probe> probes;
   for (int i = 0; i < 3000; ++i) {
@@ -73,14 +73,14 @@ TEST(CompareLaws, ThatMoveAlongEachConstraintAreOffWhereTheyAreNot) {
       EXPECT_GT(of(result, law).posed_m.p99, 1e-5) << law << " modes " << modes;
       EXPECT_DOUBLE_EQ(of(result, law).posed_n.p99, 800 * of(result, law).posed_m.p99);
     }
-    // Nothing is taken away from the overlap of two constraints when their moves are added.
+    // Adding the moves of two constraints subtracts nothing for their overlap.
     EXPECT_GT(of(result, "ikits-2003").posed_m.p99, of(result, "ikits-2003-sequential").posed_m.p99) << modes;
   }
 }
 
 TEST(CompareLaws, TheExactOneByItselfFeelsTheSame) {
   Scene scene = scene_of(surface | rail);
-  scene.law = "no-proxy";  // what the scene names does not count
+  scene.law = "no-proxy";  // the scene's own law does not count
   const LawComparison result = compare_laws(scene, hand(), 1e-3, all_laws);
   EXPECT_EQ(of(result, "exact").alone_m.max, 0.0);
   EXPECT_EQ(of(result, "exact").alone_mean_n, 0.0);
@@ -124,7 +124,7 @@ TEST(CompareLaws, RefusesALawThatIsNone) {
   EXPECT_THROW(compare_laws(scene_of(rail), hand(), 1e-3, laws), SceneError);
 }
 
-// ---- run and replay by the law that a scene names
+// ---- run and replay by the scene's law
 
 class RunByLaw : public StudyTest, public testing::WithParamInterface<const char*> {};
 

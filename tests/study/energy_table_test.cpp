@@ -1,4 +1,4 @@
-// The energy table of a run against closed forms and laws: what a hand must have paid, and where that went.
+// The energy table of a run against closed forms and laws.
 #include "palpa/study/energy_table.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using Hand = std::function<Probe(double t_s)>;
 
 constexpr double k = 800.0;
 
-/// A half space below z = 0 that lets go at `strength_n`.
+/// A half space below z = 0 with break-through at `strength_n`.
 Scene plane(double strength_n, double friction_n = 0.0, double max_force_n = 100.0) {
   Scene scene({.stiffness_n_per_m = k, .max_force_n = max_force_n});
   const FieldRef depth = scene.add("wall", plane_field());
@@ -64,7 +64,7 @@ struct Felt {
   }
 };
 
-/// `each` sees every tick, and may disturb the session before the next.
+/// `each` gets every tick, and may disturb the session before the next.
 Felt feel(const Scene& scene, const Hand& hand, double duration_s, double rate_hz = 1000.0,
           const std::function<void(const TickFrame&, Session&)>& each = {}) {
   Session session(scene);
@@ -91,7 +91,7 @@ Probe wander(double t_s) {
   return {.position_m = {0.05 * std::sin(7.1 * t_s), 0.06 * std::sin(5.3 * t_s + 1.0), 0.06 * std::sin(3.7 * t_s + 2.0)}};
 }
 
-// ---- what is nothing ----
+// ---- zeros ----
 
 TEST(EnergyTable, OfFreeAirIsZeros) {
   const Felt felt = feel(
@@ -127,7 +127,7 @@ TEST(EnergyTable, OfAStillHandIsZerosOnceItHasComeToRest) {
   }
 }
 
-// ---- what has a closed form ----
+// ---- closed forms ----
 
 TEST(EnergyTable, OfAShellPressedThroughIsTheSpringAtItsStrength) {
   for (const double strength_n : {0.5, 1.0, 3.0}) {
@@ -172,8 +172,8 @@ TEST(EnergyTable, OfFrictionIsItsForceTimesTheWay) {
   expect_closed(felt);
 }
 
-// A wall that never gives way gives back more than it got: the force of a spring that is held for a tick lags behind, by
-// k/2 |Δp|² each. That is the whole leak, and what a hand's damping of kT/2 covers (docs/theory.md, 7.3).
+// An unbreakable wall returns more than it got: a held force lags, by k/2 |Δp|² per tick. That is the whole leak, covered by a
+// hand's damping of kT/2 (docs/theory.md, 7.3).
 TEST(EnergyTable, OfAHeldWallIsTheLeakOfTheHold) {
   for (const double rate_hz : {1000.0, 4000.0}) {
     const double depth_m = 0.002;
@@ -184,7 +184,7 @@ TEST(EnergyTable, OfAHeldWallIsTheLeakOfTheHold) {
         },
         3.0, rate_hz);
     const double speed_m_per_s = depth_m * pi;
-    const double leak_j = 0.5 * k / rate_hz * 0.5 * speed_m_per_s * speed_m_per_s * 2.0;  // two of three seconds inside
+    const double leak_j = 0.5 * k / rate_hz * 0.5 * speed_m_per_s * speed_m_per_s * 2.0;
     EXPECT_NEAR(felt.in("ticks"), leak_j, 0.01 * leak_j);
     EXPECT_NEAR(felt.in("hand"), -leak_j, 0.01 * leak_j);
     EXPECT_NEAR(felt.table.covering_damping_ns_per_m, 0.5 * k / rate_hz, 1e-3 * k / rate_hz);
@@ -222,7 +222,7 @@ TEST(EnergyTable, OneBalanceBringsInNoMoreThanItsBound) {
       if (step.probe_m != frame.result.probe_m) return;
     }
     ++single;
-    // A balance is as exact as its proof, and forces do work over the whole way.
+    // A balance is as exact as its proof, and forces do work over the whole path.
     const double rounding_j = 1e-15 + 1e-9 * norm(frame.result.force_n);
     ASSERT_LE(e.ticks_j, e.ticks_bound_j + rounding_j) << "tick " << frame.tick;
   });

@@ -1,4 +1,4 @@
-// Steps of the force are found, and traced to what made them: on runs made by hand, and on a wall that breaks.
+// Force steps and their causes: on made-up runs, and on a wall that breaks.
 #include "palpa/study/felt.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ namespace felt_test {
 using testing::IsEmpty;
 using testing::SizeIs;
 
-/// A hand at rest that gets a steady newton from its first mode.
+/// A hand at rest with a steady newton from its first mode.
 FeltRun quiet(std::size_t ticks = 100) {
   FeltRun run{.stiffness_n_per_m = 500.0};
   run.modes = {{.name = "wall"}, {.name = "pull", .is_directed = true}};
@@ -144,8 +144,7 @@ TEST(FeltRun, QuietSignalsLeaveOutEventsAndWhatIsNotTouched) {
   EXPECT_THAT(signals.command_n[1], SizeIs(testing::AllOf(testing::Ge(19u), testing::Le(21u))));
 }
 
-// A wall of 1 N under a rigid hand: met, broken, and the command falls from there to nothing.
-/// A wall that gives way at 1 N, pressed from 1 mm before it with 10 N/s.
+// A wall of 1 N, pressed by a rigid hand from 1 mm before it with 10 N/s: met and broken; then the command falls to 0.
 FeltRun run_into_a_wall(double max_force_n) {
   Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.0, .max_force_n = max_force_n});
   const FieldRef wall = scene.add("wall", plane_field());
@@ -179,7 +178,7 @@ TEST(FeltRun, OfAWallThatBreaksTellsItsForceAndItsFall) {
   EXPECT_NEAR(duration_s(run), 0.2, 1e-9);
 }
 
-// A level beyond the limit holds: the command stays at the limit as long as the hand presses that far.
+// A level beyond the limit holds: the command stays at the limit while the hand presses that far.
 TEST(FeltRun, OfAWallBeyondTheLimitTellsHowLongItWasCut) {
   const FeltRun run = run_into_a_wall(0.8);
   EXPECT_EQ(std::ranges::count_if(run.ticks, [](const FeltTick& tick) { return tick.broke_through; }), 0);

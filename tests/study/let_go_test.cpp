@@ -1,4 +1,4 @@
-// A mass in a sampled loop: how stiff it may be has a closed form.
+// A mass in a sampled loop: the closed form of its largest stiffness.
 #include "palpa/study/let_go.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace palpa {
 namespace let_go_test {
 
-/// A mass m with damping b, held by −k times the position of this tick, or of the one before, for a tick T. Of the exact
+/// A mass m with damping b, held by −k times the position of this tick, or of the tick before, for a tick T. Of the exact
 /// sampled loop, with a = exp(−bT/m), the position answers a force as (c1 z + c0)/((z − 1)(z − a)); by Jury's criterion it is
 /// stable below: without delay, where a + k c0 = 1; with a delay of one tick, where
 /// 1 − (k c0)² = a + k c1 + k c0 (1 + a).

@@ -1,4 +1,4 @@
-// Maps of forces: against a ball and a syrup, whose forces are known in closed form; the same however they are felt.
+// Maps of forces: closed forms of a ball and a viscous medium; independence of threads and pieces.
 #include "palpa/study/map.h"
 
 #include <gmock/gmock.h>
@@ -125,7 +125,7 @@ TEST(Map, ASliceIsAPlaneOfTheGrid) {
                   grid.points[grid.lattice.number(i, j, k)]);
       }
   }
-  // Across z each point has a way of its own, with other steps: the same place, within what a step is worth.
+  // Across z each point has a path of its own, with other steps: an equal position, within a step's error.
   const ForceMap across = felt(scene, map_slice(2, 0.045, 0.12, 17));
   const ForceMap along = felt(scene, map_slice(0, 0.0, 0.09, 17));  // its last point is at z = 45 mm
   EXPECT_NEAR(along.lattice.place_m(0, 8, 16).z, 0.045, 1e-12);
@@ -163,7 +163,6 @@ class MapFile : public StudyTest {
   const MapLattice lattice = map_slice(0, 0.0, 0.12, 17);
   const std::string identity = identity_of_map(scene, {}, lattice);
 
-  /// A map of which some ways are done.
   ForceMap half() const {
     ForceMap map(lattice);
     std::atomic<bool> stop = false;

@@ -1,4 +1,4 @@
-// Where a hand meets a scene first, and what follows from it: against a ball, whose front is known in closed form.
+// First contact of a hand with a scene, against the closed form of a ball's front.
 #include "palpa/study/reach.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ using testing::Not;
 constexpr double radius_m = 0.05;
 constexpr double stiffness_n_per_m = 500.0;
 
-/// A ball about `centre_m` [m] of the hand, felt as one shell that bears so much, and as syrup within.
+/// A ball about `centre_m` [m] of the hand, as one shell of this strength, with a viscous inside.
 Scene ball(const Vec3& centre_m, double strength_n, double drag_ns_per_m = 0.0) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
   const FieldRef depth = scene.add("ball", sphere_field(radius_m));
@@ -50,7 +50,7 @@ TEST(Reach, TheFrontOfABallIsTheBall) {
   for (const Vec3& centre_m : {Vec3{}, Vec3{0.02, -0.01, -0.015}}) {
     const Encounter met = Reach(ball(centre_m, 1.0)).encounter(simulated_motion("sim:stroke"), Hold::rigid);
     const Vec3 place_m = met.facing->at(0, 0, 0) - centre_m;
-    // A smoothing spline lies below a ball's crown by about spacing²/(6 R), and a way is felt in steps of 1 mm.
+    // A smoothing spline lies below a ball's crown by about spacing²/(6 R), and a path has steps of 1 mm.
     EXPECT_NEAR(norm(place_m), radius_m, 1.5e-3);
     for (double angle = 0; angle < 6.28; angle += 0.7) {
       const Vec3 on_m = met.facing->at(0.02 * std::cos(angle), 0.02 * std::sin(angle), 0) - centre_m;
@@ -70,7 +70,7 @@ TEST(Reach, AHandGoesAsDeepAsHalfOfWhatALevelBears) {
   for (const double strength_n : {1.0, 2.0}) {
     const Reach reach(ball({}, strength_n));
     const double half_m = 0.5 * strength_n / stiffness_n_per_m;
-    // Felt in steps of 1 mm; on a ball most ways are oblique, and longer by as much.
+    // Steps of 1 mm; on a ball most paths are oblique, and longer by as much.
     EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), Hold::rigid).depth_m, half_m, 1.2e-3);
     const double arm = relaxed_arm.stiffness_n_per_m;
     EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), Hold::relaxed).depth_m, half_m + 0.5 * strength_n / arm,
@@ -99,7 +99,7 @@ TEST(Reach, AWayThatIsMovedWithItsSceneIsTheSame) {
   const auto here = simulated_target(motion, Reach(ball({0, 0, -0.02}, 1.0)).encounter(motion, Hold::rigid));
   const auto there = simulated_target(motion, Reach(ball(Vec3{0, 0, -0.02} + moved_m, 1.0)).encounter(motion, Hold::rigid));
   for (double t_s = 0; t_s < 5; t_s += 0.37) {
-    // The place is drawn to the middle of the workspace, so only what both follow is compared: the ball itself.
+    // The point is drawn to the middle of the workspace, so only the common part is compared: the ball itself.
     EXPECT_NEAR(norm(here->at(t_s).position_m - Vec3{0, 0, -0.02}),
                 norm(there->at(t_s).position_m - Vec3{0, 0, -0.02} - moved_m), 2e-3);
   }
@@ -114,7 +114,7 @@ TEST(Reach, WhereLittleCanBeFeltAMotionStaysThere) {
   const Encounter met = Reach(scene).encounter(simulated_motion("sim:circle"), Hold::rigid);
   EXPECT_LE(met.radius_m, 0.011);
   EXPECT_NEAR(distance(met.facing->at(0, 0, 0), {-0.013, 0.021, 0.008}), 0.0, 5e-3);
-  // What the description says holds.
+  // Given parameters override the fit.
   const SimulatedMotion wide = simulated_motion("sim:circle,radius_m=0.04,depth_m=0.001");
   const auto target = simulated_target(wide, met);
   const Vec3 at_m = target->at(4).position_m - met.facing->at(0, 0, 0);
@@ -140,7 +140,7 @@ TEST(Reach, ARecordingIsLaidWhereItFeelsMost) {
   EXPECT_LE(distance(recording->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1);
 }
 
-// To where it feels as much as near, from as far as a recording may lie.
+// To a position with as much contact as near by, from a recording's largest distance.
 TEST(Reach, ARecordingIsLaidHoweverFarItLies) {
   const Scene scene = ball({0.01, 0.02, -0.01}, 1.0, 1.0);
   const Reach reach(scene);
@@ -154,7 +154,7 @@ TEST(Reach, ARecordingIsLaidHoweverFarItLies) {
   }
 }
 
-/// A hand that begins where it goes deepest.
+/// A hand that begins at its deepest point.
 class OutAndIn final : public Target {
  public:
   Point at(double time_s) const noexcept override {
@@ -163,7 +163,7 @@ class OutAndIn final : public Target {
   double duration_s() const noexcept override { return 8.0; }
 };
 
-// In a level that never lets go it would stay where it begins.
+// In an unbreakable level it would stay at its start.
 TEST(Reach, ARecordingBeginsInFrontOfALevel) {
   const Scene scene = ball({0.0, 0.0, 0.0}, 20.0, 1.0);
   const auto recording = std::make_shared<OutAndIn>();
@@ -178,7 +178,7 @@ TEST(Reach, TheNearestThingIsWhereItIs) {
   const Vec3 places_m[] = {{0.0, 0.0, 0.1}, {0.09, 0.0, -0.02}, {0.0, 0.2, 0.1}};
   const auto nearest = reach.nearest(places_m);
   ASSERT_TRUE(nearest);
-  EXPECT_NEAR(nearest->distance_m, 0.04, 0.0125);  // from the second place, to within a cell: 10 x 10 x 5 mm
+  EXPECT_NEAR(nearest->distance_m, 0.04, 0.0125);  // from the second position, to within a cell: 10 x 10 x 5 mm
   EXPECT_LT(nearest->direction.x, -0.03);
   EXPECT_NEAR(norm(nearest->direction), nearest->distance_m, 1e-12);
   EXPECT_THAT(words_of(*nearest), testing::AllOf(HasSubstr("mm away"), HasSubstr("to the left")));

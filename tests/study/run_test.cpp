@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 class Run : public StudyTest {
  protected:
-  /// What running says is wrong; empty when it runs.
+  /// The error of a run; empty: none.
   std::string error_of(const RunOptions& o) const {
     try {
       run(o);
@@ -57,7 +57,7 @@ TEST_F(Run, RecordsTheSeedAlsoWhereNoneWasNamed) {
   EXPECT_TRUE(compare_traces(named.out, unnamed.out).same);
 }
 
-// The device limits the force, rounds what is read of either hand, and is named where someone looks.
+// The device limits the force, rounds the read positions of either hand, and is named in the output.
 TEST_F(Run, IsFeltThroughTheDeviceThatTheHandHolds) {
   int n = 0;
   for (const Hold hold : {Hold::rigid, Hold::relaxed}) {
@@ -83,7 +83,7 @@ TEST_F(Run, IsFeltThroughTheDeviceThatTheHandHolds) {
   EXPECT_THAT(error_of(wrong), HasSubstr("device: no preset 'phantom'; there are touch"));
 }
 
-// One sentence for each level that bears more than what reaches the hand: what is named never lets go, what is not does.
+// One sentence for each level stronger than the output limit: named levels never break, others do.
 TEST_F(Run, NamesTheLevelsThatAreStrongerThanWhatReachesTheHand) {
   const auto named = [](const std::vector<std::string>& notes, const std::string& level) {
     return std::ranges::count_if(notes, [&](const std::string& note) {
@@ -192,7 +192,6 @@ TEST_F(Run, WrongInputLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(folder / "trace"));
 }
 
-// Two rows can make a hand that goes on for ever.
 TEST_F(Run, EndsWithinADayAndFitsOnItsDisk) {
   write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n1e15,0,0,0.01\n");
   RunOptions o = options("trace");
@@ -239,7 +238,6 @@ TEST_F(Run, LastsAsLongAsTheRecordingUnlessToldOtherwise) {
   EXPECT_EQ(prepare(o).duration_s, 10.0);
 }
 
-// Rows a tick apart are felt each, the last one too, whatever time the first one has.
 TEST_F(Run, FeelsATickForEachRowOfARecording) {
   for (const double begin_s : {0.0, 5.0, 1723456.789}) {
     for (const int rows : {1, 2, 100, 2000}) {
@@ -289,7 +287,6 @@ TEST_F(Run, LaysARecordingWhereItIsToldTo) {
   }
 }
 
-// Positions of the program's own are felt where they are, to the bit, as by a session that is given them.
 TEST_F(Run, FeelsGivenPositionsAsASessionDoes) {
   std::vector<Vec3> path_m;
   for (int n = 0; n < 3000; ++n) path_m.push_back({0.01 * std::sin(0.003 * n), 0.02, 0.08 - 2e-5 * n});

@@ -1,4 +1,4 @@
-// A spectrum is a way to share out a signal's mean square: it adds up to it, and each sine has its own place.
+// Spectrum: shares of a signal's mean square.
 #include "palpa/study/spectrum.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ TEST(Spectrum, HasASineInItsBandAndNowhereElse) {
     const Spectrum spectrum = spectrum_of(sine(frequency_hz, {0.3, 0.0, 0.4}, 1000.0, 3.0), 1000.0);
     EXPECT_NEAR(spectrum.band_rms(frequency_hz - 8.0, frequency_hz + 8.0), 0.5 / std::numbers::sqrt2, 1e-3) << frequency_hz;
     EXPECT_LT(spectrum.band_rms(frequency_hz + 20.0, 500.0), 1e-3) << frequency_hz;
-    // The straight line that is taken out lies below 6 Hz.
+    // The removed linear trend lies below 6 Hz.
     EXPECT_LT(spectrum.band_rms(6.0, frequency_hz - 18.0), 2e-3) << frequency_hz;
   }
 }

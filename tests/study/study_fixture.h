@@ -1,4 +1,4 @@
-// A folder for the files of one test, and what the tests of runs share.
+// Folder of one test, and shared parts of the tests of runs.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -62,7 +62,6 @@ class StudyFolder {
     text << std::ifstream(file, std::ios::binary).rdbuf();
     return text.str();
   }
-  /// Every file of a trace that must be the same when the run is.
   std::map<std::string, std::string> reproducible_files(const std::filesystem::path& trace) const {
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(trace)) {

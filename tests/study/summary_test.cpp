@@ -1,4 +1,4 @@
-// A summary is sums, shares and extremes of its ticks: checked on ticks made by hand.
+// A summary's sums, shares and extremes, on made-up ticks.
 #include "palpa/study/summary.h"
 
 #include <gmock/gmock.h>
@@ -186,7 +186,7 @@ TEST(Summary, EveryNumberOfTheJsonCarriesItsUnitOrIsACount) {
   };
   const std::function<void(const nlohmann::json&)> check = [&](const nlohmann::json& node) {
     for (const auto& [name, value] : node.items()) {
-      if (name == "energy_j") continue;  // says so for all its entries
+      if (name == "energy_j") continue;
       if (value.is_structured()) check(value);
       const bool dimensionless = name == "sub_steps_mean";
       EXPECT_TRUE(!value.is_number_float() || has_unit(name) || dimensionless) << name;

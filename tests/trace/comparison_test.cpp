@@ -1,4 +1,4 @@
-// Two traces are the same exactly where every value is, and a trace that was cut off is compared as far as it is whole.
+// Comparison of traces, complete and truncated.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -72,7 +72,7 @@ TEST_F(Comparison, AnUnfinishedTraceIsReadAndComparedToItsLastWholeLine) {
   record("again", 50);
   EXPECT_FALSE(TraceReader(folder("recorded")).header().complete);
   const std::string whole = text_of(folder("recorded") / "ticks.csv");
-  // The very end, in the middle of a row, just behind a row, in the header, and nothing at all.
+  // The very end, in the middle of a row, just behind a row, in the header, and empty.
   for (std::size_t bytes = 0; bytes <= whole.size(); bytes += bytes < 600 ? 1 : 37) {
     set_text(folder("recorded") / "ticks.csv", whole.substr(0, bytes));
     const std::int64_t lines = std::count(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(bytes), '\n');
@@ -89,7 +89,7 @@ TEST_F(Comparison, AnUnfinishedTraceOfWhichOtherFilesWentFurtherIsComparedToItsL
   record("again", 20);
   cut("recorded", "ticks.csv", text_of(folder("again") / "ticks.csv").size());
   EXPECT_TRUE(compare().same) << compare().where;
-  // What was felt again has to reach as far, though.
+  // A replay must reach as far, though.
   fs::remove_all(folder("again"));
   record("again", 19);
   EXPECT_FALSE(compare().same);

@@ -1,4 +1,4 @@
-// Laws of exported traces: other programs find what was felt, where it was felt in the data.
+// Exported traces: other programs find the ticks at their positions in the data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -114,7 +114,6 @@ TEST_F(Export, ColumnsAreWhatWasFeltInTheFrameOfTheData) {
   EXPECT_THROW(static_cast<void>(path.column("else")), std::out_of_range);
 }
 
-/// The two say the same, number by number.
 void expect_same(vtkPolyData& read, const FeltPath& path) {
   ASSERT_EQ(read.GetNumberOfPoints(), static_cast<vtkIdType>(path.ticks()));
   ASSERT_EQ(read.GetNumberOfLines(), 1);
@@ -183,7 +182,7 @@ TEST_F(Export, SlicerFindsTheCurveAndWhatHappenedInItsFrame) {
   EXPECT_EQ(curve["coordinateSystem"], "RAS");
   EXPECT_EQ(curve["coordinateUnits"], "mm");
   ASSERT_EQ(curve["controlPoints"].size(), 3u);
-  // 1, 0.2, 1 m, of which x goes to the left and y to the back.
+  // 1, 0.2, 1 m, where x points to the left and y to the back.
   const auto at = curve["controlPoints"][0]["position"].get<std::vector<double>>();
   EXPECT_THAT(at, ElementsAre(-1000, DoubleNear(-200, 1e-9), 1000));
   EXPECT_EQ(places["type"], "Fiducial");

@@ -1,4 +1,4 @@
-// Laws of maps as files: another program finds each force at the place of the data where it was felt.
+// Maps as files: another program finds each force at its position in the data.
 #include "palpa/study/map_file.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Traces that cannot be written or read: each error says where and why, and what was written before it stays readable.
+// Unwritable and unreadable traces: place and reason of the error, readable earlier rows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -91,7 +91,7 @@ TEST_F(Trace, RecordingsFromBeforeTheEnergyTableAreStillRead) {
   EXPECT_TRUE(compare_traces(folder() / "old", folder() / "new").same);
 }
 
-// A limit on file size stands for a full disk: write fails in the same way.
+// A limit on file size stands for a full disk: write fails alike.
 class SmallFiles {
  public:
   explicit SmallFiles(rlim_t bytes) {

@@ -1,4 +1,4 @@
-// What the tests of traces share: a folder for them, their texts, and plain ticks to write.
+// Shared parts of the tests of traces: a folder, texts, and plain ticks.
 #pragma once
 
 #include <gtest/gtest.h>

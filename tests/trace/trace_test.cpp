@@ -1,4 +1,4 @@
-// Laws of traces: what is written is in the files as documented, and reads back to the bit.
+// Traces: files as documented, read back to the bit.
 #include "palpa/trace/trace.h"
 
 #include <gmock/gmock.h>
@@ -75,7 +75,7 @@ TickFrame random_frame(AnyDouble& any, std::int64_t tick) {
   return frame;
 }
 
-// ---- what stands in the files ----
+// ---- file contents ----
 
 TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
   TraceWriter(folder(), {.primitives = true}, scene, {}).finish();

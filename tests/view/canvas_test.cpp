@@ -1,4 +1,4 @@
-// Numbers below a colour bar can be read, whatever the bar is of.
+// Numbers below a colour bar are legible for any quantity.
 #include "palpa/view/canvas.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The light that is computed at a point against what VTK draws there.
+// Computed light at a point against VTK's drawing.
 #include <gtest/gtest.h>
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -51,7 +51,7 @@ std::array<int, 3> drawn(const Vec3& normal, double shininess) {
   window.vtk()->AddRenderer(renderer);
   vtkCamera& camera = *renderer->GetActiveCamera();
   camera.SetParallelProjection(true);
-  camera.SetPosition(0, 0, 100);  // VTK takes the place of the eye for what shines, in a parallel projection too
+  camera.SetPosition(0, 0, 100);  // VTK uses the eye's position for specular light, in a parallel projection too
   camera.SetFocalPoint(0, 0, 0);
   camera.SetParallelScale(1.0);
   camera.SetClippingRange(1, 200);
@@ -63,7 +63,7 @@ std::array<int, 3> drawn(const Vec3& normal, double shininess) {
 TEST(LightOnAPoint, IsWhatVtkDrawsThere) {
   const double own[3] = {0.8, 0.5, 0.2};
   for (const double shininess : {5.0, 30.0}) {
-    // From all sides, where it shines too: between the viewer and a lamp.
+    // From all sides, highlights included: between the viewer and a lamp.
     for (const Vec3& way : {Vec3{0, 0, 1}, Vec3{-0.2, 0.28, 1}, Vec3{-0.6, 0.7, 0.4}, Vec3{0.35, -0.13, 1}, Vec3{0.9, 0.3, 0.2},
                             Vec3{-0.1, -0.9, 0.3}, Vec3{1, 0, 0.05}}) {
       const Vec3 normal = normalized(way);

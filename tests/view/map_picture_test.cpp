@@ -1,4 +1,4 @@
-// What pictures of a map show: the forces where they are, from the side that the hand's axes say.
+// Pictures of a map: positions of forces, view along the hand's axes.
 #include "palpa/view/map_picture.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace palpa {
 namespace map_picture_test {
 
-/// A map in which a force of 2 N is felt where `felt` says of the place, 0.1 m to a side.
+/// A map, 0.1 m to a side, with a force of 2 N at the positions where `felt` holds.
 template <class Felt>
 ForceMap map_of(int axis, const Felt& felt) {
   ForceMap map(map_slice(axis, 0.0, 0.1, 51));
@@ -27,7 +27,7 @@ ForceMap map_of(int axis, const Felt& felt) {
   return map;
 }
 
-/// Pixels of the colour of the largest force, and their mean place, from the lower left corner.
+/// Pixels of the colour of the largest force, and their mean position, from the lower left corner.
 struct Spot {
   int pixels = 0;
   double x = 0.0, y = 0.0;
@@ -37,7 +37,7 @@ Spot spot_of(const ForceMap& map) {
   const detail::Color color = detail::force_colors(2.0).at(2.0).color;
   Spot spot;
   for (int y = 0; y < picture.height_px; ++y)
-    for (int x = 0; x < picture.width_px * 85 / 100; ++x) {  // left of the explanations
+    for (int x = 0; x < picture.width_px * 85 / 100; ++x) {
       const std::uint8_t* const rgb = picture.rgb.data() + 3 * (static_cast<std::size_t>(y) * picture.width_px + x);
       const auto is_near = [](int byte, double share) { return std::abs(byte - 255.0 * share) < 3.0; };
       if (!is_near(rgb[0], color.red) || !is_near(rgb[1], color.green) || !is_near(rgb[2], color.blue)) continue;

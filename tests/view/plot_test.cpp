@@ -1,4 +1,4 @@
-// Plots: no peak is lost, the same bytes twice, and nothing that is plotted can break the page it stands in.
+// Plots: peaks are kept, bytes are reproducible, and no text can break the page.
 #include "palpa/view/plot.h"
 
 #include <gmock/gmock.h>
@@ -113,7 +113,7 @@ TEST(Svg, AnAxisByPowersOfTenSaysThem) {
   for (const char* text : {"1e-5", "1e-4", "0.001", "0.01", "0.1", "1", "10"}) {
     EXPECT_THAT(svg, HasSubstr(">" + std::string(text) + "</text>"));
   }
-  // The same steps of a linear axis are the same curve.
+  // Equal steps on a linear axis give an equal curve.
   Plot linear{.title = "powers", .series = {{.xs = {-5, -3, -1, 1}, .ys = {1, 2, 3, 4}}}};
   const auto points = [](const std::string& drawn) {
     std::vector<std::string> found;
@@ -124,7 +124,7 @@ TEST(Svg, AnAxisByPowersOfTenSaysThem) {
   };
   ASSERT_FALSE(points(svg).empty());
   EXPECT_EQ(points(svg), points(svg_of(linear)));
-  // What has no logarithm is not there.
+  // Values without a logarithm are left out.
   for (const double none : {0.0, -2.0, std::numeric_limits<double>::quiet_NaN()}) {
     Plot more = plot;
     more.series[0].xs.push_back(none);
@@ -178,7 +178,7 @@ std::pair<double, double> extent_of_curve(const std::string& svg, const char* co
 }
 
 TEST(Svg, ShowsTinyNumbersAsWellAsLargeOnes) {
-  // A curve looks the same in any unit: VTK's SVG has six digits, and an energy of 1e-9 J would be a straight line.
+  // A curve looks alike in any unit: VTK's SVG has six digits, and an energy of 1e-9 J would be a straight line.
   const auto svg_at_scale = [](double scale) {
     Plot plot{.x_label = "time / s", .y_label = "energy / J", .series = {{.name = "e", .xs = {}, .ys = {}}}};
     for (int i = 0; i <= 100; ++i) {

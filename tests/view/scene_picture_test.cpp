@@ -1,4 +1,4 @@
-// Pictures of scenes: that they are the same each time, and that things are where geometry says.
+// Pictures of scenes: reproducible, and geometrically right.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ Rgb pixel(const Picture& picture, int x, int y) {
   return {picture.rgb.at(at), picture.rgb.at(at + 1), picture.rgb.at(at + 2)};
 }
 
-/// The ground is nearly white, and nothing of a picture is lighter.
+/// The ground is nearly white, and no object is lighter.
 bool is_ground(const Rgb& rgb) { return rgb[0] > 246 && rgb[1] > 246 && rgb[2] > 246; }
 bool is_dark(const Rgb& rgb) { return rgb[0] + rgb[1] + rgb[2] < 240; }
 
@@ -47,7 +47,7 @@ struct Place {
   int y;
 };
 
-/// Where a point of the hand frame is on a picture, from the options alone: rows from the top.
+/// Position of a point of the hand frame in a picture, from the options alone: rows from the top.
 Place projected(const Vec3& p_m, const ScenePictureOptions& options) {
   const Vec3 towards = normalized(options.from);
   const Vec3 right = normalized(cross(options.up, towards));
@@ -67,7 +67,7 @@ ScenePictureOptions small(Vec3 from = {0, 0, 1}) {
   return options;
 }
 
-/// A ball that is felt, its frame that of the hand.
+/// A ball under a mode, its frame that of the hand.
 Scene ball_scene(Volume ball, const Similarity& pose = {}) {
   Scene scene;
   scene.workspace.scale = 1.0;
@@ -181,7 +181,7 @@ TEST(ScenePicture, ColoursAPathByForce) {
   }
 }
 
-/// A ball of 50 mm covers exactly the disc of its outline, whatever kind of field it is.
+/// A ball of 50 mm covers exactly the disc of its outline, for any kind of field.
 void expect_ball_at(const Picture& picture, const Vec3& centre_m, double radius_m, const ScenePictureOptions& options) {
   const Vec3 right = normalized(cross(options.up, normalized(options.from)));
   const Vec3 up = cross(normalized(options.from), right);
@@ -230,7 +230,7 @@ TEST(ScenePicture, FollowsTheMapFromHandToWorld) {
 }
 
 TEST(ScenePicture, DrawsNoWallWhereDataEnd) {
-  // Value 1 in one half, no data in the other: the level 0.5 is nowhere.
+  // Value 1 in one half, no data in the other: there is no isosurface of 0.5.
   const GridGeometry geometry{
       .dims = {17, 17, 17}, .index_to_world_m = 0.005 * Mat3::identity(), .origin_m = {-0.04, -0.04, -0.04}};
   auto values = std::make_shared<std::vector<float>>(17 * 17 * 17, 1.0F);
@@ -247,7 +247,7 @@ TEST(ScenePicture, DrawsNoWallWhereDataEnd) {
   }
 }
 
-/// Balls on a grid: value = how deep a place lies in the nearest of them.
+/// Balls on a grid: value = depth in the nearest of them.
 Scene balls_scene(const std::vector<std::pair<Vec3, double>>& balls) {
   constexpr int n = 61;
   const GridGeometry geometry{
@@ -326,7 +326,7 @@ TEST(ScenePicture, NothingOfTheSceneIsSeenBehindTitleAndLegend) {
   EXPECT_GT(in_scene, 1500);
 }
 
-/// A hand that is held on a ball of 50 mm, along a curve about a place on it.
+/// A hand that is held on a ball of 50 mm, along a curve about a point on it.
 std::vector<PathPoint> path_on_ball(const Vec3& about) {
   const Vec3 a = normalized(cross(about, {0.3, 1, 0.2}));
   const Vec3 b = cross(normalized(about), a);
@@ -365,7 +365,7 @@ TEST(Overview, LooksStraightAtAPlaneAndWhereTheSceneSays) {
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
   scene.view.from = Vec3{1, 0, 0};
   EXPECT_EQ(overview(scene, square).from, (Vec3{1, 0, 0}));
-  scene.workspace.towards_user = "+x";  // the world's x is the hand's z
+  scene.workspace.towards_user = "+x";
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
 }
 

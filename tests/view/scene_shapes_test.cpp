@@ -1,4 +1,4 @@
-// The shapes that a report's page turns: they lie where the field says, however coarse they are made.
+// Shapes of a report's interactive page: true to the field at any resolution.
 #include "palpa/view/scene_shapes.h"
 
 #include <gtest/gtest.h>
@@ -28,20 +28,19 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
     EXPECT_LE(ball.triangles.size(), most + most / 50);
     EXPECT_GT(ball.triangles.size(), most / 2);
     ASSERT_EQ(ball.normals.size(), ball.points_m.size());
-    // A triangle of a ball that so many cover lies no deeper than the square of half its side over twice the radius.
+    // A triangle of a ball covered by this many lies at most deep by the square of half its side over twice the radius.
     const double deep_m = 4.0 * radius_m / static_cast<double>(ball.triangles.size());
     for (std::size_t i = 0; i < ball.points_m.size(); ++i) {
       EXPECT_NEAR(norm(ball.points_m[i]), radius_m, deep_m + 2e-5);
       EXPECT_GT(dot(ball.normals[i], normalized(ball.points_m[i])), 0.98);
     }
-    double volume_m3 = 0.0;  // turned outwards
+    double volume_m3 = 0.0;
     for (const auto& [a, b, c] : ball.triangles)
       volume_m3 += dot(ball.points_m[a], cross(ball.points_m[b], ball.points_m[c])) / 6.0;
     EXPECT_NEAR(volume_m3, 4.0 / 3.0 * 3.14159265 * radius_m * radius_m * radius_m, 0.01 * volume_m3);
   }
 }
 
-/// Balls within each other as layers, the outermost first.
 SceneShapes balls_of(const std::vector<ViewLayer>& layers) {
   Scene scene;
   scene.workspace.scale = 1.0;

@@ -1,4 +1,4 @@
-// What pictures of data show: each tissue of a head apart, labels as they are, directions by their axis.
+// Pictures of data: tissues of a head, labels, directions by their axis.
 #include "palpa/view/volume_picture.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ Volume volume_of(VoxelType type, int components, const std::string& unit, Value&
 
 using Colour = std::array<int, 3>;
 
-/// Colours that fill a part of the picture, the number of their pixels behind them.
+/// Colours that fill a part of the picture, with their numbers of pixels.
 std::map<Colour, int> colours_of(const Volume& volume) {
   const Statistics values = statistics(*volume.fields[0].field);
   const Picture picture = volume_picture(volume, 0, values, "test");
@@ -91,7 +91,7 @@ TEST(VolumePicture, ShowsDirectionsByTheirAxis) {
 /// [1] Share of the coloured pixels of the streamlines' part of the picture that lie in its upper and lower quarter.
 double colour_far_from_the_middle(const Volume& volume) {
   const Picture picture = volume_picture(volume, 0, statistics(*volume.fields[0].field), "test");
-  const int left = picture.width_px / 2, right = left + picture.width_px * 3 / 8;  // beside them are legend and colour bar
+  const int left = picture.width_px / 2, right = left + picture.width_px * 3 / 8;
   const int top = picture.height_px * 6 / 10, bottom = picture.height_px;
   int all = 0, far = 0;
   for (int y = top; y < bottom; ++y) {
@@ -107,7 +107,7 @@ double colour_far_from_the_middle(const Volume& volume) {
   return static_cast<double>(far) / std::max(1, all);
 }
 
-// Velocity MR: in the air, where nothing was measured, the phase is noise over the whole velocity range.
+// Velocity MR: in unmeasured air the phase is noise over the whole velocity range.
 TEST(VolumePicture, WritesLengthsInFileUnitsWhereNoUnitIsKnown) {
   Volume volume = volume_of<float>(VoxelType::float32, 1, "", [](const Vec3& mm) { return std::array{mm.x}; });
   volume.medical_frame = false;

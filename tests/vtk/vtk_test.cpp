@@ -1,5 +1,4 @@
-// Laws of the headers for programs that have VTK: what VTK's own readers have is what our reader has, to the bit; nothing is
-// copied; what cannot be felt is said.
+// Headers for programs with VTK: data of VTK's readers, bit-identical and without copies; reports of unusable data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <vtkActorCollection.h>
@@ -48,7 +47,7 @@ std::string error_of(Action action) {
   return "(no error)";
 }
 
-/// 4 × 3 × 2 points of an oblique grid, whose values tell them apart.
+/// 4 × 3 × 2 points of an oblique grid with unique values.
 vtkSmartPointer<vtkImageData> oblique(int type = VTK_SHORT) {
   const auto image = vtkSmartPointer<vtkImageData>::New();
   image->SetExtent(1, 4, -1, 1, 2, 3);
@@ -65,7 +64,6 @@ vtkSmartPointer<vtkImageData> oblique(int type = VTK_SHORT) {
   return image;
 }
 
-/// The field has VTK's values at VTK's places.
 void expect_values(const Field& field, vtkDataSet& data, vtkDataArray& values) {
   for (vtkIdType n = 0; n < data.GetNumberOfPoints(); ++n) {
     double at[3];
@@ -156,7 +154,7 @@ TEST(FromVtk, CellsAreVoxelsInTheirMiddles) {
   EXPECT_THAT(grid.dims, ElementsAre(3, 2, 1));
   double a[3], b[3];
   image->GetPoint(0, a);
-  image->GetPoint(1 + 4 + 12, b);  // the other end of the first cell
+  image->GetPoint(1 + 4 + 12, b);
   EXPECT_NEAR(norm(grid.origin_m - 0.5 * Vec3{a[0] + b[0], a[1] + b[1], a[2] + b[2]}), 0.0, 1e-12);
 }
 
@@ -179,7 +177,7 @@ TEST(FromVtk, BlankPointsHaveNoDataAndGhostsThatRepeatOnesHave) {
 }
 
 TEST(FromVtk, WhatHasNoGridOfItsOwnIsResampledAndTellsItsError) {
-  // A block of 5 × 5 × 5 cells along x, y and z, one of which is missing.
+  // A block of 5 × 5 × 5 cells along x, y and z, without one.
   vtkNew<vtkUnstructuredGrid> mesh;
   vtkNew<vtkPoints> points;
   vtkNew<vtkDoubleArray> values;
@@ -362,7 +360,6 @@ TEST(TransferFunctions, AreTheSameThereAndBack) {
   EXPECT_THAT(error_of([&] { transfer_function_from_vtk(*vtkNew<vtkPiecewiseFunction>()); }), HasSubstr("has no points"));
 }
 
-/// Where the middle of an actor that is seen lies.
 std::vector<Vec3> seen_in(vtkRenderer& renderer) {
   std::vector<Vec3> all;
   vtkActorCollection& actors = *renderer.GetActors();

@@ -1,7 +1,7 @@
-"""Checks the links within a site: every page, picture and anchor that one leads to is there.
+"""Checks a site's internal links: every linked page, picture and anchor exists.
 
 Usage: check_links.py SITE
-Prints each link that leads nowhere and ends with 1 if there is one. Links to other sites are not followed.
+Prints each broken link; exit status 1 if there is one. Links to other sites are not followed.
 """
 
 import html.parser
@@ -31,7 +31,7 @@ for path, page in pages.items():
     for link in page.links:
         parts = urllib.parse.urlsplit(link)
         if parts.scheme or parts.netloc:
-            # Only a link that a reader may follow: nothing that a page loads by itself comes from elsewhere.
+            # Links for readers only: a page loads nothing from elsewhere.
             elsewhere += 1
             continue
         links += 1

@@ -1,6 +1,6 @@
-"""How tools/make-docs makes the site: Sphinx reads the repository's Markdown as it stands, links to sources and all.
+"""Sphinx's configuration for tools/make-docs: the repository's Markdown unchanged, with links to sources.
 
-The source folder is one that tools/make-docs lays out: the repository's pages, by links, and beside them `api`, made of the public
+The source folder is made by tools/make-docs: links to the repository's pages, and beside them `api`, made of the public
 headers. PALPA_SOURCE names the repository.
 """
 
@@ -33,7 +33,7 @@ source_suffix = {".md": "markdown"}
 myst_heading_anchors = 6
 myst_enable_extensions = []
 primary_domain = "cpp"
-highlight_language = "none"  # what names no language is a drawing, a message or a command: none is guessed
+highlight_language = "none"  # blocks without a language are drawings, messages or commands
 
 html_theme = "furo"
 html_title = f"Palpa {release}"
@@ -50,7 +50,7 @@ html_theme_options = {
     "dark_css_variables": {"color-brand-primary": "#6cc4d8", "color-brand-content": "#7fd0e3"},
 }
 
-# What stands beside each page. A page that is in docs and not here is an error of the build: nobody would find it.
+# The navigation beside each page. A page of docs that is missing here is an error of the build: no reader would find it.
 navigation = [
     ("Begin", ["start", "concepts", "gallery", "glossary"]),
     ("Feel", ["modes/README", "scene", "/scenes/README", "data", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
@@ -68,7 +68,7 @@ def toctree(pages, caption=""):
 
 
 def add_navigation(app, docname, source):
-    """Pages say nothing of the site; which stand below which is said here."""
+    """The pages' hierarchy, which the pages themselves do not contain."""
     if docname == root_doc:
         for caption, pages in navigation:
             names = [page if page.startswith("/") else f"/docs/{page}" for page in pages]
@@ -79,12 +79,12 @@ def add_navigation(app, docname, source):
 
 
 def source_page(path):
-    """The page on which a file or a folder of the repository is shown."""
+    """The page that shows a file or a folder of the repository."""
     return "source/" + path + ("/index" if (repository / path).is_dir() else "")
 
 
 def link_sources(app, doctree):
-    """Links to what is no page go to a page that shows it: a source, or a folder's list."""
+    """Redirects links to sources and folders to pages that show them."""
     here = app.env.docname
     shown = app.env.palpa_sources
     links = [node for node in doctree.traverse(lambda n: isinstance(n, (addnodes.pending_xref, addnodes.download_reference)))]
@@ -127,7 +127,7 @@ def lexer_of(path):
 
 
 def show_sources(app, problem):
-    """Writes the pages of the files and folders that pages link to, and of the files directly in those folders."""
+    """Writes the pages of the linked files and folders, and of the files directly in those folders."""
     if problem or app.builder.format != "html":
         return
     folders = {path for path in app.env.palpa_sources if (repository / path).is_dir()}
@@ -154,7 +154,7 @@ def show_sources(app, problem):
 
 
 def join_scripts(app, problem):
-    """Debian's furo brings its script as a module that imports another, which no browser loads from a file: here they are one.
+    """Merges the two script modules of Debian's furo, as no browser loads an import from a file.
 
     Without it there is no switch between light and dark, and the list of a page's headings does not follow.
     """

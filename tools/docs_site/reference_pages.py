@@ -1,7 +1,7 @@
-"""Writes api/*.md, a page for each public header, of what Doxygen reads in their comments.
+"""Writes api/*.md, a page for each public header, from Doxygen's output for their comments.
 
 Usage: reference_pages.py REPOSITORY WORK
-Pages go to WORK/pages/api. Ends with 1 and says where, if a comment is not what Doxygen takes it for or a type is not described at all.
+Pages go to WORK/pages/api. Exit status 1, with the place, if Doxygen misreads a comment or a type has no description.
 """
 
 import pathlib
@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 
 
 def public_headers(repository):
-    """Those that are installed, and those of the component vtk."""
+    """The installed headers, and those of the component vtk."""
     build_rules = (repository / "palpa/CMakeLists.txt").read_text(encoding="utf-8")
     lists = re.findall(r"palpa_install_headers\(([^)]*)\)|foreach\(header ([^)]*)\)", build_rules)
     return [header for names in lists for header in " ".join(names).split()]
@@ -38,12 +38,12 @@ WARN_IF_INCOMPLETE_DOC = NO
 
 
 def escaped(text):
-    """Words of a comment as Markdown that shows them as they are."""
+    """Words of a comment as escaped Markdown."""
     return re.sub(r"([\\`*_\[\]<>|])", r"\\\1", re.sub(r"\s+", " ", text or ""))
 
 
 def words(node):
-    """What stands within a paragraph."""
+    """Content of a paragraph."""
     out = escaped(node.text)
     for child in node:
         inside = "".join(child.itertext())
@@ -97,14 +97,14 @@ def text_of(node, tag):
 
 
 def as_written(text):
-    """Types as the headers have them: Doxygen puts blanks where the style has none."""
+    """Types as in the headers: Doxygen inserts blanks that the style does not have."""
     text = re.sub(r"\s+([&*]+)", r"\1", text)
     text = re.sub(r"([&*])(?=[A-Za-z_])", r"\1 ", text)
     return re.sub(r"<\s+", "<", re.sub(r"\s+>", ">", text)).strip()
 
 
 def declaration(member):
-    """A member as it is declared, without its body."""
+    """A member's declaration, without its body."""
     kind = member.get("kind")
     name, kind_of = text_of(member, "name"), as_written(text_of(member, "type"))
     if kind == "enum":
@@ -137,7 +137,7 @@ def line_of(node):
 
 
 def members_text(members, level):
-    """A struct's values as a table; everything else as it is declared, those without words below the one before them."""
+    """A struct's values as a table; all else as declared, members without words below the member before them."""
     values = [m for m in members if m.get("kind") == "variable"]
     out = []
     if values:
@@ -196,7 +196,7 @@ def main():
                 if header in of_header and member.get("prot") == "public" and not text_of(member, "name").startswith("PALPA_DETAIL"):
                     of_header[header].append((line_of(member), "member", text_of(member, "name"), member))
 
-    # What each is for stands in docs/embedding.md, in one table.
+    # Each header's purpose is in a table of docs/embedding.md.
     rows = re.findall(r"^\| (.*?) \| (.*`.*) \|$", (repository / "docs/embedding.md").read_text(encoding="utf-8"), re.M)
     pages = work / "pages/api"
     pages.mkdir(parents=True, exist_ok=True)
@@ -247,7 +247,7 @@ def main():
 
 
 def functions(members):
-    """Free functions and what else stands outside classes, each name with a heading; those without words belong to the one before."""
+    """Free functions and others outside of classes, each name with a heading; members without words belong to the one before."""
     out, group = [], []
     for member in members:
         if group and not description(member) and member.get("kind") == "function":

@@ -1,4 +1,4 @@
-"""What the figures share: the library, primitives, random numbers, colours, drawings to scale, files.
+"""Shared parts of the figures: the library, primitives, random numbers, colours, drawings to scale, files.
 
 The library is the package palpa and the module figure_laws beside it: of PYTHONPATH, else of the build folder PALPA_BUILD
 (build/release)."""
@@ -27,7 +27,7 @@ except ImportError as error:
 tick_s = 1e-3
 warnings.filterwarnings("ignore", category=palpa.PalpaWarning)  # of the shipped scenes
 
-# Okabe and Ito's colours, which the colour-blind can tell apart, and a grey; on white, for pages light and dark.
+# Okabe and Ito's colours, which the colour-blind can distinguish, and a grey; on white, for pages light and dark.
 black, blue, vermilion, green = "#000000", "#0072b2", "#d55e00", "#009e73"
 purple, sky, orange, grey = "#b25c94", "#3e9cd1", "#cc8c00", "#787878"
 many_colors = (blue, vermilion, green, orange, purple, sky, black)
@@ -78,7 +78,7 @@ def normalized(vector):
 
 
 def law_of_planes(law, angle_deg, probe_m):
-    """Where a law moves the proxy from 0 with two planes without strength whose normals are angle_deg apart."""
+    """A law's proxy, from 0, with two planes without strength whose normals are angle_deg apart."""
     half = 0.5 * angle_deg * np.pi / 180.0
     planes = [plane((side * math.sin(half), math.cos(half), 0), 0.0) for side in (1, -1)]
     return figure_laws.Law(law).solve(planes, (0, 0, 0), probe_m, 100.0)[0]
@@ -98,14 +98,14 @@ def friction_loop(depth_m, plane_n, line_n, stiffness_n_per_m, stroke_m, steps):
 
 
 def shares_up_to(ascending, low):
-    """The share of values [%] up to each place, a curve that never falls. Values below low count at low."""
+    """Cumulative share of the values [%], a curve that never falls. Values below low count at low."""
     values, count = np.maximum(ascending, low), len(ascending)
     places, first = np.unique(values, return_index=True)
     return places, 100.0 * np.append(first[1:], count)[:len(places)] / max(count, 1)
 
 
 class Draw:
-    """Random numbers, the same on every machine."""
+    """Random numbers, identical on every machine."""
 
     def __init__(self, seed, count=4096):
         self._seed, self._count, self._next, self._numbers = seed, count, 0, figure_laws.uniform(seed, count).tolist()
@@ -142,13 +142,11 @@ def skin(field, strength_n, **more):
     return palpa.SurfaceAndFriction(field=field, levels=[dict(name="skin", value=0.0, strength_n=strength_n)], **more)
 
 
-# Figures
-
 figures = {}  # name: function that draws it
 
 
 def figure(name, width_px, height_px, columns, rows=1):
-    """Makes a function of its axes, row by row, the figure of this name; what it returns, or its docstring, is the caption."""
+    """Registers a function of its axes, row by row, as the figure of this name; its result, or its docstring, is the caption."""
     def take(draw):
         def make():
             made = Figure(figsize=(width_px / 96, height_px / 96), dpi=96, layout="constrained")
@@ -161,7 +159,7 @@ def figure(name, width_px, height_px, columns, rows=1):
 
 
 def write(folder, names):
-    """Writes figures as NAME.svg and NAME.png, the same bytes each time; returns the files."""
+    """Writes figures as NAME.svg and NAME.png, byte-identical each time; returns the files."""
     pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
     files = []
     for name in names:
@@ -173,7 +171,7 @@ def write(folder, names):
 
 
 def plot(axes, title, x_label, y_label, x_range=None, y_range=None, log="", legend=True):
-    """Labels and ranges of a plot whose curves are there; log holds the names of its logarithmic axes."""
+    """Labels and ranges of a finished plot; log holds the names of its logarithmic axes."""
     axes.set_title(title)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
@@ -225,7 +223,7 @@ def label(axes, at, text, align="left", color=black):
 
 
 def surface(axes, left, right, y, depth):
-    """A surface seen from the side: a line with its inside shaded."""
+    """A surface in side view: a line with its inside shaded."""
     area(axes, [(left, y), (right, y), (right, y - depth), (left, y - depth)], grey)
     path(axes, [(left, y), (right, y)], width=1.6)
 

@@ -1,5 +1,5 @@
-// The module figure_laws: what the documentation's figures need of the C++ library and the Python package does not offer.
-// Single balances by any law, a proven bound of any forces, sessions on another path, and a device that nobody holds.
+// The module figure_laws, for figures beyond the Python package: single balances by any law, a proven bound of any forces,
+// sessions on another path, and a released device.
 #include <palpa/palpa.h>
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -79,14 +79,14 @@ double bound_m(const std::vector<PrimitiveRow>& rows, const std::vector<Three>& 
   return error_bound_m(primitives_of(rows), forces_n, vec3(x), vec3(probe), stiffness_n_per_m, time_step_s);
 }
 
-/// A session in `steps` sub-steps a tick, or in one step a tick whatever the law.
+/// A session in `steps` sub-steps a tick, or in one step a tick for any law.
 class PathSession {
  public:
   PathSession(const Scene& scene, bool one_step, int steps)
       : session_(one_step ? Session::in_one_step(scene) : Session(scene)) {
     if (steps > 0) session_.refine_path(steps);
   }
-  /// (proxies [m], forces [N], levels that gave way (tick, depth [m])), a row for each tick
+  /// (proxies [m], forces [N], yielding levels (tick, depth [m])), a row for each tick
   py::tuple ticks(const py::array_t<double, py::array::c_style | py::array::forcecast>& probes_m, double dt_s) {
     const auto probes = probes_m.unchecked<2>();
     std::vector<Vec3> proxies, forces;
@@ -113,7 +113,7 @@ class PathSession {
   Session session_;
 };
 
-/// A plate across x: value = how deep [m] a position lies in it.
+/// A plate across x: value = depth [m] in it.
 class Plate final : public Field {
  public:
   explicit Plate(double thickness_m) : half_m_(0.5 * thickness_m) {}
@@ -141,7 +141,7 @@ Volume plate(double thickness_m) {
   return volume;
 }
 
-/// A device as in docs/felt.md: without the friction that would hide what the loop does, and with some damping.
+/// A device as in docs/felt.md: without friction, which would hide the loop's effect, and with some damping.
 DevicePlant bare_device(const std::string& name) {
   DevicePlant plant = device_plant(name);
   plant.coulomb_friction_n = 0.0;
@@ -168,7 +168,7 @@ PYBIND11_MODULE(figure_laws, module) {
   module.def("comes_to_rest", [](const std::string& name, double damping_ns_per_m, double stiffness_n_per_m) {
     return comes_to_rest({.plant = bare_device(name), .damping_ns_per_m = damping_ns_per_m}, stiffness_n_per_m);
   });
-  // The same numbers on every machine: the standard distributions differ between libraries.
+  // Identical on every machine: the standard distributions differ between libraries.
   module.def("uniform", [](unsigned seed, py::ssize_t count) {
     std::mt19937_64 bits(seed);
     py::array_t<double> numbers(count);

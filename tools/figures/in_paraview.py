@@ -1,4 +1,4 @@
-"""The picture of docs/paraview.md: a slice of the wing's data, the way of the proxy as a tube, and arrows of force.
+"""The picture of docs/paraview.md: a slice of the wing's data, the path of the proxy as a tube, and arrows of force.
 
 Usage: pvpython --force-offscreen-rendering tools/figures/in_paraview.py DATA.vti WAY.vtp PICTURE.png
 """

@@ -1,4 +1,4 @@
-"""The paper's Figs. 1 to 5, and all laws beside each other (fig6). Each number comes from a law, or from `residual`."""
+"""The paper's Figs. 1 to 5, and a comparison of all laws (fig6). Each number comes from a law, or from `residual`."""
 
 import functools
 
@@ -8,8 +8,8 @@ from common import *
 
 
 def force_law(kind, strength_n, stiffness_n_per_m):
-    """A primitive at 0, along x, the axis of its force: places [mm], the force that it exerts on a proxy there, and the force
-    that a hand feels there through the spring [N]."""
+    """A primitive at 0, along x, the axis of its force: positions [mm], its force on a proxy there, and the force on a hand
+    there through the spring [N]."""
     primitive = (kind, (0, 0, 0), (0, 0, 1) if kind == "line" else (1, 0, 0), strength_n, 0.0)
     places_mm = np.sort([-6.0, -1e-6, 0.0, 1e-6, 6.0, *(0.1 * i for i in range(-59, 60) if i)])  # close around the jump
     law, exerted_n, felt_n = figure_laws.Law("exact"), [], []
@@ -136,7 +136,7 @@ probe_5_m = np.array([0.004, 0.009, 0.0])
 
 
 def two_constraints(axes, title, angle_deg):
-    """Fig. 5, one angle: the two axes, where the law of 2003 moves the proxy and where the exact one does."""
+    """Fig. 5, one angle: the two axes, and the proxies of the law of 2003 and the exact law."""
     drawing(axes, title, (-12, -4), (16, 17))
     earlier_m, half, at_m = law_of_planes("ikits-2003", angle_deg, probe_5_m), np.radians(0.5 * angle_deg), np.zeros(3)
     ring(axes, mm(law_of_planes("exact", angle_deg, probe_5_m)), vermilion, 6.0)
@@ -173,7 +173,7 @@ def constraints(right_angle, oblique, once, repeated):
                                         ("2003, 40 degrees", "ikits-2003", 40, purple, "--"),
                                         ("2003, 60 degrees", "ikits-2003", 60, purple, ":"),
                                         ("balance (ours)", "exact", 40, vermilion, "-")):
-        left_m, ways = probe_5_m, [1.0]  # the planes are at the proxy, so only the way that is left matters
+        left_m, ways = probe_5_m, [1.0]  # the planes are at the proxy, so only the remaining path matters
         for _ in range(12):
             left_m = left_m - law_of_planes(law, angle, left_m)
             ways.append(norm(left_m) / norm(probe_5_m))
@@ -188,14 +188,14 @@ laws = {"exact": ("exact (ours)", vermilion, "-"), "paper-2005": ("paper-2005", 
 
 @functools.cache
 def compared(scene):
-    """Every law beside the exact one in a shipped scene, under a simulated stroke."""
+    """Every law against the exact law in a shipped scene, under a simulated stroke."""
     with palpa.run(root / "scenes" / scene, hand="sim:stroke") as trace:
         probes_m = np.array(trace.ticks["probe_m"])
     return palpa.compare_laws(palpa.load_scene(root / "scenes" / scene), probes_m, tick_s, laws=list(laws))
 
 
 def error_plot(axes, title, comparison, alone, legend):
-    """One curve for each law, with signs at the median and the 99th percentile where they are in the plot."""
+    """One curve for each law, with marks at the median and the 99th percentile where they are in the plot."""
     low, high = 1e-4 if alone else 1e-9, 10.0  # beyond the proven bound on one side, the worst on the other
     for law, (name, color, ls) in laws.items():
         errors = comparison.alone_n[law] if alone else 1e3 * comparison.posed_m[law]

@@ -10,7 +10,7 @@ voxel_m, wall_m = 1e-3, 3e-4
 
 
 class PlaneAtProxy(palpa.Mode):
-    """A plane through the proxy, wherever it is: Eq. 7 of the paper with the local normal."""
+    """A plane through the proxy at any position: Eq. 7 of the paper with the local normal."""
 
     fields = ("field",)
 
@@ -24,16 +24,16 @@ class PlaneAtProxy(palpa.Mode):
 
 
 def off_sphere_m(one_step, on_level, speed_m_per_s, turns=1.0):
-    """A hand goes round once, 1 mm below a sphere of 50 mm, 800 N/m, ticks of 1 ms: how far off the sphere [m] the proxy is, tick
-    by tick. on_level: a plane on the captured level; else one through the proxy."""
+    """Distance of the proxy from a sphere of 50 mm [m], tick by tick, for a hand once round 1 mm below it, 800 N/m, ticks of 1
+    ms. on_level: a plane on the captured level; else one through the proxy."""
     sphere_m, depth_m, scene = 0.05, 1e-3, plain_scene(800.0)
     ball = scene.add("ball", palpa.sphere_field(radius_m=sphere_m))
     scene.add("surface", skin(ball, 100.0) if on_level else PlaneAtProxy(ball, 100.0))
-    e1 = normalized((1.0, 0.3, 0.2))  # a plane that lies anyhow in space
+    e1 = normalized((1.0, 0.3, 0.2))  # a plane in general orientation
     e2 = normalized(np.cross(e1, (0.2, -0.1, 1.0)))
     at = lambda turn, radius_m: np.outer(radius_m * np.cos(turn), e1) + np.outer(radius_m * np.sin(turn), e2)
     per_turn = int(np.ceil(2 * np.pi * (sphere_m - depth_m) / (speed_m_per_s * tick_s)))
-    # The plane at the proxy is where the hand begins, the level is where it is met.
+    # The plane at the proxy is at the hand's start, the level at first contact.
     depths_m = np.concatenate([[-1e-4] if on_level else [], np.linspace(0, depth_m, 21)])
     begin = at(np.zeros(len(depths_m)), sphere_m - depths_m)
     way = at(2 * np.pi * np.arange(1, int(turns * per_turn) + 1) / per_turn, sphere_m - depth_m)
@@ -60,8 +60,8 @@ def drift(turning, once):
 
 
 def groove_scene():
-    """A V-groove of 40 degrees along z in voxels of 1 mm, 800 N/m, strength 4 N. The grid is turned about the groove, so that its
-    cells lie anyhow across."""
+    """A V-groove of 40 degrees along z in voxels of 1 mm, 800 N/m, strength 4 N. The grid is turned about the groove, so that
+    its cells lie askew."""
     half_rad, turn_rad, count = np.radians(20.0), 0.15, 44
     c, s = np.cos(turn_rad), np.sin(turn_rad)
     steps = voxel_m * (np.arange(count) - 0.5 * (count - 1))
@@ -77,9 +77,9 @@ def groove_scene():
 
 @functools.cache
 def press_into_groove(one_step):
-    """A hand presses into the groove, holds still for 100 ticks, and slides along it. Returns forces [N] and proxies [m] tick by
-    tick, the ticks in which it has come to a halt and sets off again, the probe [m] while it is still, and the planes (direction,
-    strength, force) of its last balance then."""
+    """A hand presses into the groove, holds still for 100 ticks, and slides along it. Returns forces [N] and proxies [m] tick
+    by tick, the ticks of its stop and its new start, the probe [m] while it is still, and the planes (direction, strength,
+    force) of its last balance then."""
     aside_m, top_m, least_m = 0.1 * voxel_m, 3e-3, -0.85 * 4.0 * np.sin(np.radians(20.0)) / 800.0
     heights_m = np.arange(top_m, least_m, -0.05 * tick_s)
     end_m, along_m = heights_m[-1] - 0.05 * tick_s, 0.05 * tick_s * np.arange(1, 151)
@@ -117,7 +117,7 @@ def groove(section, up, across):
         for tick in (still, slides):
             axes.axvline(tick_s * tick, color=grey, ls=":")
     proxy = mm(proxies_m[slides - 1])
-    for normal, _, force_n in planes:  # of ours
+    for normal, _, force_n in planes:  # the library's
         if norm(force_n) > 1e-3:
             side = 1.5 * normalized((normal[1], -normal[0], 0))[:2]
             path(section, [proxy - side, proxy + side], vermilion, "--")
@@ -134,7 +134,7 @@ def groove(section, up, across):
 
 def stroke_through_wall(one_step, speed_m_per_s, first_m):
     """A straight stroke across a wall of 0.3 mm that is stronger than the whole stroke: probe and proxy along it [m], 0 on the
-    wall's near side. first_m: where on its way, within one tick, the hand begins."""
+    wall's near side. first_m: the hand's start on its path, within one tick."""
     scene, step_m = plain_scene(800.0), speed_m_per_s * tick_s
     scene.add("surface", skin(scene.add("wall", figure_laws.plate(wall_m)), 20.0))
     x_m = np.arange(-0.012 + first_m, 0.010 + step_m, step_m)
@@ -163,8 +163,8 @@ steps_um = 300.0 / np.array([1, 2, 4, 8])
 
 
 def differences_m(volume, mode, centre_m, radius_m):
-    """How the path converges: a hand on a circle that tilts and breathes, 0.3 mm a tick; the largest distances [m] between its
-    paths in 1 and 2, 2 and 4, 4 and 8, 8 and 16 steps a tick."""
+    """Convergence of the path: a hand on a circle that tilts and breathes, 0.3 mm a tick; the largest distances [m] between
+    its paths in 1 and 2, 2 and 4, 4 and 8, 8 and 16 steps a tick."""
     scene = plain_scene(500.0)
     scene.add(*volume)
     scene.add("felt", mode)
@@ -184,7 +184,7 @@ def differences_m(volume, mode, centre_m, radius_m):
 
 @functools.cache
 def convergence_in_scalars():
-    """By mode the differences of paths in a ball."""
+    """Differences of paths in a ball, by mode."""
     material = palpa.SurfaceAndFriction(field="ball", strength_n=palpa.Strength(of="ball", points=[(-0.01, 0.2), (0.05, 0.4)]), friction_n=0.1)
     modes = {"surface": skin("ball", 20.0), "surface, friction_n": skin("ball", 20.0, friction_n=0.2),
              "surface, coefficient": skin("ball", 20.0, friction_coefficient=0.15), "material, friction_n": material,
@@ -197,7 +197,7 @@ def convergence_in_scalars():
 
 @functools.cache
 def convergence_in_vectors():
-    """By mode the differences of paths in a Lamb-Oseen vortex."""
+    """Differences of paths in a Lamb-Oseen vortex, by mode."""
     viscous = palpa.Strength(of="magnitude(flow)", points=[(0.0, 0.1), (1.0, 3.0)])
     modes = {"follow": (palpa.Follow(field="flow", strength_n=0.5), 0.010),
              "follow, drag": (palpa.Follow(field="flow", strength_n=0.0, drag_ns_per_m=1.0), 0.010),

@@ -15,13 +15,13 @@ from common import *
 from paper_figures import plane_and_point
 
 k_n_per_m = 400.0  # of every claim that names no other
-exact_m, exact_n = 1e-12, 1e-9  # what counts as zero where the claim says "exactly": far below an encoder's step
+exact_m, exact_n = 1e-12, 1e-9  # zero of a claim's "exactly": far below an encoder's step
 strength_n = 1.2
 claims = []
 
 
 def claim(text, condition=""):
-    """Adds a claim, whose function returns (what was measured, whether it holds). condition: under which it holds."""
+    """Registers a claim, whose function returns (measurement, whether it holds). condition: of its validity."""
     def take(measure):
         claims.append((text, condition, measure))
         return measure
@@ -47,7 +47,7 @@ def plane_holds():
 def plane_gives_way():
     law, off_m, jump, before_m, step_m = figure_laws.Law("exact"), 0.0, 0.0, np.zeros(3), 1e-5
     for i in range(2001):
-        probe_m = np.array([0, -step_m * (i if i <= 1000 else 2000 - i), 0])  # in, and out again
+        probe_m = np.array([0, -step_m * (i if i <= 1000 else 2000 - i), 0])
         proxy_m = balance(law, [plane((0, 1, 0), strength_n)], probe_m, before_m)[0]
         if -probe_m[1] > strength_n / k_n_per_m + exact_m:
             off_m = max(off_m, abs(norm(proxy_m - probe_m) - strength_n / k_n_per_m))
@@ -84,7 +84,7 @@ bisector, across = np.array([0, -1.0, 0]), np.array([1.0, 0, 0])
 
 
 def share_of_way(law, angle_deg, direction):
-    """Where two planes without strength leave the proxy, as a share of the hand's way [1]."""
+    """The proxy of two planes without strength, as a share of the hand's path [1]."""
     return (law_of_planes(law, angle_deg, 0.01 * direction) * direction).sum() / 0.01
 
 
@@ -158,8 +158,8 @@ core_m = 0.01
 
 
 def felt_in_vortex(mode, positions_m):
-    """A session of one mode in a vortex along the world's z axis, after a tick at each of these places of the world [m]: its
-    proxies, there, its forces [N], turned so, and the primitives of the last balance."""
+    """A session of one mode in a vortex along the world's z axis, after a tick at each of these positions of the world [m]:
+    its proxies, there, its forces [N], turned so, and the primitives of the last balance."""
     scene = palpa.Scene(stiffness_n_per_m=k_n_per_m)
     mode.field = scene.add("vortex", palpa.lamb_oseen_vortex(circulation_m2_per_s=0.02, core_radius_m=core_m))
     scene.add("mode", mode)
@@ -174,7 +174,7 @@ def felt_in_vortex(mode, positions_m):
 def follows():
     radius_m, ticks = 0.02, np.arange(6000)
     scale = np.cbrt(np.linalg.det(felt_in_vortex(palpa.Follow(strength_n=2.0), np.zeros((1, 3)))[3][:3, :3]))
-    # The hand pulls outwards by half of what the rail bears, and leads the proxy round three times.
+    # The hand pulls outwards by half of the rail's strength, and leads the proxy round three times.
     turn = 2 * np.pi * np.maximum(0, ticks - 300) / 1900.0
     radial = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
     out_m = radius_m + scale * 0.5 * 2.0 / k_n_per_m * np.minimum(1.0, ticks / 300.0)
@@ -188,7 +188,8 @@ def follows():
 
 @functools.cache
 def core_directions():
-    """At each of 36 radii [core radii] and of plane and force: (angle to the core [degrees], strength [N]) of what acts there."""
+    """At each of 36 radii [core radii] and of plane and force: (angle to the core [degrees], strength [N]) of the primitive
+    there."""
     radii, rows = 0.05 * np.arange(1, 37), []
     for mode in (palpa.VortexPlane, palpa.VortexForce):
         for radius in radii:
@@ -203,7 +204,7 @@ def core_directions():
        "alike. What people recognise was measured neither by the paper nor here")
 def vortex_plane():
     acting = core_directions()[1]
-    share = np.abs(np.arange(8001) / 4000.0 - 1.0)  # in to the axis, and out
+    share = np.abs(np.arange(8001) / 4000.0 - 1.0)
     felt_n = [np.linalg.norm(felt_in_vortex(mode(strength_n=1.0), np.outer(0.0001 + 0.03 * share, (1, 0, 0)))[1], axis=1)
               for mode in (palpa.VortexPlane, palpa.VortexForce)]
     (plane_in, plane_out), (force_in, force_out) = ((each[:4001].max(), each[4001:].max()) for each in felt_n)
@@ -245,7 +246,7 @@ def paper_errors():
 def adaptive_solver():
     off_n, steps = paper_errors()
     percentile = lambda values, share: values[int(share * (len(values) - 1))]
-    felt_n = 0.05  # a tenth of a force of half a newton: about what a hand can tell
+    felt_n = 0.05  # a tenth of a force of half a newton: about a hand's threshold
     share = np.mean(off_n > felt_n)
     return (f"two planes and a line at random angles, one frame: the force is off by {percentile(off_n, 0.5):.3f} N in half of "
             f"{len(off_n)} sets, by more than {felt_n} N in {100 * share:.0f} % and by {percentile(off_n, 0.99):.2f} N in the worst "
@@ -263,7 +264,7 @@ def layers():
     broken = figure_laws.Session(scene).ticks(wall_m + np.outer(1e-5 * np.arange(-100, 6000), into))[2][:3]
     off_n = largest(k_n_per_m * np.array([depth_m for _, depth_m in broken]) - strengths_n[:len(broken)])
     return (f"{len(broken)} of 3 nested levels, pressed through at 0.5, 1 and 2 N to {off_n:.4f} N",
-            len(broken) == 3 and off_n <= k_n_per_m * 1e-5 + 1e-9)  # a tick's step of the hand
+            len(broken) == 3 and off_n <= k_n_per_m * 1e-5 + 1e-9)
 
 
 @claim("rapid development of modes", "counted in lines; nobody was timed")
@@ -282,8 +283,8 @@ devices = ("touch", "desktop", "omega", "falcon", "inverse3")
 
 @functools.cache
 def stable_n_per_m(device, damping_ns_per_m):
-    """The stiffness up to which every one of a ladder comes to rest: with an encoder there are stiffer ones that do, above some
-    that do not, which bisection would hit or miss. From 100 N/m on: softer, a coarse encoder alone keeps a device moving."""
+    """The stiffness up to which every step of a ladder comes to rest: with an encoder some stiffer ones do, above some that do
+    not, which bisection would hit or miss. From 100 N/m on: softer, a coarse encoder alone keeps a device moving."""
     stable, k = 0.0, 100.0
     while k < 6000.0 and figure_laws.comes_to_rest(device, damping_ns_per_m, k):
         stable, k = k, 1.05 * k
@@ -328,13 +329,12 @@ def claims_figure(moves, vortices, errors, limits):
     plot(errors, "The paper's solver on two planes and a line", "error of the force / N", "sets / %", (1e-12, 10), (0, 100), "x")
     dampings = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
     for n, (device, color) in enumerate(zip(devices, (black, blue, vermilion, green, purple))):
-        # The last lie on curves before them, which are seen between the dashes.
+        # The last lie on earlier curves, which show between the dashes.
         limits.plot(dampings, [stable_n_per_m(device, each) for each in dampings], color=color, ls="-" if n < 3 else "--", label=device)
     plot(limits, "Let go on a plane", "damping D / N s/m", "stiffest that rests / N/m", y_range=(0, None))
 
 
 def table():
-    """The claims as a Markdown table."""
     rows = ["| # | claim | measured | verdict |", "|---|---|---|---|"]
     for number, (text, condition, measure) in enumerate(claims, 1):
         measured, holds = measure()

@@ -1,4 +1,4 @@
-"""The figures of docs/theory.md: answers of the exact law, the bound that it proves, and sweeps over forces."""
+"""The figures of docs/theory.md: answers of the exact law, its proven bound, and sweeps over forces."""
 
 import functools
 
@@ -10,9 +10,9 @@ reached_m = 1e-9
 
 
 def sweep(primitives, forces_n, probe_m, stiffness_n_per_m):
-    """Each force in turn becomes the best one while the others are held: one sweep of dual ascent.
+    """Each force in turn becomes optimal while the others are held: one sweep of dual ascent.
 
-    forces_n: [N] a row for each primitive (without drag), replaced. Returns where the spring then holds the proxy [m]."""
+    forces_n: [N] a row for each primitive (without drag), replaced. Returns the proxy at which the spring then holds [m]."""
     for i, primitive in enumerate(primitives):
         if primitive[0] == "directed":
             continue
@@ -24,8 +24,8 @@ def sweep(primitives, forces_n, probe_m, stiffness_n_per_m):
 
 
 def sweeps_towards_balance(seed, sweeps):
-    """Sweeps over two oblique planes, a line and a point, number `seed` of such sets: after each the distance to the balance,
-    the bound that is proven of it [m], and what the paper's printed forces (Eqs. 2 to 8) leave over there [N]."""
+    """Sweeps over two oblique planes, a line and a point, number `seed` of these sets: after each the distance to the balance,
+    its proven bound [m], and the residual of the paper's printed forces (Eqs. 2 to 8) there [N]."""
     k, draw = 600.0, Draw(seed, 256)
     normal = draw.direction()
     tilt = np.tan(np.radians(draw.uniform(20, 70)))
@@ -46,7 +46,7 @@ def sweeps_towards_balance(seed, sweeps):
 
 
 def edge_of(angle_deg):
-    """Two planes of 5 N through 0, and a probe 4 mm below the edge in which they meet: (planes, probe [m], stiffness [N/m])."""
+    """Two planes of 5 N through 0, and a probe 4 mm below their common edge: (planes, probe [m], stiffness [N/m])."""
     half = np.radians(0.5 * angle_deg)
     planes = [plane((side * np.sin(half), np.cos(half), 0), 5.0) for side in (1, -1)]
     return planes, np.array([0, -0.004, 0]), 500.0
@@ -68,7 +68,7 @@ def sweeps_into_edge(angle_deg, cap):
 
 def random_steps(elsewhere, count):
     """Ticks with primitives of any direction and strength, new in each tick: all through the proxy, or (elsewhere) up to 3 mm
-    away from it and with directed forces. Returns the work on the hand less what the spring released, and k/2 |step|² [J]."""
+    away from it and with directed forces. Returns the work on the hand less the spring's release, and k/2 |step|² [J]."""
     k, draw, law = 500.0, Draw(12 if elsewhere else 11, 32768), figure_laws.Law("exact")
     kinds, rows, proxy_m, probe_m = ("point", "line", "plane", "directed"), [], np.zeros(3), np.zeros(3)
     for _ in range(count):
@@ -115,7 +115,7 @@ def energy(energies, forces, felt):
 
 
 def furthest(primitive, e):
-    """Where in the force set of a primitive, in the drawing's plane, the direction e reaches furthest [N]."""
+    """Support point [N] of a primitive's force set, in the drawing's plane, in the direction e."""
     kind, _, direction, strength_n, _ = primitive
     q = np.asarray(direction, float)
     if kind == "point":
@@ -188,7 +188,7 @@ def bound(way, all_sets):
 
 @functools.cache
 def sweeps_over_angle():
-    """Angles between two planes [degrees], sweeps until the error is 1 nm, what cos² a sweep says, and the exact law's
+    """Angles between two planes [degrees], sweeps until the error is 1 nm, their number by cos² a sweep, and the exact law's
     iterations."""
     rows = []
     for angle_deg in 90.0 ** ((np.arange(32) + 0.5) / 32):
