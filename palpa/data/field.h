@@ -37,8 +37,8 @@ struct ValueRange {
   friend bool operator==(const ValueRange&, const ValueRange&) = default;
 };
 
-/// Bound on a field around a position: at a distance of at most `radius_m` the value differs from the one at the position by at
-/// most `change(distance)`, and has data if and only if the position has. Proven, but often far from tight.
+/// Bound on a field around a centre: within `radius_m` of it, the value differs from the value at the centre by at most
+/// `change(distance)`, and there are data if and only if the centre has data. Proven, but often far from tight.
 struct LipschitzBound {
   double radius_m = 0.0;     ///< [m] 0: no bound
   double slope_per_m = 0.0;  ///< [unit/m]
@@ -50,19 +50,18 @@ struct LipschitzBound {
   LipschitzBound scaled(double scale, double shift_m) const noexcept;
 };
 
-/// Piece of a segment through a scalar field with the value as one polynomial, or within known bounds.
+/// Piece of a segment through a scalar field on which the value is one polynomial, or within known bounds.
 struct PolynomialPiece {
-  double end = 1.0;     ///< [1] share of the segment at the piece's end
-  bool inside = false;  ///< the piece has data, perhaps except at its ends
-  int degree = -1;      ///< [1] of the polynomial, 0…9; −1: no polynomial, the value stays in the quiet interval
-  double
-      control[10]{};  ///< Bernstein coefficients of the value from start to end, the field's own unit; their hull contains it
+  double end = 1.0;      ///< [1] share of the segment at the piece's end
+  bool inside = false;   ///< the piece has data, perhaps except at its ends
+  int degree = -1;       ///< [1] of the polynomial, 0…9; −1: no polynomial, the value stays in the quiet interval
+  double control[10]{};  ///< Bernstein coefficients from start to end, the field's own unit; the value lies in their hull
 };
 
-/// Data over the world. Immutable, so any number of threads may sample a field at once; sampling never allocates, throws or
-/// returns a non-finite value, at any position.
+/// Data as a function of world position. Immutable, so any number of threads may sample a field at once; sampling never
+/// allocates, throws or returns a non-finite value, at any position.
 ///
-/// Positions are world metres. The derivative is that of the interpolant that `value` is read from, not another estimate.
+/// Positions are world metres. The derivative is that of the interpolant that gives `value`, not a separate estimate.
 class Field {
  public:
   virtual ~Field() = default;
@@ -75,7 +74,8 @@ class Field {
   virtual VectorSample vector(const Vec3& world_m) const noexcept;
 
   /// Second derivative of a scalar field [unit/m²] at a world position, row and column = axis of position; zero outside and for
-  /// a vector field. Exact for smooth interpolants (derived fields); here, by differences of the gradient over half a spacing.
+  /// a vector field. Exact for smooth interpolants (derived fields); by default, differences of the gradient over half a
+  /// spacing.
   virtual Mat3 hessian(const Vec3& world_m) const noexcept;
 
   /// Piece of the segment from `from_m` to `to_m` [m] that begins at the share `begin` [1], with a scalar field's value as one
@@ -84,23 +84,22 @@ class Field {
   ///
   /// Exact for grids: the interpolant itself, within a cell. If the value provably stays within `quiet`, in the field's own
   /// unit (min <= value < max, to rounding), a piece may have no polynomial (degree −1) and be as long as cheap tests can
-  /// prove; an empty interval (min > max) requests polynomials throughout. This implementation, for formulas: cubics through
-  /// value and slope at both ends, over at most a quarter of a spacing.
+  /// prove; an empty interval (min > max) requests polynomials throughout. Default, for formulas: cubics through value and
+  /// slope at both ends, over at most a quarter of a spacing.
   ///
-  /// Of a vector field pieces have degree −1 and only report presence of data. Formulas check for holes only in the middle of
+  /// For a vector field pieces have degree −1 and only `inside` is meaningful. Formulas check for holes only in the middle of
   /// each piece.
   virtual PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
                                       const ValueRange& quiet) const noexcept;
 
-  /// Bound on the field around a world position [m]: on grids of a radius of about a cell; of a vector field it bounds the
-  /// length of the value's change. This implementation, and fields that change with time: radius 0. Costs a fraction of a
-  /// sample.
+  /// Bound on the field around a world position [m]. Its radius is about a cell on grids, 0 by default and for fields that
+  /// change with time. For a vector field it bounds the length of the value's change. Costs a fraction of a sample.
   virtual LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept {
     return static_cast<void>(world_m), LipschitzBound{};
   }
 
-  /// Number of values summed for a sample [1], at least 1: its cost, counted and never timed. Of axis fields, products of
-  /// components. This implementation, for formulas: 8, as a trilinear grid of numbers.
+  /// Cost of a sample [1], at least 1: number of values summed (for axis fields, of products of components). Default, for
+  /// formulas: 8, as for a trilinear scalar grid.
   virtual int values_per_sample() const noexcept { return 8; }
 
   /// Length scale [m] of the field, > 0 and finite: the least distance between neighbouring planes of samples of a grid, or the
@@ -113,7 +112,7 @@ class Field {
   /// Depth [m] of a position within the data: the distance to the nearest face of the grid (or of the formula's box) or, if
   /// less, to the nearest cell without a value because of non-finite voxels. The latter may be too small, down to 1/√3 of the
   /// true distance (less on sheared grids). Zero or less outside, zero where voxels are missing; 1-Lipschitz; finite at any
-  /// position. Strengths fade with it, so that they end before the data.
+  /// position. Strengths fade to zero with it, before the data end.
   virtual double depth_m(const Vec3& world_m) const noexcept = 0;
   /// Range of each component over the finite samples of a grid; of a formula, or of vectors rotated by a pose, a range that
   /// contains all its values. 0 to 0 if no sample is finite. Allocates.

@@ -13,11 +13,11 @@ namespace palpa {
 /// Limits of a device.
 struct DeviceLimits {
   double max_force_n = 10.0;
-  bool has_motors = true;  ///< false: no force acts on the hand; a force is only displayed, and steers
+  bool has_motors = true;  ///< false: no force on the hand; it is displayed, and steers a simulated position
   double max_stiffness_n_per_m = 1e5;
   double workspace_radius_m = 0.15;
   double encoder_step_m = 0.0;                                          ///< 0: none
-  double continuous_force_n = std::numeric_limits<double>::infinity();  ///< bearable by its motors for ever
+  double continuous_force_n = std::numeric_limits<double>::infinity();  ///< that its motors can hold permanently
   double max_damping_ns_per_m = std::numeric_limits<double>::infinity();
   double damping_ns_per_m = 0.0;  ///< of its own mechanics
 };
@@ -29,15 +29,15 @@ struct DeviceState {
   bool valid = false;                    ///< position can be used
   std::uint32_t buttons = 0;
   double time_s = 0.0;
-  const char* fault = nullptr;  ///< a literal: reason why there is no force or no valid position; none: no fault
+  const char* fault = nullptr;  ///< string literal: why there is no force or valid position; nullptr: no fault
 };
 
-/// Haptic device, or a substitute. `read` and `write` are called from one thread, never allocate, lock, throw or block: a
-/// device with slow exchange has a thread of its own for it (latest.h).
+/// Haptic device, or a substitute. `read` and `write` are called from one thread and never allocate, lock, throw or block: a
+/// device with slow communication uses a thread of its own for it (latest.h).
 ///
-/// Bound to a device from construction to destruction, by its serial number, path or id. While that is disconnected, `fault` is
-/// set, no other device is touched, its buttons are up, and a position that it steers is at rest. It reconnects by itself if
-/// possible, with no force and no button held, as if just opened.
+/// Bound to one physical device for its lifetime, by serial number, path or id. While that device is disconnected, `fault` is
+/// set, no other device is opened, buttons read as released, and a rate-controlled position stands still. It reconnects
+/// automatically if possible, with zero force and no button pressed, as if just opened.
 class Device {
  public:
   virtual ~Device() = default;  ///< leaves the motors at zero force
@@ -46,11 +46,11 @@ class Device {
   virtual DeviceState read() noexcept = 0;
   /// Holds `force_n` on the hand until the next write. False: the link is lost.
   virtual bool write(const Vec3& force_n) noexcept = 0;
-  /// Brakes the handle by shorting its motors, in place of any force, until released. False: there is no such brake. Threads as
-  /// for `read` and `write`.
+  /// Brakes the handle by shorting its motors, in place of any force, until called with false. Returns false if it has no such
+  /// brake. Call from the thread of `read` and `write`.
   virtual bool brake(bool /*on*/) noexcept { return false; }
-  /// Whether the motors themselves have no force: they received zero since the last force was written, or are disconnected.
-  /// False: they may have one. Any thread; reads atomic values only, since a signal handler polls it (`DrivenDevice`).
+  /// True if the motors certainly exert no force: zero was sent after the last force written, or they are disconnected. False:
+  /// they may exert one. Any thread; reads atomic values only, since a signal handler polls it (`DrivenDevice`).
   virtual bool rests() const noexcept { return false; }
 };
 

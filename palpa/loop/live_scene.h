@@ -9,7 +9,7 @@
 
 namespace palpa {
 
-/// A session, and a second one for rehearsals, whose modes measure their time.
+/// A session, and a second one that rehearses ticks and measures the time of each mode.
 struct PreparedSession {
   PreparedSession(const Scene& scene, double encoder_step_m);
 
@@ -19,7 +19,7 @@ struct PreparedSession {
   PreparedSession* next = nullptr;  // in the list to be freed
 };
 
-/// Passes a session from its maker's thread to the loop, and back to be freed, by two atomic pointers.
+/// Passes sessions by two atomic pointers: from the thread that makes them to the loop, and back to be freed.
 class LiveScene::State {
  public:
   State(const Scene& scene, const DeviceLimits& limits);
@@ -30,11 +30,11 @@ class LiveScene::State {
   void change(const std::function<void(Scene&)>& edit);
 
   // ---- the loop ----
-  /// Last session set and not yet taken; else nullptr. Owned by the loop until it gives it back.
+  /// Takes the session set last; nullptr: no new one. The loop owns it until `give_back`.
   PreparedSession* take() noexcept { return waiting_.exchange(nullptr, std::memory_order_acq_rel); }
-  /// Returns the session at the end of a loop: the next loop begins with it, unless another was set.
+  /// Stores the session at the end of a loop: the next loop starts with it, unless another was set.
   void put_back(PreparedSession* session) noexcept;
-  /// Returns the session to be freed by another thread.
+  /// Queues the session to be freed by another thread.
   void give_back(PreparedSession* session) noexcept;
 
  private:

@@ -19,7 +19,7 @@
 namespace palpa {
 
 /// Write-only view of a sub-step's PrimitiveSet for a mode. Each function forwards to `PrimitiveSet`, which refuses unsolvable
-/// input. Passed by value: a reference.
+/// input. Holds only a reference: pass by value.
 class PrimitiveSink {
  public:
   PrimitiveSink(PrimitiveSet& set) noexcept : set_(set) {}  // NOLINT: implicit on purpose
@@ -28,18 +28,18 @@ class PrimitiveSink {
   void point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m = 0.0) const noexcept {
     set_.point(slot, position_m, strength_n, drag_ns_per_m);
   }
-  /// Holds the proxy across the unit vector `direction` [1].
+  /// Resists motion perpendicular to the unit vector `direction` [1].
   void line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
             double drag_ns_per_m = 0.0) const noexcept {
     set_.line(slot, position_m, direction, strength_n, drag_ns_per_m);
   }
-  /// Pushes along the unit vector `normal` [1] while the proxy is behind it.
-  /// \param captured  level that it stands on: the tick lets no step cross that level
+  /// Pushes along the unit vector `normal` [1] while the proxy is behind the plane.
+  /// \param captured  level on which the plane lies: no sub-step crosses it
   void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, const HeldLevel& captured = {},
              double drag_ns_per_m = 0.0) const noexcept {
     set_.plane(slot, position_m, normal, strength_n, captured, drag_ns_per_m);
   }
-  /// Elastic plane with deflection force / `stiffness_n_per_m`, > 0; `normal` [1].
+  /// Elastic plane, deflected by its force divided by `stiffness_n_per_m`, > 0; `normal` [1].
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
                      double stiffness_n_per_m, const HeldLevel& captured = {}) const noexcept {
     set_.elastic_plane(slot, position_m, normal, strength_n, stiffness_n_per_m, captured);
@@ -48,8 +48,8 @@ class PrimitiveSink {
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) const noexcept {
     set_.directed(slot, direction, strength_n);
   }
-  /// Friction line through the plane of slot `plane_slot`, placed before, with strength `coefficient` [1] times the plane's
-  /// force.
+  /// Friction line along the normal of the plane in slot `plane_slot`, placed after it, of strength `coefficient` [1] times the
+  /// plane's force.
   void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                 double drag_ns_per_m = 0.0) const noexcept {
     set_.friction(slot, plane_slot, position_m, coefficient, drag_ns_per_m);
@@ -90,7 +90,7 @@ struct StepResult {
     return at ? at->level : HeldLevel{};
   }
   bool placed(std::uint16_t slot) const noexcept { return contact(slot) != nullptr; }
-  /// Whether the plane of a slot yields: a slip then moves its level to the proxy, without a break-through.
+  /// Whether the plane of a slot yields: if it slips, its level moves to the proxy, without a break-through.
   bool yields(std::uint16_t slot) const noexcept {
     const Contact* at = contact(slot);
     return at && at->yields;
@@ -143,7 +143,7 @@ class Mode {
       model_->place(here, memory, out);
     }
   }
-  /// Adds the duration of `place` of this mode and its copies to `spent_ns`; nullptr: off.
+  /// Adds the duration of each `place`, also of copies, to `*spent_ns`; nullptr: off.
   void measure(std::int64_t* spent_ns) noexcept { spent_ns_ = spent_ns; }
   void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept {
     model_->on_step_accepted(result, memory);
@@ -175,7 +175,7 @@ class Mode {
     virtual void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept = 0;
   };
 
-  /// Whether `place` has a mode's signature; noexcept: an exception within a tick would end the program.
+  /// Whether `place` has a mode's signature; noexcept, since an exception within a tick would end the program.
   template <class M>
   static consteval bool places(const M* mode, const ModeContext* here, const PrimitiveSink* out) {
     if constexpr (HasMemory<M>) {
@@ -238,10 +238,10 @@ class Mode {
   std::int64_t* spent_ns_ = nullptr;
 };
 
-/// Mode types that scene files may name. A value.
+/// Mode types that scene files may name. Copyable.
 class ModeCatalog {
  public:
-  /// Adds a mode type by an example with its defaults. Throws std::invalid_argument if the type exists.
+  /// Adds the type of `example`, whose parameters become the defaults. Throws std::invalid_argument if the type exists.
   void add(Mode example);
   /// New mode of this type with its defaults; nullptr if unknown.
   const Mode* find(std::string_view type) const noexcept;

@@ -20,15 +20,15 @@ namespace palpa {
 /// Allocates at construction only. One thread.
 ///
 /// Evaluation is shared, as planned at construction: a position is looked up once in all grids of equal geometry, with its
-/// spline weights, also for their detail; a magnitude or a component reuses the sample of its vector; and a field whose second
-/// derivative has ever been requested computes it with the value, from the same voxels.
+/// spline weights, also for their `FineDetail`; a magnitude or a component reuses the sample of its vector; and a field whose
+/// second derivative has ever been requested computes it with the value, from the same voxels.
 class Samples {
  public:
-  /// \param fields  the session's fields, by index; they outlive this
+  /// \param fields  the session's fields, by index; must outlive this object
   /// \param map     hand to world
   Samples(std::span<const FieldPtr> fields, const Similarity& map);
 
-  /// Sets the time of later samples; `came_from`: at the start of the sub-step. Clears the cache on a change.
+  /// Sets the data's time for later samples; `came_from`: its time at the sub-step's start. Clears the cache on a change.
   void set_time(DataTime at, DataTime came_from) noexcept;
   void set_time(DataTime at) noexcept { set_time(at, at); }
   DataTime time() const noexcept { return at_; }
@@ -36,8 +36,8 @@ class Samples {
   /// Whether any field changes with time.
   bool any_timed() const noexcept { return any_timed_; }
 
-  /// Value at a position in the hand frame [m], and gradient per hand metre. Outside if the index is no scalar field.
-  /// References returned here and below hold until `remembered` other positions have been sampled.
+  /// Value at a position in the hand frame [m], and gradient per hand metre. Not `inside` if the index is no scalar field.
+  /// References returned here and below are valid until `remembered` other positions have been sampled.
   const ScalarSample& scalar(std::int32_t field, const Vec3& hand_m) noexcept {
     static constexpr ScalarSample outside;
     if (!is_field(field)) return outside;
@@ -46,14 +46,14 @@ class Samples {
     const Memory<ScalarSample>& known = scalars_[index];
     return known.knows(place, places_[place].visit) ? known.samples[place] : take_scalar(index, place);
   }
-  /// Value rotated into the hand frame, and Jacobian per hand metre. Outside if the index is no vector field.
+  /// Value rotated into the hand frame, and Jacobian per hand metre. Not `inside` if the index is no vector field.
   const VectorSample& vector(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Second derivative of a scalar field [unit per hand metre²]; zero outside.
   Mat3 hessian(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Piece of the straight path between two positions in the hand frame [m] from the share `begin` [1] on (Field::piece_along).
-  /// No data up to the end if the index is no scalar field.
+  /// One piece without data if the index is no scalar field.
   PolynomialPiece piece_along(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
                               const ValueRange& quiet) const noexcept;
   /// Lipschitz bound of a field around a position in the hand frame [m] (Field::lipschitz_bound), per hand metre.
@@ -139,23 +139,23 @@ class Samples {
 /// Strength of a plane on a level.
 struct LevelStrength {
   double newtons = 0.0;
-  bool limited = false;  ///< by the border of the data: the level yields there, which is no break-through
+  bool limited = false;  ///< reduced near the border of the data: the level yields, without a break-through
 };
 
 /// Inputs of a mode's `place`, in the hand frame: metres, rotated directions, derivatives per hand metre; values keep the
 /// data's own unit.
 ///
-/// The primitives of a sub-step pass through `proxy_m`, where it starts. The data may be sampled elsewhere (a trial point of
-/// the path), so a mode samples through `here` and computes nothing from the proxy's position itself.
+/// The primitives of a sub-step pass through `proxy_m`, its start. The data may be sampled elsewhere (a trial point of the
+/// path), so a mode samples by the functions below and derives no sample position from `proxy_m`.
 class ModeContext {
  public:
-  Vec3 proxy_m;                    ///< [m] proxy at the start of the sub-step, carried with the mode's data
+  Vec3 proxy_m;                    ///< [m] proxy at the start of the sub-step, displaced with the mode's data
   Vec3 probe_m;                    ///< [m]
   Vec3 at_m;                       ///< [m] sample position; usually the proxy
   double time_step_s = 0.0;        ///< [s] of the sub-step
   double stiffness_n_per_m = 0.0;  ///< [N/m] k of Eq. 1
   double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields near the proxy
-  /// [N] force limit: towards a border a stronger level fades from this
+  /// [N] force limit: near a border a stronger level fades from this value
   double most_n = std::numeric_limits<double>::infinity();
   std::span<const Contact> contacts;  ///< of the mode, in the last accepted sub-step
 
@@ -164,14 +164,14 @@ class ModeContext {
   VectorSample vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
   /// At a position in the hand frame [m].
   ScalarSample scalar(const FieldRef& field, const Vec3& x_m) const noexcept { return samples_->scalar(field.index, x_m); }
-  /// Vector from the proxy to the foot of the plane of `slot` [m]; zero if it is not pressed in.
+  /// Vector from the proxy to the foot of the elastic plane in `slot` [m] (`way_to_foot_m`); zero if it is not deflected.
   Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
     for (const Contact& contact : contacts) {
       if (contact.id.slot == slot) return contact.offset_m;
     }
     return {};
   }
-  /// Sample position of that plane's level [m]: its foot, or `at_m`.
+  /// Sample position for the level of the plane in `slot` [m]: its foot, or `at_m`.
   Vec3 foot_m(std::uint16_t slot) const noexcept { return at_m + foot_offset_m(slot); }
   /// Value of a scalar field, in its own unit, at `proxy_m`, where the sub-step starts: the level on which a material holds the
   /// proxy. Without data there, the value at `at_m`.
@@ -186,10 +186,10 @@ class ModeContext {
   /// field of the mode has no data.
   double newtons(const Strength& strength) const noexcept;
   /// Strength of a plane on a level. A transfer function of the level's own field is evaluated at the level's value, at a step
-  /// as the limit from `side` (the level's solid side), so that rounding cannot make contact chatter. Fades like a border
-  /// (`border_share`): a level yields across its fade, not along it.
+  /// of the function as the limit from `side` (the level's solid side), so that rounding cannot make contact chatter. Fades
+  /// near the border of the data (`border_share`), where the level yields.
   LevelStrength newtons(const Strength& strength, const HeldLevel& level, TransferFunction::Side side) const noexcept;
-  /// Drag [N·s/m] at this position: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
+  /// Drag [N·s/m] at this position: `drag_ns_per_m` times masks, faded over a depth of 2 N / k.
   double drag(double drag_ns_per_m) const noexcept;
   /// Position [m] at the end of the sub-step of the data point that was at `x_m` [m] at its start.
   Vec3 carried(const FieldRef& field, const Vec3& x_m) const noexcept;

@@ -28,24 +28,24 @@ struct LoadedScene {
   std::vector<std::string> notes;     ///< sentences: losses of a filter that the scene names
 };
 
-/// Reads a scene file (docs/scene.md), with the modes of the library, and its volumes by `read_volume`. Throws SceneError with
+/// Reads a scene file (docs/scene.md) with built-in modes, and its volumes by `palpa::read_volume`. Throws SceneError with
 /// file, line and column.
 LoadedScene load_scene(const std::filesystem::path& path, const SceneOptions& options = {});
-/// Likewise, with volumes by another reader and with other modes, such as those of plug-ins.
+/// Likewise, with another volume reader and other modes, such as those of plug-ins.
 LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options = {});
 /// From text; `name` replaces the path in messages, `folder` the scene's own folder.
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
                         const VolumeReader& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
 
-/// Valid PATHs of `--set` in this scene, "coupling.stiffness_n_per_m" or "mode.skin.strength_n", for completion; with word
-/// values also "law.method=exact". Unreadable parts of an invalid scene have none.
+/// Valid PATHs of `--set` in this scene, such as "mode.skin.strength_n", for shell completion; keys with a fixed set of words
+/// also with value ("law.method=exact"). Parts that cannot be parsed are omitted.
 std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& modes);
 /// Likewise the keys of `how_to_read`.
 std::vector<std::string> how_to_read_paths();
 
-/// Request to read a file with these keys of `[volume.NAME]` (length_unit, as, dims, …) and their values as in `--set`. Names
-/// no file. Throws SceneError.
+/// Request to read a file with these keys of `[volume.NAME]` (length_unit, as, dims, …) and their values as in `--set`. The
+/// request has no file name yet. Throws SceneError.
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys);
 
 /// Tables of docs/scene.md.

@@ -15,14 +15,14 @@
 
 namespace palpa {
 
-/// Position of the hand's reach in the world.
+/// Placement of the device's workspace in the world.
 struct Workspace {
-  std::string fit;               ///< volume whose box's longest side becomes 0.15 m of hand; empty: use `scale`
+  std::string fit;               ///< volume whose longest side is scaled to 0.15 m in the hand frame; empty: use `scale`
   std::optional<double> scale;   ///< [1] world metres per hand metre, > 0
-  std::string center_volume;     ///< the middle of the reach is this volume's box centre
-  std::optional<Vec3> center_m;  ///< middle of the reach [m, world], instead of that; neither: the fitted volume's centre
-  std::string towards_user;      ///< world direction facing the user: "anterior", "+x", …; empty: by the frame
-  std::string up;                ///< world direction that points up; empty: by the frame
+  std::string center_volume;     ///< the workspace is centred on this volume's box
+  std::optional<Vec3> center_m;  ///< workspace centre [m, world], instead of `center_volume`; neither: centre of `fit`
+  std::string towards_user;      ///< world direction facing the user: "anterior", "+x", …; empty: default of the frame
+  std::string up;                ///< world direction that points up; empty: default of the frame
   friend bool operator==(const Workspace&, const Workspace&) = default;
 };
 
@@ -72,7 +72,7 @@ struct ViewLayer {
   std::optional<double> level{};  ///< of a surface: its value, in the field's own unit
   std::vector<ColorPoint> colors{};
   std::string name{};      ///< in the legend; empty: the name of a mode's level, or of the field
-  bool all_parts = false;  ///< of a surface: also parts that are small beside the largest
+  bool all_parts = false;  ///< of a surface: also parts much smaller than the largest
   friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
 };
 
@@ -106,16 +106,16 @@ class Scene {
   ViewOptions view;
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name must be a new plain word. Its grids are
-  /// sampled through `filter`; by default trilinear grids get the default filter of their voxels and all else stays
-  /// (`filtered`, volume.h).
+  /// interpolated with `filter`; without one, trilinear grids get the default filter for their data, and other fields keep
+  /// theirs (`filtered`, volume.h).
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {}, std::optional<Filter> filter = {});
   /// Adds a volume that moves from pose to pose.
   FieldRef add_moving(std::string name, Volume volume, const PoseTrack& poses, std::optional<Filter> filter = {});
   /// Adds a mode with a new name; its fields must exist.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 
-  /// Changes the parameters of a mode: calls `change` with an M&. Throws SceneError, with nothing changed, if there is no mode
-  /// of this name and type, and the exceptions of `change`.
+  /// Changes the parameters of a mode: calls `change` with an M&. Throws SceneError if no mode has this name and type, or the
+  /// exceptions of `change`, with nothing changed.
   template <class M, class Change>
   void edit(std::string_view name, Change&& change) {
     SceneMode* const mode = find_mode(name);
@@ -136,7 +136,7 @@ class Scene {
   /// Field of a reference; throws SceneError if there is none, or if a bare volume name has several fields. A derived field is
   /// computed on first use, and cached, also for copies of the scene. Any thread.
   VolumeField field(const FieldRef& ref) const;
-  /// Derivation of the field of a reference, likewise cached.
+  /// Field derived by `derivation` from the field of a reference, likewise cached.
   FieldPtr field(const FieldRef& ref, Derivation derivation) const;
   /// Number of a field among those of all volumes; -1 for a derived field. Throws as `field` does.
   std::int32_t index_of(const FieldRef& ref) const;
@@ -159,7 +159,7 @@ class Scene {
 
 /// Scene as TOML, readable by `load_scene`.
 std::string to_toml(const Scene& scene);
-/// Equal TOML, equal data (shared voxels or equal files).
+/// True if TOML and data are equal (shared voxels or equal files).
 bool operator==(const Scene& a, const Scene& b);
 
 }  // namespace palpa

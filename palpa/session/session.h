@@ -1,4 +1,4 @@
-// Session: a scene being felt. Its tick is the main path of Palpa.
+// Session: state of a scene in use. Its `tick` computes the force.
 #pragma once
 
 #include <cstdint>
@@ -22,17 +22,17 @@ struct Probe {
 };
 
 enum class TickStatus : std::uint8_t {
-  resting,    ///< converged: the proxy rests where this probe position leads
+  resting,    ///< converged: the proxy is at the balance for this probe position
   waiting,    ///< work budget exhausted: rest of the probe's path queued, no force from it
-  capped,     ///< resting, but a balance's bound is above `exact_bound_m`
+  capped,     ///< resting, but a balance's error bound is above `exact_bound_m`
   bad_input,  ///< unusable probe or time step; the proxy stayed, the force is zero
 };
 
-/// Result of one tick. `force_n` is Eq. 1 for the processed part of the probe's path, before limits (see Guard).
+/// Result of one tick. `force_n` is the coupling force (Eq. 1) for the processed part of the probe's path, before the guard.
 struct Tick {
   Vec3 probe_m;
   Vec3 probe_velocity_m_per_s;
-  Vec3 probe_step_m;  ///< since the last tick, under its force; zero where the proxy was put on the probe
+  Vec3 probe_step_m;  ///< since the last tick, while its force acted; zero after a reset of the proxy to the probe
   bool probe_valid = true;
   Vec3 proxy_m;
   Vec3 proxy_velocity_m_per_s;
@@ -43,8 +43,8 @@ struct Tick {
   int iterations = 0;  ///< of all sub-steps
   TickStatus status = TickStatus::resting;
   int dropped = 0;  ///< primitives refused
-  /// [N] part of the spring's pull that the primitives do not bear: stiffness times the distance of the proxy from its last
-  /// balance. Imperceptible at rest; more: the proxy was given up on its path. 0 in an incomplete tick.
+  /// [N] part of the spring force that the primitives do not balance: stiffness times the distance of the proxy from its last
+  /// balance. Imperceptible at rest; larger where the path stopped before the balance. 0 in a `waiting` tick.
   double unborne_n = 0.0;
   Energy energy;  ///< the loop fills in work_on_hand_j and held_back_j
   int work = 0;   ///< [1] units, counted alike on every machine (docs/contracts/session.md)
@@ -52,11 +52,11 @@ struct Tick {
 
 /// A mode's part in one tick.
 struct ModeForce {
-  Vec3 force_n;  ///< sum over its primitives in the last sub-step, in the least split of force
+  Vec3 force_n;  ///< sum over its primitives in the last sub-step; if redundant, the split with the least Σ|force|²/strength
   double dissipated_j = 0.0;
   double injected_j = 0.0;
   int primitives = 0;         ///< in the last sub-step
-  bool split_shared = false;  ///< redundant: another split would balance too
+  bool split_shared = false;  ///< redundant primitives: another split would balance too
 };
 
 enum class SessionEventKind : std::uint8_t { onset, break_through, fault, warning };
@@ -70,7 +70,7 @@ struct SessionEvent {
   double depth_m = 0.0;        ///< [m] of break_through: |proxy − probe| where the strength was reached
 };
 
-/// A scene being felt: the proxy, the modes' memories, the ledger. Holds a snapshot of the scene (voxels shared). Construction
+/// A scene in use: its proxy, the modes' memories, the ledger. Holds a snapshot of the scene (voxels shared). Construction
 /// allocates and throws SceneError; `tick` does neither, takes no lock, does no input or output, and returns finite numbers for
 /// any arguments. One thread.
 class Session {
@@ -78,7 +78,7 @@ class Session {
   /// Balances by `scene.law`. Laws of earlier systems move the proxy in one step a tick, as these systems did.
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
-  /// Balances by `law`, along the path of the exact law, not by the law that the scene names.
+  /// Balances by `law` instead of the law that the scene names, along the path of the exact law.
   Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m = 0.0);
   /// Session of the exact law that moves the proxy in one step a tick: its differences from `Session(scene)` come from the
   /// path, not from the balance. For studies.
@@ -96,17 +96,17 @@ class Session {
   /// Puts the proxy on the next probe position and resets all memories: after a gap or a clutch.
   void reset() noexcept;
 
-  /// Sets the force limit of guard and device [N], infinity by default: a stronger level never yields.
+  /// Sets the force limit of guard and device [N], infinity by default: a stronger level cannot be broken through.
   void set_force_limit(double most_n) noexcept;
 
-  /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, at least as many per tick; multiplies the cap on
-  /// sub-steps. For studies of convergence. Allocates.
+  /// Divides sub-steps by `times` [1] (1…16), at least `times` per tick; multiplies a tick's limits by it. For studies of
+  /// convergence. Allocates.
   void refine_path(int times);
   /// Copies the state of a session of an equal scene, including the force limit; clears the warm start. Programming error
   /// (assert) if the scenes differ in number of modes or memories.
   void copy_state_from(const Session& other) noexcept;
-  /// Continues from a session of another scene: with all of its state if its modes use equal levels of equal data, as after a
-  /// change of strengths or of the coupling, else with its proxy, its time, and fresh memories.
+  /// Continues from `other`, a session of another scene: with its whole state if both scenes' modes use equal levels of equal
+  /// data, as after a change of strengths or coupling; else with its proxy and time, and fresh memories.
   void resume_in_changed_scene(const Session& other) noexcept;
 
   const Scene& scene() const noexcept;
@@ -119,9 +119,10 @@ class Session {
   std::span<const PlacedPrimitive> placed() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
-  /// [1] Work budget of a tick, times that of `refine_path`; the item that exhausts it is finished.
+  /// [1] Work budget of a tick, multiplied by `refine_path`; the balance that exhausts it is completed.
   static const int most_work;
-  /// [1] Cap per tick, times that of `refine_path`; the rest is queued. More: longer worst tick; fewer: the proxy lags earlier.
+  /// [1] Limit per tick, multiplied by `refine_path`; the rest of the probe's path is queued. More: longer worst tick; fewer:
+  /// the proxy lags earlier.
   static constexpr int max_sub_steps = 32;
 
  private:

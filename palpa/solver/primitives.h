@@ -17,14 +17,15 @@ enum class PrimitiveKind : std::uint8_t { point, line, plane, directed, corner }
 enum class PrimitiveState : std::uint8_t {
   stick,  ///< the proxy lies on it; the force keeps the balance, up to the strength
   slip,   ///< the proxy was pulled off it; the force is the full strength (plus drag)
-  off,    ///< a plane or corner that the proxy has left on its free side, and every directed force: no residual
+  off,    ///< no residual: the proxy is on the free side of the plane or corner; every directed force
 };
 
 /// "point", "line", …; "facet" for a corner, because a primitive of that kind is one facet.
 const char* name_of(PrimitiveKind kind) noexcept;
 const char* name_of(PrimitiveState state) noexcept;
 
-/// Mode and slot of a primitive. The slot is the mode's own small number, constant from tick to tick: the key of warm starts.
+/// Mode and slot of a primitive. A slot is a small number chosen by the mode, constant from tick to tick: the key of warm
+/// starts.
 struct PrimitiveId {
   std::uint16_t mode = 0;
   std::uint16_t slot = 0;
@@ -40,17 +41,17 @@ struct PrimitiveId {
 ///   line      r = (I − q qᵀ)(a − x)                       (Eqs. 4, 5)
 ///   plane     r = max(0, q·(a − x))                       (Eqs. 6, 7)
 ///   directed  force s q, at any proxy                     (Eq. 2)
-/// At r = 0 the printed equations have a jump; there the force is any vector of the primitive's span not longer than s (a
-/// plane: t q with 0 ≤ t ≤ s), selected by the balance: a proxy can rest *on* a plane. The drag term is viscosity, which the
-/// paper's strengths alone cannot express.
+/// At r = 0 the paper's equations jump; there the balance selects the force among the vectors of the primitive's span up to
+/// length s (a plane: t q with 0 ≤ t ≤ s), so a proxy can rest *on* a plane. The drag term is viscosity, which the paper's
+/// strengths alone cannot express.
 ///
 /// A corner is one strength for several planes: R(r) = s|r| with r the shortest vector from x to the region free of all of
-/// them. It is a run of primitives of kind corner with a common id and strength, each a facet: a plane through its position
-/// whose direction points out of the solid. Its force is Σ tᵢ qᵢ over the facets, tᵢ ≥ 0, not longer than s. A corner of one
-/// facet is a plane; no corner has a drag.
+/// them. It is stored as consecutive primitives of kind corner, with a common id and strength, each a facet: a plane through
+/// its position whose direction points out of the solid. Its force is Σ tᵢ qᵢ over the facets, tᵢ ≥ 0, not longer than s. A
+/// corner of one facet is a plane; no corner has a drag.
 ///
 /// A plane or a corner may be elastic, with a stiffness κ: it deflects by |r|, with a force of κ|r| up to s. Its R is Huber's
-/// function of |r| (1964): κ|r|²/2 up to |r| = s/κ, s|r| − s²/2κ beyond. It returns energy, so it may have no drag.
+/// function of |r| (1964): κ|r|²/2 up to |r| = s/κ, s|r| − s²/2κ beyond. It returns energy, so it must not have a drag.
 struct Primitive {
   PrimitiveKind kind = PrimitiveKind::point;
   PrimitiveId id;
@@ -65,27 +66,27 @@ struct Primitive {
 };
 
 /// Residual r of `primitive` at `x_m` [m]: the vector from the proxy to the primitive within its span; zero for directed and on
-/// a plane's free side; of a facet as of a plane. Reads only its arguments.
+/// a plane's free side; a facet counts as a plane. Reads only its arguments.
 Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept;
 /// Residual of `primitives[i]`, or of the whole corner that it is a facet of. \param x_m  [m] the proxy
 Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
 /// Vector [m] from `x_m` [m] to the foot of the elastic `primitives[i]`, or of the whole corner that it is a facet of
-/// (docs/theory.md 8.11). At most strength over stiffness, beyond which it slips; zero for a rigid primitive. Reads only its
-/// arguments.
+/// (docs/theory.md 8.11). Its length is at most strength / stiffness, where the primitive slips; zero for a rigid primitive.
+/// Reads only its arguments.
 Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
 /// Primitives that act together with `primitives[i]`: all facets of its corner, or itself alone.
 std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept;
 
-/// Level of a field that a plane stands on. `field` is the session's number of the field.
+/// Level of a field on which a plane lies. `field` is the session's number of the field.
 struct HeldLevel {
   std::int32_t field = -1;    ///< -1: the plane stands on no level
   double value = 0.0;         ///< in the field's own unit
   double pressed_to = value;  ///< in the field's own unit: position of the plane, deeper than `value` after yielding
   bool limited = false;       ///< data end nearby: the strength is reduced
   bool any() const noexcept { return field >= 0; }
-  /// Equal levels, however far they are pressed in.
+  /// Ignores `pressed_to`.
   friend bool operator==(const HeldLevel& a, const HeldLevel& b) noexcept { return a.field == b.field && a.value == b.value; }
 };
 
@@ -96,20 +97,20 @@ struct Friction {
   bool any() const noexcept { return plane >= 0; }
 };
 
-/// Limits on primitives, far beyond any hand. Larger: a set might overflow and be unsolvable.
+/// Limits on primitives, far beyond any hand. Larger values could overflow and make a set unsolvable.
 inline constexpr double largest_position_m = 1e6;
 inline constexpr double largest_strength_n = 1e9;
 inline constexpr double largest_drag_ns_per_m = 1e9;
 /// [N/m] Least stiffness of an elastic plane: imperceptibly soft. Less: its compliance could overflow.
 inline constexpr double softest_level_n_per_m = 1e-12;
 
-/// [s] Minimum duration of sub-steps for drags, which then hold like walls in any case. Less: c/(kT) could overflow.
+/// [s] Minimum duration of sub-steps for drags; any drag is rigid as a wall there. Less: c/(kT) could overflow.
 inline constexpr double shortest_time_s = 1e-15;
 
 /// [1] Largest number of facets of a corner. More: arrays and balances grow; fewer: facets are dropped or refused sooner.
 inline constexpr std::size_t most_facets = 8;
-/// [1] Least σ of a corner, σ the largest e·qᵢ that a unit vector e has with all its facets: sin of half the opening of a
-/// groove. Less: rounding, multiplied by 1/σ, can make a corner empty; more: sharp grooves lose a facet.
+/// [1] Least σ of a corner: σ = max over unit vectors e of minᵢ e·qᵢ, for a groove the sine of half its opening. Less:
+/// rounding, multiplied by 1/σ, can leave no free region; more: sharp grooves lose a facet.
 inline constexpr double narrowest_corner = 1e-3;
 
 /// Reason of a refusal.
@@ -142,9 +143,9 @@ struct Refused {
   Refusal reason;
 };
 
-/// Primitives of one sub-step. Fixed capacity: allocates at construction only; never throws. Always solvable: a primitive that
-/// is not finite, not of unit length, negative, or has a drag away from the start of the sub-step is refused, logged with its
-/// mode and reason, and counted.
+/// Primitives of one sub-step. Fixed capacity: allocates at construction only; never throws. Always solvable: a primitive with
+/// a value not finite or negative, a direction not of unit length, or a drag and a nonzero residual at the start is refused,
+/// logged with its mode and reason, and counted.
 ///
 /// One thread at a time.
 class PrimitiveSet {
@@ -159,7 +160,8 @@ class PrimitiveSet {
   void clear(const Vec3& start_m) noexcept;
   /// Assigns later primitives to mode number `mode`.
   void begin_mode(std::uint16_t mode) noexcept { begin_mode(mode, start_m_); }
-  /// Likewise for moving data: a drag is accepted with zero residual at `carried_start_m` [m], the start carried along by them.
+  /// Likewise for moving data: a drag is accepted with zero residual at `carried_start_m` [m], the start displaced with the
+  /// data.
   void begin_mode(std::uint16_t mode, const Vec3& carried_start_m) noexcept {
     mode_ = mode;
     carried_start_m_ = carried_start_m;
@@ -172,22 +174,22 @@ class PrimitiveSet {
   /// Line primitive through `position_m` along the unit vector `direction` [1]: holds the proxy across it.
   void line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
             double drag_ns_per_m = 0.0) noexcept;
-  /// Plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is behind it. `captured`:
-  /// the level that it stands on, which the tick lets no step cross.
+  /// Plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is behind the plane.
+  /// `captured`: the level on which it lies; no sub-step crosses it.
   void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, const HeldLevel& captured = {},
              double drag_ns_per_m = 0.0) noexcept;
-  /// Elastic plane, with the unit vector `normal` [1] and a deflection of its force over `stiffness_n_per_m`, > 0.
+  /// Elastic plane with the unit vector `normal` [1], deflected by its force divided by `stiffness_n_per_m`, > 0.
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
                      double stiffness_n_per_m, const HeldLevel& captured = {}) noexcept;
   /// Directed force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by this mode) at `position_m`, along that
-  /// plane's normal, with strength `coefficient` [1] times the plane's force. Its drag does not depend on it.
+  /// plane's normal, with strength `coefficient` [1] times the plane's force. Its drag does not depend on that force.
   void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                 double drag_ns_per_m = 0.0) noexcept;
   /// Adds a facet to the plane or corner that begins at index `i`, behind its last facet, on its level: the plane through
   /// `position_m` with the unit vector `normal` [1] out of the solid. Later primitives move up by one. Refuses it and returns
-  /// false if the set is full, there are `most_facets`, the corner would be narrower than `narrowest_corner`, or it has a drag.
+  /// false if the set is full, the corner has `most_facets`, would be narrower than `narrowest_corner`, or has a drag.
   bool add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept;
   /// Adds any primitive, with the current mode in its id. A facet with the slot of the corner before it becomes a facet of that
   /// corner.
@@ -220,7 +222,7 @@ class PrimitiveSet {
     captured_[i] = captured;
   }
 
-  /// Sets the strength of primitive i: of a friction line, from its plane's force.
+  /// Sets the strength of primitive i; for friction lines, computed from the plane's force.
   void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
 
   /// Multiplies strength and drag of primitive i by `share` [1], 0…1.

@@ -7,18 +7,17 @@
 
 namespace palpa {
 
-/// Finds the exact balance, and proves it.
+/// Computes the balance, with a proven error bound.
 ///
 /// The dual variables of E (see Law) are the primitives' forces u; x = probe + (directed + Σu)/k. Three stages run in order
 /// until the duality gap proves the balance; the derivations stand above each in solver.cpp, the theory in docs/theory.md:
-///   1. sweeps: each force in turn becomes optimal, all others held. One sweep is the closed form of
-///      mutually orthogonal primitives, and points with a common anchor are added in closed form.
-///      A single primitive and a surface with its friction end here, with rounding as their only bound, and so does
-///      a corner with a single holding facet;
-///   2. active set: the forces give the sticking and slipping primitives, the balance of that choice comes from a
-///      3×3 system, and gives the next choice;
-///   3. multipliers: the fallback, convergent from anywhere but for its cap.
-/// All counts are capped; at the cap the best balance so far is returned with its bound. Returns `bad_input`, with the start as
+///   1. sweeps: each force in turn is optimised, the others fixed. One sweep solves mutually orthogonal
+///      primitives exactly; points with a common anchor are summed in closed form. A single primitive,
+///      a surface with friction and a corner with one holding facet finish here, up to rounding;
+///   2. active set: the forces determine the sticking and slipping primitives; a 3×3 system gives the balance
+///      for this choice, which determines the next choice;
+///   3. multipliers: the fallback, convergent from any start (up to the cap).
+/// All iterations are capped; at the cap the best balance so far is returned with its bound. Returns `bad_input`, the start as
 /// position and zero forces, for k outside of 1e-12 to 1e12 N/m, T <= 0 or not finite with a drag, a position not finite or
 /// beyond `largest_position_m`, or a set larger than the capacity (which also asserts).
 class Solver final : public Law {
@@ -32,8 +31,8 @@ class Solver final : public Law {
   std::span<const Vec3> forces_n() const noexcept override { return {forces_.get(), size_}; }
   void reset() noexcept override { size_ = 0; }
 
-  /// [m] Rounding of the last balance's position_m: the bound was proven at position_m + remainder_m(), a sum finer than a
-  /// double, and then widened by the remainder.
+  /// [m] Rounding error of the last balance's position_m. The bound was proven at the unrounded position_m + remainder_m(),
+  /// then increased by the length of remainder_m().
   const Vec3& remainder_m() const noexcept { return remainder_m_; }
 
  private:
