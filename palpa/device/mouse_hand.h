@@ -33,7 +33,7 @@ class MouseHand final : public Device {
   /// Moves the hand by this, in the hand frame. Ignores non-finite values. Allocates nothing.
   void move(const Vec3& way_m) noexcept;
   /// Sets the hand's position [m], in the hand frame, at once; discards pending motion. Not for a hand in contact: suspend the
-  /// force meanwhile (`LiveLoop::move_view`). Ignores non-finite values. Allocates nothing.
+  /// force meanwhile (`LiveLoop::hold_while_view_moves`). Ignores non-finite values. Allocates nothing.
   void put(const Vec3& at_m) noexcept;
   /// Sets the held buttons, a bit each.
   void press(std::uint32_t buttons) noexcept { buttons_.store(buttons, std::memory_order_relaxed); }
