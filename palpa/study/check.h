@@ -61,7 +61,7 @@ struct StableStiffness {
   StiffnessBounds bounds;
 };
 
-/// Behaviour at a point (k, D) of the map when the device is released at the scene's strongest place.
+/// Behaviour at a point (k, D) of the map when the device is released at the report's places.
 struct MarginPoint {
   double stiffness_n_per_m = 0.0, damping_ns_per_m = 0.0;
   Grade grade = Grade::fine;  ///< rests, hums, shakes

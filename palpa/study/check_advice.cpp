@@ -193,8 +193,10 @@ void detail::draw_map(const Scene& scene, CheckReport& report, const std::functi
         point.stiffness_n_per_m = low_n_per_m * std::pow(high_n_per_m / low_n_per_m, (number % columns) / (columns - 1.0));
         point.damping_ns_per_m = most_damping * (number / columns) / (rows - 1.0);
         const Scene tried = with_coupling(scene, point.stiffness_n_per_m, point.damping_ns_per_m);
-        for (const Act act : {Act::let_go, Act::lean})
-          point.grade = std::max(point.grade, grade_of_rest(try_at(tried, report.plant, report.places.front(), {act})));
+        for (const CheckPlace& place : report.places) {
+          for (const Act act : {Act::let_go, Act::lean})
+            point.grade = std::max(point.grade, grade_of_rest(try_at(tried, report.plant, place, {act})));
+        }
       },
       progress);
 }
