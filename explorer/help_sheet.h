@@ -1,4 +1,4 @@
-// What keys and mouse do, on one sheet.
+// Keys and mouse actions, on one sheet.
 #pragma once
 
 #include <QAction>

@@ -26,7 +26,7 @@ struct Signal {
   FeltRun run;
   Spectrum command, spring;        ///< [N] in contact and away from events: what reached the hand, and k · probe
   std::vector<ExcessStep> steps;   ///< all that are felt as such
-  double at_edges_n_per_ms = 0.0;  ///< below 0: the data are not there
+  double at_edges_n_per_ms = 0.0;  ///< below 0: data not available
 };
 /// \param scene  nullptr: its data are not there
 Signal signal_of(const Recorded& recorded, const Scene* scene);
