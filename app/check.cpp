@@ -67,7 +67,7 @@ std::string words_of_fix(const CheckArguments& arguments, const CheckReport& rep
   }
   if (!report.changes.empty())
     return words + "\nNext: palpa check " + arguments.fix.string() + " --device " + arguments.device + "\n";
-  return words + (arguments.scene_options.sets.empty() ? " as it is, because" : " with what --set says;") +
+  return words + (arguments.scene_options.sets.empty() ? " as it is, because" : " with the values of --set;") +
          " no change is proposed\n";
 }
 

@@ -16,9 +16,9 @@ void draw_check(const CheckReport& report, const std::filesystem::path& file, de
     const char* name;
     CurveColor color;
   };
-  constexpr Kind kinds[] = {{Grade::fine, "let go, it rests", CurveColor::sky},
-                            {Grade::warn, "it hums", CurveColor::orange},
-                            {Grade::stop, "it shakes", CurveColor::vermilion}};
+  constexpr Kind kinds[] = {{Grade::fine, "stable when released", CurveColor::sky},
+                            {Grade::warn, "hums", CurveColor::orange},
+                            {Grade::stop, "shakes", CurveColor::vermilion}};
   for (const Kind& kind : kinds) {
     Series series{.name = kind.name, .color = kind.color, .points_only = true};
     for (const MarginPoint& point : report.map) {

@@ -41,23 +41,22 @@ InfoArguments arguments_of(InfoLine given, bool scene) {
 
 void add_info(CLI::App& app, Work& work) {
   const auto given = std::make_shared<InfoLine>();
-  CLI::App* command = app.add_subcommand("info", "Say what is in data files, draw it, suggest a first scene");
+  CLI::App* command = app.add_subcommand("info", "Describe data files, draw them, suggest a first scene");
   command
       ->add_option("FILE", given->info.files,
                    "files or folders, each a volume of its own; a pattern in quotes, as 'phase_*.vti', is one time series")
       ->required()
       ->type_name("");
   add_repeated(command, "--at", given->at,
-               "say the values there: at a voxel, as 120,200,90, at a position, as -5mm,16mm,7mm, or in the patient, as "
+               "print the values at a voxel, as 120,200,90, at a position, as -5mm,16mm,7mm, or in the patient, as "
                "R5,A16,S7 (millimetres to the right or left, front or back, head or feet)")
       ->type_name("PLACE");
-  add_repeated(command, "--at-m", given->at_m, "say the values at this position of the world, in metres")->type_name("X,Y,Z");
+  add_repeated(command, "--at-m", given->at_m, "print the values at this position of the world, in metres")->type_name("X,Y,Z");
   command->add_flag("--series", given->info.series, "the files are the frames of one time series");
   command
-      ->add_option(
-          "--level", given->info.level,
-          "say how much of what is thin above this value the smooth filter loses, and how far the level moves from frame "
-          "to frame")
+      ->add_option("--level", given->info.level,
+                   "print how much of the thin parts above this value the smooth filter loses, and how far the level moves "
+                   "from frame to frame")
       ->type_name("VALUE");
   command->add_flag("--json", given->info.json, "print as JSON");
   CLI::Option* scene_option =

@@ -14,14 +14,13 @@ namespace palpa::app {
 
 void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<DemoArguments>();
-  CLI::App* command = app.add_subcommand("demo", "Feel a head, a flow or a wing's wake, and see what came of it");
+  CLI::App* command = app.add_subcommand("demo", "Feel a head, a flow or a wing's wake, and make its report");
   command->add_option("NAME", given->name, "which demo: head, flow or wing (head)")
       ->check(CLI::IsMember({"head", "flow", "wing"}))
       ->type_name("");
   command
-      ->add_option(
-          "--data", given->data,
-          "folder of real data, felt by a recorded hand; left out: embedded data, or the head that tools/get-ct-head brought")
+      ->add_option("--data", given->data,
+                   "folder of real data, felt by a recorded hand (embedded data, or the head of tools/get-ct-head)")
       ->type_name("DIR");
   command->add_option("--out", given->out, "folder for recording, report and pictures (palpa-demo)")->type_name("DIR");
   add_device(command, given->device);
@@ -110,7 +109,7 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
   command
       ->add_option(
           "--hand-hold", given->hold,
-          "how a hand is held: rigid (it follows the recording whatever the force, default of recordings), relaxed (default of "
+          "how a hand is held: rigid (it follows the recording at any force, default of recordings), relaxed (default of "
           "simulated hands) or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
@@ -121,9 +120,9 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
           "--hand: the device that this hand holds: touch, omega, falcon, inverse3 or desktop, with values changed as in "
           "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay)")
       ->type_name("DEVICE");
-  command->add_flag("--realtime", given->realtime, "by the clock on the wall, also with a simulated or recorded hand");
+  command->add_flag("--realtime", given->realtime, "run in real time, also with a simulated or recorded hand");
   command->add_flag("--no-rehearsal", given->no_rehearsal,
-                    "in real time: do not rehearse ticks beforehand, which leaves the processor free and the ticks cold");
+                    "in real time: skip the rehearsal of ticks, which saves processor time but leaves caches cold");
   command->add_option("--clutch-button", given->clutch_button, "in real time: while this button is held the handle moves alone")
       ->check(CLI::Range(1, 32))
       ->type_name("N");
@@ -131,13 +130,13 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
       ->check(CLI::Range(1, 32))
       ->type_name("N");
   command->add_flag("--go-on-at-border", given->live.goes_on_at_border,
-                    "in real time: a handle at the border of its workspace takes the probe further");
+                    "in real time: a handle at the border of its workspace moves the probe on");
   command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")
       ->type_name("HZ");
   command
       ->add_option("--hand-place", given->place,
-                   "where a recording lies: fitted (where it feels most of the data, the default of all but the columns of our "
-                   "own ticks.csv), centred (the middle of its box in the middle of the workspace) or as_recorded")
+                   "position of a recording: fitted (the longest contact with the data, default of all but the columns of a "
+                   "ticks.csv), centred (the middle of its box in the middle of the workspace) or as_recorded")
       ->check(CLI::IsMember({"as_recorded", "centred", "fitted"}))
       ->type_name("PLACE");
   // Names of earlier versions.
@@ -150,12 +149,12 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
   command->add_option("--rate-hz", given->run.options.rate_hz, "update rate: ticks per second (1000)")->type_name("HZ");
   command->add_option("--out", given->run.options.out, "record a trace into this new folder")->type_name("DIR");
   command->add_flag("--primitives", given->run.options.primitives, "record balances and primitives as well");
-  add_repeated(command, "--data", given->run.options.scene_options.data_folders, "look for data here as well")
+  add_repeated(command, "--data", given->run.options.scene_options.data_folders, "also search this folder for data")
       ->type_name("DIR");
   add_repeated(command, "--set", given->sets, "change one value of the scene, as in mode.skin.friction_n=0.2")
       ->type_name("PATH=VALUE");
   add_plugins(command, given->run.options.plugins);
-  command->add_flag("--dry-run", given->run.dry_run, "load and check everything, say what it is, feel nothing");
+  command->add_flag("--dry-run", given->run.dry_run, "load and check everything, print a summary, run no tick");
   command->add_flag("--json", given->run.json, "print the summary as JSON");
   add_reader(command, given->run.options.read);
   command->footer(hand_words() + "Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
@@ -164,9 +163,9 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
 
 void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<DevicesArguments>();
-  CLI::App* command = app.add_subcommand("devices", "List the devices that are there, and what is missing for others");
+  CLI::App* command = app.add_subcommand("devices", "List connected devices, and missing requirements of others");
   command->add_option("NAME", given->name, "one kind of device, with settings as in inverse3,port=10001 (all)")->type_name("");
-  command->add_flag("--setup", given->setup, "try that device with your help, measure it, and keep what came of it");
+  command->add_flag("--setup", given->setup, "measure that device with your help and save the result");
   command->add_flag("--json", given->json, "print as JSON");
   command->footer("Example:\n  palpa devices inverse3");
   command->callback([=, &work, &stop] { work = [=, &stop] { return run_devices(*given, stop); }; });

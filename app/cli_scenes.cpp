@@ -12,19 +12,19 @@ void add_check(CLI::App& app, Work& work) {
   const auto given = std::make_shared<CheckArguments>();
   const auto force = std::make_shared<bool>(false);
   const auto sets = std::make_shared<std::vector<std::string>>();
-  CLI::App* command = app.add_subcommand("check", "Say whether a scene should be felt on a device, and what to change");
+  CLI::App* command = app.add_subcommand("check", "Check a scene for a device, and propose changes");
   command->add_option("SCENE", given->scene, "scene file (TOML)")->required()->type_name("");
   command
       ->add_option("--device", given->device,
                    "touch, omega, falcon, inverse3, desktop or a file FILE.toml, with values changed as in touch,delay_ticks=2")
       ->required()
       ->type_name("DEVICE");
-  command->add_option("--fix", given->fix, "write the scene with what should change changed into this new file")
+  command->add_option("--fix", given->fix, "write the scene with the proposed changes into this new file")
       ->type_name("OUT.toml");
-  command->add_option("--picture", given->picture, "draw what stiffness and damping are stable into this new PNG file")
+  command->add_option("--picture", given->picture, "draw the stable stiffness and damping into this new PNG file")
       ->type_name("FILE.png");
   add_force(command, *force);
-  add_repeated(command, "--data", given->scene_options.data_folders, "look for data here as well")->type_name("DIR");
+  add_repeated(command, "--data", given->scene_options.data_folders, "also search this folder for data")->type_name("DIR");
   add_repeated(command, "--set", *sets, "change one value of the scene, as in coupling.stiffness_n_per_m=400")
       ->type_name("PATH=VALUE");
   add_plugins(command, given->plugins);
@@ -53,7 +53,7 @@ struct MapLine {
 void add_map(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<MapLine>();
   MapArguments& map = given->map;
-  CLI::App* command = app.add_subcommand("map", "Feel a scene at every place of a slice or a grid: its force field");
+  CLI::App* command = app.add_subcommand("map", "Compute the force field of a scene on a slice or a grid");
   command->add_option("SCENE", map.scene, "scene file (TOML)")->required()->type_name("");
   command->add_option("OUT", map.out, "new file: .vti, for ParaView")->required()->type_name("");
   command->add_option("--slice", map.slice, "across which axis of the hand: x, y or z (x)")
@@ -71,8 +71,8 @@ void add_map(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   command->add_option("--picture", map.picture, "draw the slice into this new PNG file")
       ->excludes("--grid")
       ->type_name("FILE.png");
-  command->add_option("--threads", map.threads, "how many cores feel (all)")->check(CLI::Range(1, 1024))->type_name("N");
-  command->add_flag("--json", map.json, "print what it took as JSON");
+  command->add_option("--threads", map.threads, "number of cores to use (all)")->check(CLI::Range(1, 1024))->type_name("N");
+  command->add_flag("--json", map.json, "print the summary as JSON");
   add_force(command, given->force);
   add_repeated(command, "--data", map.scene_options.data_folders, "folder with the files of the scene")->type_name("DIR");
   add_repeated(command, "--set", given->sets, "replace a value of the scene, as in --set coupling.stiffness_n_per_m=500")

@@ -13,7 +13,7 @@ void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand("replay", "Replay a trace and compare every number");
   command->add_option("TRACE", given->trace, "folder of the trace, or a file in it")->required()->type_name("");
-  add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_repeated(command, "--data", given->data_folders, "search this folder first for the scene's data")->type_name("DIR");
   add_plugins(command, given->plugins);
   command->add_flag("--json", given->json, "print the answer as JSON");
   add_reader(command, given->read);
@@ -32,15 +32,15 @@ void add_report(CLI::App& app, Work& work) {
   command->add_option("TRACE", given->trace, "folder of the trace")->required()->type_name("");
   command
       ->add_option("--beside", given->beside,
-                   "compare with this trace, which has the same hand: what differs, and would it be felt")
+                   "compare with this trace of the same hand: the differences, and whether a hand would tell them apart")
       ->type_name("TRACE");
-  command->add_option("--out", given->out, "where to write; left out: report.html in the trace, with --beside beside.html")
+  command->add_option("--out", given->out, "output file (report.html in the trace, with --beside beside.html)")
       ->type_name("FILE");
   command->add_option("--pictures", given->pictures, "write the pictures as PNG and SVG files into this folder, too")
       ->type_name("DIR");
-  command->add_flag("--full-paths", given->full_paths, "whole paths of files in the page; left out: their last names");
+  command->add_flag("--full-paths", given->full_paths, "write whole paths of files into the page (file names only)");
   add_force(command, given->force);
-  add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_repeated(command, "--data", given->data_folders, "search this folder first for the scene's data")->type_name("DIR");
   add_plugins(command, given->plugins);
   add_reader(command, given->read);
   command->footer("Example:\n  palpa report first-trace");
@@ -56,8 +56,8 @@ void add_report(CLI::App& app, Work& work) {
 void add_export(CLI::App& app, Work& work) {
   const auto given = std::make_shared<ExportArguments>();
   const auto force = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand(
-      "export", "Write what was felt in a trace, in the frame of the data, for ParaView, 3D Slicer and tables");
+  CLI::App* command =
+      app.add_subcommand("export", "Export a trace, in the frame of the data, for ParaView, 3D Slicer and tables");
   command->add_option("TRACE", given->trace, "folder of the trace, or a file in it")->required()->type_name("");
   command
       ->add_option("OUT", given->out,

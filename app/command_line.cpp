@@ -87,7 +87,7 @@ void add_prints(CLI::App& app) {
 /// `--version` also reports missing parts of the sandbox.
 void say_what_the_cage_lacks() {
   if (const std::string lacking = detail::lacking_of_cage(); !lacking.empty())
-    print_warnings({"files are read in a cage that lacks a part on this system: " + lacking});
+    print_warnings({"files are read in a sandbox that lacks a part on this system: " + lacking});
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       "  palpa demo                                             a head from a formula, felt by a simulated hand\n"
       "  palpa info scan.nrrd --scene first.toml                data of your own, and a first scene for them\n"
       "  palpa run first.toml --hand sim:stroke --out first     feel it, record it\n"
-      "  palpa report first                                     see what was felt\n"
+      "  palpa report first                                     see the report\n"
       "Each command has help of its own with an example: palpa run --help\n"
       "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
 

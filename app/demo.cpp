@@ -50,7 +50,7 @@ fs::path trace_folder(const DemoArguments& arguments) {
   if (folder.empty()) {
     if (arguments.json) return {};
     if (::access(".", W_OK) != 0) {
-      print("This folder cannot be written, so nothing is recorded; name one that can with --out DIR.\n\n");
+      print("This folder cannot be written, so nothing is recorded; name a writable one with --out DIR.\n\n");
       return {};
     }
     folder = "palpa-demo";

@@ -33,8 +33,7 @@ std::vector<Kind> kinds_of(const DevicesArguments& arguments) {
   }
   for (const DeviceBackend* backend : device_backends()) kinds.push_back({backend, backend->search({})});
   if (kinds.empty())
-    throw LoadError(
-        "devices: no kind of device belongs to this installation; build it with PALPA_DEVICES=ON, or install palpa again");
+    throw LoadError("devices: this installation has no device drivers; build it with PALPA_DEVICES=ON, or install palpa again");
   return kinds;
 }
 
@@ -56,16 +55,16 @@ void print_limits(const DeviceLimits& limits) {
     if (std::isfinite(value)) print(detail::text("  limit    %s: %g %s\n", what, value, unit));
   };
   if (!limits.has_motors) {
-    print("  limit    no motors: what is felt is seen and steered, not pushed\n");
+    print("  limit    no motors: position input only, no force\n");
   } else {
     say("force", limits.max_force_n, "N");
-    say("force for ever", limits.continuous_force_n, "N");
+    say("continuous force", limits.continuous_force_n, "N");
     say("stiffness", limits.max_stiffness_n_per_m, "N/m");
     say("damping", limits.max_damping_ns_per_m, "N·s/m");
   }
   say("workspace, about its middle", 1e3 * limits.workspace_radius_m, "mm");
   if (limits.encoder_step_m > 0.0) say("encoder step", 1e6 * limits.encoder_step_m, "µm");
-  if (limits.damping_ns_per_m > 0.0) say("its own damping", limits.damping_ns_per_m, "N·s/m");
+  if (limits.damping_ns_per_m > 0.0) say("device damping", limits.damping_ns_per_m, "N·s/m");
 }
 
 Json json_of(const Kind& kind) {
@@ -90,7 +89,7 @@ bool ask(const std::string& sentence) {
 int set_up(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
   if (arguments.name.empty())
     throw LoadError("devices: --setup needs the name of a device, as in 'palpa devices inverse3 --setup'");
-  if (::isatty(STDIN_FILENO) != 1) throw LoadError("devices: --setup asks a person for help; run it in a terminal");
+  if (::isatty(STDIN_FILENO) != 1) throw LoadError("devices: --setup is interactive; run it in a terminal");
   const DeviceDescription description = device_description(arguments.name);
   const std::unique_ptr<Device> device = open_device(description);
   print(detail::text("%s\n", device->name().c_str()));
@@ -104,7 +103,7 @@ int set_up(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
     if (found.encoder_step_m) notes.encoder_step_m = found.encoder_step_m;
     if (found.damping_ns_per_m) notes.damping_ns_per_m = found.damping_ns_per_m;
     keep_device_notes(device_notes_file(), description.name, notes);
-    print(detail::text("Kept in %s, where every run with this device finds it.\n", device_notes_file().c_str()));
+    print(detail::text("Saved in %s; every run with this device uses it.\n", device_notes_file().c_str()));
   }
   return found.knows_its_place && (found.pushes_rightly || !device->limits().has_motors) ? 0 : 1;
 }
@@ -115,7 +114,7 @@ int run_devices(const DevicesArguments& arguments, const std::atomic<bool>& stop
   if (arguments.setup) return set_up(arguments, stop);
   std::vector<Kind> kinds;
   {
-    const Progress progress("looking for devices");
+    const Progress progress("searching for devices");
     kinds = kinds_of(arguments);
   }
   if (arguments.json) {

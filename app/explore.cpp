@@ -16,7 +16,7 @@ int run_explore(const ExploreArguments& arguments) {
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path() / "palpa-explorer";
   if (!fs::exists(program, ignored)) {
     throw LoadError(program.string() +
-                    ": the window is not there; it is a package of its own (palpa-explorer), and from a checkout "
+                    ": the window is not installed; it is a package of its own (palpa-explorer), and from a checkout "
                     "./demo --explore builds it");
   }
   std::vector<std::string> words{program.string()};

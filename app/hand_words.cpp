@@ -26,15 +26,15 @@ std::string devices() {
 }  // namespace
 
 std::string hand_words() {
-  return "Simulated hands begin 20 mm before what can be felt, as one that comes from the user meets it, come in\n"
-         "at up to 0.1 m/s until something is felt, and from there on do what they are named for:\n" +
+  return "Simulated hands begin 20 mm in front of the first contact, as seen from the user, approach\n"
+         "at up to 0.1 m/s until contact, and then perform the motion of their name:\n" +
          table(simulated_hands) +
          "with any of these keys, as in sim:stroke,depth_m=0.01,speed_m_per_s=0.2 (in brackets: if left out):\n" +
          table(simulated_hand_keys) +
          "Recorded hands are CSV files, with a header that decides the form; further columns are skipped:\n" +
          table(recorded_hands) +
-         "All but ticks.csv leave open where they lie in the scene: they are moved to where the hand spends most of\n"
-         "its time at what can be felt.\n"
+         "All but ticks.csv have no position in the scene: they are moved to the position where the hand is longest\n"
+         "in contact.\n"
          "A hand holds a device (--device), which adds to its mass and reads its place in steps:\n" +
          devices() + "with any of these keys, as in touch,encoder_step_m=2e-5,delay_ticks=2:\n" + table(device_keys) + "\n";
 }

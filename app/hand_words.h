@@ -11,25 +11,25 @@ struct Described {
 };
 
 inline constexpr Described simulated_hands[] = {
-    {"sim:press", "presses in and comes out again, over and over"},
+    {"sim:press", "presses in and out, periodically"},
     {"sim:stroke", "strokes over the surface to both sides, and slowly up and down"},
     {"sim:circle", "goes round in a circle on the surface"},
-    {"sim:helix", "goes round the whole object, slowly up and down"},
+    {"sim:helix", "circles the whole object, slowly up and down"},
     {"sim:random", "moves at random beside and behind the surface, now and then out of it"},
 };
 
 inline constexpr Described simulated_hand_keys[] = {
     {"speed_m_per_s", "speed of the motion, up to 2 (0.1, at most one round a second)"},
-    {"radius_m", "how far it goes to the side of where it met the surface, up to 0.2 (0.03, if there is room)"},
-    {"depth_m", "how far behind the surface it wants to be, up to 0.15 (half of what is borne there)"},
+    {"radius_m", "radius of the motion about the first contact, up to 0.2 (0.03, if there is room)"},
+    {"depth_m", "target depth behind the surface, up to 0.15 (half of the depth at which the levels there break)"},
     {"seed", "a whole number, for sim:random (1)"},
 };
 
 inline constexpr Described recorded_hands[] = {
     {"t_s,x_m,y_m,z_m[,buttons]", "seconds and metres: x to the right, y up, z towards the user"},
-    {"ticks.csv of a trace", "the hand that was recorded, where it was"},
+    {"ticks.csv of a trace", "the recorded hand, at its recorded position"},
     {"Time,Cursor Position X,...", "logs of Haply's Inverse3"},
-    {"x,y,z,...", "without time: --hand-rate-hz says how many rows a second has"},
+    {"x,y,z,...", "without time: --hand-rate-hz gives the rows per second"},
 };
 
 inline constexpr Described device_keys[] = {
@@ -39,8 +39,8 @@ inline constexpr Described device_keys[] = {
     {"mass_kg", "mass that the hand moves along"},
     {"damping_ns_per_m", "damping of its mechanics"},
     {"coulomb_friction_n", "friction of its mechanics"},
-    {"max_stiffness_n_per_m", "stiffness that it is made for; a warning says where the scene asks for more"},
-    {"workspace_radius_m", "how far it reaches"},
+    {"max_stiffness_n_per_m", "maximum stiffness that it is made for; a scene with more causes a warning"},
+    {"workspace_radius_m", "radius of its workspace"},
 };
 
 std::string hand_words();

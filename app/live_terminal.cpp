@@ -24,7 +24,7 @@ LiveTerminal::LiveTerminal() : shows_(::isatty(STDERR_FILENO) == 1) {
   if (::isatty(STDIN_FILENO) != 1 || !is_in_foreground() || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
   before_ = now;
   take_keys();
-  if (shows_) std::fputs("Keys: space takes the force away and gives it back, 1 to 9 turn modes on and off, q ends.\n", stderr);
+  if (shows_) std::fputs("Keys: space turns the force off and on, 1 to 9 turn modes on and off, q ends.\n", stderr);
 }
 
 LiveTerminal::~LiveTerminal() {

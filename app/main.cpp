@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   } catch (const palpa::LoadError& error) {
     if (!stop) palpa::app::print_error(error.what());
   } catch (const std::bad_alloc&) {
-    palpa::app::print_error("memory: there is not enough of it; try smaller data");
+    palpa::app::print_error("memory: not enough; use smaller data");
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again) {
       palpa::app::print_error(

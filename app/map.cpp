@@ -53,12 +53,11 @@ Json summary_of(const ForceMap& map, const MapWork& work) {
 
 std::string words_of(const Json& summary) {
   const auto count = [&](const char* key) { return detail::grouped(detail::text("%.0f", summary[key].get<double>())); };
-  std::string words = detail::text("%s points, of which %s feel a force, up to %.3g N", count("points").c_str(),
+  std::string words = detail::text("%s points, %s with a force, up to %.3g N", count("points").c_str(),
                                    count("points_with_force").c_str(), summary["force_max_n"].get<double>());
-  if (summary["points_not_settled"].get<std::int64_t>() > 0)
-    words += "; at " + count("points_not_settled") + " it did not come to rest";
+  if (summary["points_not_settled"].get<std::int64_t>() > 0) words += "; not converged at " + count("points_not_settled");
   const int threads = summary["threads"].get<int>();
-  words += detail::text("\n%s of them felt in %.2f s on %d %s: %s points and %s probe positions a second\n",
+  words += detail::text("\n%s of them computed in %.2f s on %d %s: %s points and %s probe positions per second\n",
                         count("points_felt_now").c_str(), summary["seconds"].get<double>(), threads,
                         threads == 1 ? "core" : "cores", count("points_per_s").c_str(), count("probes_per_s").c_str());
   return words;
@@ -87,8 +86,9 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   const std::string identity = identity_of_map(loaded.scene, arguments.plugins, lattice);
   const fs::path kept = kept_map_file(arguments.out);
   const KeptMap found = take_kept_map(map, identity, kept);
-  if (found == KeptMap::another) print_warnings({kept.string() + ": is of another map, or damaged; this one begins anew"});
-  if (found == KeptMap::taken) tell("going on with what " + kept.string() + " has\n");
+  if (found == KeptMap::another)
+    print_warnings({kept.string() + ": belongs to another map or is damaged; the map is computed from the start"});
+  if (found == KeptMap::taken) tell("going on with the map in " + kept.string() + "\n");
 
   MapWork work;
   {
@@ -101,7 +101,7 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   }
   if (!map.is_whole()) {
     keep_map(map, identity, kept);
-    tell("what was felt is kept in " + kept.string() + "; the same command goes on with it\n");
+    tell("the partial map is kept in " + kept.string() + "; the same command resumes it\n");
     return 0;
   }
   try {

@@ -20,7 +20,7 @@ std::vector<std::pair<std::string, std::string>> split_sets(const std::vector<st
 }
 
 void add_plugins(CLI::App* command, std::vector<std::filesystem::path>& plugins) {
-  add_repeated(command, "--plugin", plugins, "take modes from this shared library, which you trust")->type_name("FILE");
+  add_repeated(command, "--plugin", plugins, "load modes from this shared library, which you trust")->type_name("FILE");
 }
 
 void add_force(CLI::App* command, bool& force) {

@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 
 /// If memory runs out, VTK, Mesa and LLVM abort or write to invalid addresses. Unfinished files have no name yet and vanish.
 void end_in_words(int signal) {
-  constexpr std::string_view aborted = "palpa: pictures: what draws them gave up (aborted)";
-  constexpr std::string_view outside = "palpa: pictures: what draws them gave up (segmentation fault)";
-  constexpr std::string_view remedy = "; give it more memory, or where there is enough tell who made Palpa\n";
+  constexpr std::string_view aborted = "palpa: pictures: the renderer failed (aborted)";
+  constexpr std::string_view outside = "palpa: pictures: the renderer failed (segmentation fault)";
+  constexpr std::string_view remedy = "; give it more memory, or if there is enough, report this as a bug of Palpa\n";
   for (const std::string_view part : {std::string_view("\n"), signal == SIGABRT ? aborted : outside, remedy})
     if (::write(STDERR_FILENO, part.data(), part.size()) < 0) break;
   ::_exit(2);

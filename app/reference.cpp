@@ -74,7 +74,7 @@ void put_options(std::string& page, const CLI::App& app) {
 std::string scene_sections() {
   std::string page = ".SH SCENES\n" +
                      roff(
-                         "A scene is a short text in TOML that says what is felt: volumes (the data), modes (what they feel "
+                         "A scene is a short text in TOML: volumes (the data), modes (what they feel "
                          "like), the coupling (the spring between hand and data) and the workspace (where the hand's reach "
                          "lies in the data). For data without one, 'palpa info FILE --scene first.toml' writes a first one. "
                          "'palpa modes TYPE' lists the keys of a mode, docs/scene.md all keys.") +

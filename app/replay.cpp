@@ -10,13 +10,13 @@ namespace palpa::app {
 int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) {
   ReplayResult result;
   {
-    Progress progress("feeling " + arguments.trace.string() + " again");
+    Progress progress("replaying " + arguments.trace.string());
     result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop, arguments.plugins,
                     [&](double share) { progress.show(share); });
   }
   if (result.interrupted) return 0;
   const TraceDifference& difference = result.difference;
-  if (!result.cut.empty()) print_warnings({"the trace was felt again up to " + result.cut});
+  if (!result.cut.empty()) print_warnings({"the trace was replayed up to " + result.cut});
   if (arguments.json) {
     const nlohmann::ordered_json json{{"same", difference.same},
                                       {"where", difference.where},
@@ -25,7 +25,7 @@ int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) 
                                       {"energy_j", nlohmann::ordered_json::parse(to_json(energy_table(result.summary)))}};
     print(detail::text("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str()));
   } else if (difference.same) {
-    print(detail::text("the same in all %lld ticks\n", static_cast<long long>(difference.ticks)));
+    print(detail::text("identical in all %lld ticks\n", static_cast<long long>(difference.ticks)));
   } else {
     print(detail::text("differs at %s\n", difference.where.c_str()));
   }

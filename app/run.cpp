@@ -62,9 +62,9 @@ void print_description(const Json& d) {
   if (!text(d["title"]).empty()) print(detail::text("%s\n", text(d["title"]).c_str()));
   print(detail::text("  coupling   %g N/m, %g N·s/m, at most %g N; law %s\n", number(d["stiffness_n_per_m"]),
                      number(d["damping_ns_per_m"]), number(d["max_force_n"]), text(d["law"]).c_str()));
-  print(detail::text("  workspace  1 m of the hand is %g m of the world\n", number(d["world_m_per_hand_m"])));
+  print(detail::text("  workspace  1 m of hand motion is %g m in the world\n", number(d["world_m_per_hand_m"])));
   const Json& duration_s = d["duration_s"];
-  const std::string duration = duration_s.is_null() ? "until it is stopped" : detail::text("%g s", number(duration_s));
+  const std::string duration = duration_s.is_null() ? "until stopped" : detail::text("%g s", number(duration_s));
   print(detail::text("  hand       %s, %s at %g Hz\n", text(d["hand"]).c_str(), duration.c_str(), number(d["rate_hz"])));
   if (const std::string device = text(d["device"]); !device.empty()) print(detail::text("  device     %s\n", device.c_str()));
   for (const Json& volume : d["volumes"]) {
@@ -83,14 +83,14 @@ void print_description(const Json& d) {
     print(detail::text("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
                        mode["enabled"].get<bool>() ? "" : " (not enabled)"));
   }
-  print("All of it fits together; nothing was felt yet.\n");
+  print("Scene is valid; dry run only.\n");
   for (const Json& note : d["notes"]) print(detail::text("%s\n", text(note).c_str()));
 }
 
 /// Result of a quick check of the scene with the described device; empty if its mechanics are unknown.
 std::string verdict(const PreparedRun& prepared) {
   const std::optional<DevicePlant> plant = plant_like(prepared.device);
-  return plant ? "check: " + check_quickly(prepared.loaded.scene, *plant).verdict + "; palpa check says more" : "";
+  return plant ? "check: " + check_quickly(prepared.loaded.scene, *plant).verdict + "; details: palpa check" : "";
 }
 
 /// Prepares the run, and prints the check's result before it starts.

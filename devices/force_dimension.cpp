@@ -299,7 +299,7 @@ class Link {
   }
   const char* fault_of(const StatusList& status) const noexcept {
     if (status[Status::power] == 0) return "the power supply is off: no force";
-    if (is_uninitialized(status)) return "the device does not know its place: initialize it with the vendor's HapticInit";
+    if (is_uninitialized(status)) return "the device has no valid position: initialize it with the vendor's HapticInit";
     if (status[Status::force] == 0) return words_of_cause(status[Status::force_off_cause]);
     return nullptr;
   }

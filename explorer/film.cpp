@@ -19,7 +19,7 @@ Film::Film(Player& player, Jobs& jobs, std::function<QImage()> picture, QObject*
 
 void Film::begin(const QString& folder) {
   if (!player_.has_trace()) {
-    Q_EMIT said(tr("A film is of a trace: open one, or play a hand (Ctrl+T)."), false);
+    Q_EMIT said(tr("A film needs a trace: open one, or play a hand (Ctrl+T)."), false);
     Q_EMIT ended();
     return;
   }
@@ -55,7 +55,7 @@ void Film::next() {
   const QString folder = folder_, ffmpeg = QStandardPaths::findExecutable("ffmpeg");
   end();
   if (!ffmpeg.isEmpty()) return make_with_ffmpeg(ffmpeg, folder);
-  Q_EMIT said(tr("%1 pictures in %2; with ffmpeg installed they would be a film, too").arg(pictures_).arg(folder), false);
+  Q_EMIT said(tr("%1 pictures in %2; install ffmpeg to get a film").arg(pictures_).arg(folder), false);
 }
 
 void Film::make_with_ffmpeg(const QString& ffmpeg, const QString& folder) {

@@ -146,7 +146,7 @@ bool FunctionDesk::show_felt(const Scene& scene, FunctionEditor::Shown& shown) c
   if (felt_->is_mask) {
     if (felt_->number >= mode->masks.size()) return false;
     const Mask& mask = mode->masks[felt_->number];
-    shown.title = tr("Where %1 is felt").arg(name);
+    shown.title = tr("Mask of %1").arg(name);
     shown.field = mask.of.name;
     shown.strength = mask.curve;
     shown.largest = 1.0;
@@ -156,7 +156,7 @@ bool FunctionDesk::show_felt(const Scene& scene, FunctionEditor::Shown& shown) c
   const Strength* strength = felt_->number < rows.size() ? std::get_if<Strength>(&rows[felt_->number].value) : nullptr;
   if (!strength || strength->is_constant()) return false;
   const std::string& group = rows[felt_->number].group;
-  shown.title = tr("How strong %1 is felt").arg(group.empty() ? name : name + ", " + QString::fromStdString(group));
+  shown.title = tr("Strength of %1").arg(group.empty() ? name : name + ", " + QString::fromStdString(group));
   shown.field = strength->of.name;
   shown.strength = strength->curve;
   shown.result_unit = "N";
@@ -178,7 +178,7 @@ std::optional<FunctionEditor::Shown> FunctionDesk::shown() const {
     const ViewLayer& layer = layers[*seen_];
     if (!is_felt) shown.field = layer.field.name;
     shown.colors = drawn_colors(layer, *scene.field(layer.field).field);
-    const QString seen = tr("How layer %1 is seen").arg(*seen_ + 1);
+    const QString seen = tr("Transfer function of layer %1").arg(*seen_ + 1);
     shown.title = !is_felt ? seen : began_with_seen_ ? seen + " · " + shown.title : shown.title + " · " + seen;
   }
   const VolumeField named = scene.field({shown.field});

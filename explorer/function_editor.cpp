@@ -150,9 +150,9 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
   table_->verticalHeader()->hide();
   table_->setMinimumWidth(220);
   connect(table_, &QTableWidget::cellChanged, this, &FunctionEditor::typed);
-  listed_->addItems({tr("Points of what is felt"), tr("Points of what is seen")});
+  listed_->addItems({tr("Points of the felt curve"), tr("Points of the drawn curve")});
   listed_->setObjectName("function_listed");
-  listed_->setAccessibleName(tr("Whose points the table lists"));
+  listed_->setAccessibleName(tr("Curve of the points in the table"));
   listed_->hide();
   connect(listed_, qOverload<int>(&QComboBox::activated), this, [this] { show_functions(Shown(shown_)); });
   auto* points = new QVBoxLayout;

@@ -28,7 +28,7 @@ void Jobs::begin_any(Purpose purpose, const QString& what, std::function<void(st
       problem = tr("there is not enough memory for this; try smaller data");
     } catch (const std::exception& error) {
       problem = QString::fromUtf8(error.what());
-      if (problem.isEmpty()) problem = tr("something went wrong");
+      if (problem.isEmpty()) problem = tr("unknown error");
     }
     QMetaObject::invokeMethod(
         this,

@@ -159,7 +159,7 @@ void MainWindow::make_docks() {
 
 void MainWindow::lead_hand_by_mouse() {
   connect(views_, &SceneViews::hold_began, this, [this](const Vec3& at_m, const Vec3& away) {
-    if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it, and the hand is yours again."));
+    if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it and returns to your own hand."));
     mouse_leads_ = true;
     settings_.set_hint_seen();
     // Far away: jump without contacts on the way; near: slide.
@@ -266,7 +266,7 @@ void MainWindow::scene_changed() {
   feel_->refresh();
   see_->refresh();
   if (touch_.is_felt()) {
-    if (touch_.is_recorded()) say(tr("The scene changed while it was recorded: the trace can be felt again up to here."));
+    if (touch_.is_recorded()) say(tr("The scene changed while it was recorded: the trace can be replayed up to here."));
     touch_.change(scene);
   }
   if (player_->has_trace()) replay_->feel_changed_scene();
@@ -321,15 +321,15 @@ QString MainWindow::words_of_hint() const {
 }
 
 QString MainWindow::words_of_fault() {
-  if (touch_.is_held()) return tr("No force: press Space to feel again");
+  if (touch_.is_held()) return tr("Force off: press Space to turn it on");
   LiveLoop* loop = touch_.loop();
   if (!loop) return {};
   const LiveView& seen = loop->latest();
   if (seen.device_fault) return QString(seen.device_fault);
   if (touch_.is_by_mouse() && seen.frame.guard_cause == GuardCause::no_position) return {};
   switch (seen.frame.guard_cause) {
-    case GuardCause::not_finite: return tr("The force is no number: the scene has a fault. Undo the last change.");
-    case GuardCause::no_position: return tr("The device does not know where it is: move it to its start position.");
+    case GuardCause::not_finite: return tr("The force is not finite: the scene has a fault. Undo the last change.");
+    case GuardCause::no_position: return tr("The device has no valid position: move it to its start position.");
     case GuardCause::link_lost: return tr("The device does not answer: check its cable and power.");
     case GuardCause::speed: return tr("The hand was too fast: hold still for a moment.");
     default: return {};

@@ -39,8 +39,7 @@ void MainWindow::make_actions() {
   file->addAction(save_scene);
   file->addAction(action(tr("Save scene &as …"), QKeySequence("Ctrl+Shift+S"), tr("Save the scene under another name"),
                          [this] { save(true); }));
-  file->addAction(
-      action(tr("Save a &picture"), QKeySequence("Ctrl+P"), tr("Save what the view shows as PNG"), [this] { screenshot(); }));
+  file->addAction(action(tr("Save a &picture"), QKeySequence("Ctrl+P"), tr("Save the view as PNG"), [this] { screenshot(); }));
   file->addAction(action(tr("&Start page"), QKeySequence("Ctrl+Home"), tr("The scenes that come with Palpa"),
                          [this] { pages_->setCurrentIndex(0); }));
   file->addSeparator();
@@ -61,7 +60,7 @@ void MainWindow::make_actions() {
     if (view) view->show_all();
   }));
   look->addAction(
-      action(tr("From the &front"), QKeySequence("1"), tr("Look from where the hand is"), [from] { from(0, 0, 1); }));
+      action(tr("From the &front"), QKeySequence("1"), tr("Look from the side of the hand"), [from] { from(0, 0, 1); }));
   look->addAction(
       action(tr("From the &right"), QKeySequence("2"), tr("Look from the hand's right"), [from] { from(1, 0, 0); }));
   look->addAction(action(tr("From &above"), QKeySequence("3"), tr("Look from above"), [from] { from(0, 1, 0); }));
@@ -72,7 +71,7 @@ void MainWindow::make_actions() {
   };
   for (const Key& key : {Key{QT_TR_NOOP("Turn left"), "Left", -10, 0, 1}, Key{QT_TR_NOOP("Turn right"), "Right", 10, 0, 1},
                          Key{QT_TR_NOOP("Turn up"), "Up", 0, -10, 1}, Key{QT_TR_NOOP("Turn down"), "Down", 0, 10, 1},
-                         Key{QT_TR_NOOP("Nearer"), "+", 0, 0, 1.15}, Key{QT_TR_NOOP("Farther"), "-", 0, 0, 1 / 1.15}}) {
+                         Key{QT_TR_NOOP("Zoom in"), "+", 0, 0, 1.15}, Key{QT_TR_NOOP("Zoom out"), "-", 0, 0, 1 / 1.15}}) {
     QAction* one = action(tr(key.words), QKeySequence(key.keys), tr(key.words), [view, key] {
       if (!view) return;
       key.zoom == 1.0 ? view->turn(key.right_deg, key.up_deg) : view->zoom(key.zoom);
@@ -89,22 +88,21 @@ void MainWindow::make_actions() {
     if (!view) return;
     view->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view->stereo()) + 1) % 3));
   }));
-  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("Nothing but the window"),
+  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("Full screen"),
                          [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); }));
   for (QDockWidget* dock : findChildren<QDockWidget*>()) look->addAction(dock->toggleViewAction());
 
-  hold_ = action(tr("&No force"), QKeySequence("Space"), tr("Take the force away and give it back"), [this] {
+  hold_ = action(tr("&No force"), QKeySequence("Space"), tr("Turn the force off and on"), [this] {
     touch_.is_held() ? touch_.resume() : touch_.panic();
     hold_->setChecked(touch_.is_held());
   });
   hold_->setCheckable(true);
-  record_ =
-      action(tr("&Record"), QKeySequence("R"), tr("Record what is felt as a trace"), [this] { record(record_->isChecked()); });
+  record_ = action(tr("&Record"), QKeySequence("R"), tr("Record a trace"), [this] { record(record_->isChecked()); });
   record_->setCheckable(true);
   feel->addAction(hold_);
   feel->addAction(record_);
   feel->addSeparator();
-  feel->addAction(action(tr("Play a &stroke"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes what is there"), [this] {
+  feel->addAction(action(tr("Play a &stroke"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes the surface"), [this] {
     if (document_.is_open()) play({.trace = {}, .description = "sim:stroke"});
   }));
   feel->addAction(action(tr("Play a &recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
@@ -129,14 +127,13 @@ void MainWindow::make_actions() {
   feel->addAction(film);
   feel->addAction(action(tr("Next &break-through"), QKeySequence("N"), tr("Go to the next break-through of the trace"),
                          [this] { player_->step_to_event(1); }));
-  feel->addAction(action(tr("Break-through &before"), QKeySequence("B"), tr("Go to the break-through before"),
+  feel->addAction(action(tr("Pre&vious break-through"), QKeySequence("B"), tr("Go to the previous break-through"),
                          [this] { player_->step_to_event(-1); }));
-  feel->addAction(
-      action(tr("Feel it &yourself"), QKeySequence("Escape"), tr("Leave the trace: the hand is yours again"), [this] {
-        if (!player_->has_trace()) return;
-        player_dock_->hide();
-        if (player_->has_trace()) stop_playing();
-      }));
+  feel->addAction(action(tr("Back to my &hand"), QKeySequence("Escape"), tr("Leave the trace: back to your own hand"), [this] {
+    if (!player_->has_trace()) return;
+    player_dock_->hide();
+    if (player_->has_trace()) stop_playing();
+  }));
   feel->addSeparator();
   for (int number = 1; number <= 9; ++number) {
     feel->addAction(action(tr("Mode %1 on and off").arg(number), QKeySequence(QString("Ctrl+%1").arg(number)),
@@ -150,7 +147,7 @@ void MainWindow::make_actions() {
                              });
                            }));
   }
-  help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("What keys and mouse do"),
+  help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse actions"),
                          [this] { (new HelpSheet(actions(), this))->show(); }));
 
   auto* bar = addToolBar(tr("Main"));

@@ -179,14 +179,14 @@ void FeelPanel::build() {
     for (std::size_t mask = 0; mask < scene.modes()[number].masks.size(); ++mask) {
       const QString of = QString::fromStdString(scene.modes()[number].masks[mask].of.name);
       auto* open = new QPushButton(tr("Mask …"));
-      open->setToolTip(tr("Felt only where %1 says so").arg(of));
+      open->setToolTip(tr("Restricted by the value of %1").arg(of));
       open->setAccessibleName(tr("Mask %1 of mode %2").arg(mask + 1).arg(words));
       connect(open, &QPushButton::clicked, this, [this, number, mask] { Q_EMIT mask_asked(number, mask); });
       buttons->addWidget(open);
     }
     auto* add_mask = new QToolButton;
     add_mask->setText(tr("+ mask"));
-    add_mask->setToolTip(tr("Let a field's value say where it is felt"));
+    add_mask->setToolTip(tr("Restrict the mode by a field's value"));
     add_mask->setAccessibleName(tr("Add a mask to mode %1").arg(words));
     connect(add_mask, &QToolButton::clicked, this, [this, name, number] {
       const std::size_t before = document_.scene().modes()[number].masks.size();
@@ -239,7 +239,7 @@ void FeelPanel::refresh() {
 
 SeePanel::SeePanel(Document& document, QWidget* parent) : Panel(document, parent), presets_(new QComboBox) {
   presets_->setObjectName("presets");
-  presets_->setAccessibleName(tr("Presets of what is seen"));
+  presets_->setAccessibleName(tr("Presets of the view"));
   presets_->addItem(tr("Presets …"));
   for (const Preset& preset : presets()) presets_->addItem(QString::fromUtf8(preset.name));
   connect(presets_, qOverload<int>(&QComboBox::activated), this, [this](int index) {

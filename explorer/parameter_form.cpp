@@ -133,7 +133,7 @@ QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t numbe
   }
   if (row.info.kind == ParameterKind::strength) {
     auto* function = new QPushButton(tr("ƒ"));
-    function->setToolTip(tr("Let a field's value say the strength"));
+    function->setToolTip(tr("Make the strength a function of a field's value"));
     function->setAccessibleName(tr("%1 as a function of a field").arg(what));
     function->setMaximumWidth(28);
     function->setObjectName(QString("function_%1").arg(number));

@@ -124,7 +124,7 @@ Player::Player(QWidget* parent)
   bar_->setAccessibleName(tr("Time"));
   play_->setCheckable(true);
   play_->setObjectName("play");
-  auto* before = button(QStyle::SP_MediaSkipBackward, tr("The break-through before"));
+  auto* before = button(QStyle::SP_MediaSkipBackward, tr("The previous break-through"));
   auto* after = button(QStyle::SP_MediaSkipForward, tr("The next break-through"));
   after->setObjectName("next_event");
   connect(play_, &QToolButton::toggled, this, &Player::play);

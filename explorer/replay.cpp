@@ -14,7 +14,7 @@ void Replay::play(const PlayedHand& hand, const fs::path& second_trace) {
   hand_ = hand;
   felt_.reset();
   jobs_.begin<FeltTrace>(
-      Jobs::Purpose::feel_again, tr("feeling the trace"),
+      Jobs::Purpose::feel_again, tr("replaying the trace"),
       [hand, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
       [this, second_trace](FeltTrace felt) {
         felt_ = std::make_shared<const FeltTrace>(std::move(felt));
@@ -30,7 +30,7 @@ void Replay::play(const PlayedHand& hand, const fs::path& second_trace) {
 
 void Replay::feel_changed_scene() {
   jobs_.begin<FeltTrace>(
-      Jobs::Purpose::feel_again, tr("feeling the changed scene"),
+      Jobs::Purpose::feel_again, tr("replaying in the changed scene"),
       [hand = hand_, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
       [this](FeltTrace felt) {
         felt.name = tr("in the changed scene").toStdString();
@@ -41,7 +41,7 @@ void Replay::feel_changed_scene() {
 
 void Replay::compare_with(const fs::path& trace) {
   jobs_.begin<FeltTrace>(
-      Jobs::Purpose::feel_again, tr("feeling the second trace"),
+      Jobs::Purpose::feel_again, tr("replaying the second trace"),
       [trace, folders = data_folders_](std::stop_token stop) {
         const Opened opened = open_any(trace, folders, stop);
         if (opened.trace.empty()) throw LoadError(trace.string() + ": is no trace; choose the trace.toml of one");

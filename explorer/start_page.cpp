@@ -97,7 +97,7 @@ void StartPage::show_recent(const QStringList& files) {
     delete item;
   }
   if (files.isEmpty()) return;
-  recent_->addWidget(new QLabel("<b>" + tr("Open lately") + "</b>"));
+  recent_->addWidget(new QLabel("<b>" + tr("Recent files") + "</b>"));
   for (const QString& file : files) {
     const QFileInfo info(file);
     auto* button = new QPushButton(info.fileName() + "   –   " + QDir::toNativeSeparators(info.path()));

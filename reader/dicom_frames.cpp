@@ -201,10 +201,9 @@ class Sorter {
           " images at one place, but not at each, which differ in no more than their times: the first of each is "
           "read");
     } else if (!by_moments(places) && !by_rest(places) && !by_numbers(places)) {
-      throw LoadError(
-          "has " + std::to_string(most) +
-          " images at each place, which differ in nothing by which they can be told apart; give those of one kind, in "
-          "a folder of their own");
+      throw LoadError("has " + std::to_string(most) +
+                      " images at each place, which no attribute distinguishes; give those of one kind, in "
+                      "a folder of their own");
     }
     std::vector<Members> frames(least);
     for (const Members& place : places) {

@@ -45,7 +45,7 @@ DeviceState MouseHand::read() noexcept {
           .valid = !std::exchange(was_put_, false),
           .buttons = has_mouse ? buttons_.load(std::memory_order_relaxed) : 0u,
           .time_s = std::chrono::duration<double>(now.time_since_epoch()).count(),
-          .fault = has_mouse ? nullptr : "another window has the mouse: the hand rests"};
+          .fault = has_mouse ? nullptr : "another window has the mouse: the hand is at rest"};
 }
 
 void MouseHand::pass(double time_s) noexcept {

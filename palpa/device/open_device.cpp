@@ -149,8 +149,7 @@ const DeviceBackend& device_backend(const std::string& name) {
   const bool is_model = std::ranges::any_of(device_presets(), [&](const DevicePlant& plant) { return plant.name == name; });
   if (is_model)
     throw LoadError("device: '" + name +
-                    "' is a model of a device, for palpa check and for palpa run --hand; the kinds that can be " +
-                    "opened are " + detail::joined(names));
+                    "' is a model of a device, for palpa check and palpa run --hand; device drivers: " + detail::joined(names));
   throw LoadError("device: no kind " + detail::in_quotes(name) + "; " + detail::suggestion(name, names));
 }
 

@@ -103,9 +103,8 @@ class Recording final : public Target {
       lost_s += knots_[i + 1].time_s - knots_[i].time_s;
     }
     if (lost_s == 0.0) return told;
-    told.push_back("for " + brief(lost_s) + " of " + brief(duration_s()) + " s nobody knows where the hand was, first after " +
-                   brief(first_s) +
-                   " s, and nothing is felt: its rows are more than 100 ms apart there; record at least 10 a second");
+    told.push_back("for " + brief(lost_s) + " of " + brief(duration_s()) + " s the recording has gaps, the first after " +
+                   brief(first_s) + " s, without force: rows are more than 100 ms apart there; record at least 10 a second");
     return told;
   }
   bool knows_its_place() const noexcept override { return knows_its_place_; }
@@ -167,7 +166,7 @@ bool read_number(std::string_view text, Number& value) {
 }
 
 constexpr std::string_view right_forms =
-    "a recorded hand is our own ticks.csv (t_s, probe_x_m, probe_y_m, probe_z_m, …), or has the columns "
+    "a recorded hand is the ticks.csv of a trace (t_s, probe_x_m, probe_y_m, probe_z_m, …), or has the columns "
     "t_s,x_m,y_m,z_m[,buttons] (or time,x,y,z in seconds and metres), "
     "or those of a Haply log (Time, Cursor Position X, Cursor Position Y, Cursor Position Z, …), or x,y,z,… without time, with "
     "--hand-rate-hz";
@@ -426,7 +425,7 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   const bool timed = places.time != absent;
   if (timed && rate_given) file.refuse("has its own times", "leave out --hand-rate-hz");
   if (!timed && !rate_given) {
-    file.refuse("has no times", "say how many rows a second has with --hand-rate-hz, or name a column of seconds t_s");
+    file.refuse("has no times", "give the rows per second with --hand-rate-hz, or name a column of seconds t_s");
   }
 
   RowReader reader(file, *form, places, header.size(), options.hand_rate_hz);

@@ -155,7 +155,8 @@ Step as_int16(const Step& before, const VolumeField& field, int components) {
     before.slice(k, values);
     for (std::int64_t n = 0; n < count; ++n) {
       if (!std::isfinite(values[n])) {
-        throw LoadError("field '" + name + "' has voxels without a value, which whole numbers cannot say; leave out --int16");
+        throw LoadError("field '" + name +
+                        "' has voxels without a value, which whole numbers cannot represent; leave out --int16");
       }
       values[n] = std::nearbyint(values[n]);
     }
@@ -168,8 +169,9 @@ WrittenField written(const VolumeField& field, const ConvertOptions& options, Gr
   if (!view) throw LoadError("field '" + field.name + "' has no voxels of its own to write; give a file of a grid");
   const bool on_new_grid = options.resample_m != 0.0 && !options.crop && options.downsample == 1;
   if (view->geometry.is_rectilinear() && !on_new_grid) {
-    throw LoadError("field '" + field.name +
-                    "' lies on planes at uneven distances, which NRRD and VTI cannot say; resample it (--resample-m M), whole");
+    throw LoadError(
+        "field '" + field.name +
+        "' lies on planes at uneven distances, which NRRD and VTI cannot store; resample it (--resample-m M) without --crop");
   }
   const int components = view->voxels.components;
   Step step = of_voxels(*view);

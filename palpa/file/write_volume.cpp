@@ -127,7 +127,7 @@ void write_vti(const WrittenVolume& volume, const fs::path& file, detail::Existi
       {(1.0 / spacing_m.x) * steps.row[0], (1.0 / spacing_m.y) * steps.row[1], (1.0 / spacing_m.z) * steps.row[2]}};
   for (int a = 0; a < 3; ++a) {
     if (std::abs(dot(columns.row[a], columns.row[(a + 1) % 3])) > 1e-6) {
-      throw LoadError("cannot say where a sheared grid lies; write .nrrd, or resample it (--resample-m)");
+      throw LoadError("cannot store a sheared grid; write .nrrd, or resample it (--resample-m)");
     }
   }
   const Mat3 direction = transposed(columns);
@@ -154,7 +154,7 @@ void write_vti(const WrittenVolume& volume, const fs::path& file, detail::Existi
 void check_room(const fs::path& folder, std::uint64_t bytes) {
   std::error_code error;
   const fs::space_info space = fs::space(folder, error);
-  if (error) throw LoadError("cannot be written: its folder is not there; make it first");
+  if (error) throw LoadError("cannot be written: its folder does not exist; make it first");
   if (bytes > space.available) {
     throw LoadError("would need " + protocol::readable_bytes(static_cast<double>(bytes)) + " where the disk has " +
                     protocol::readable_bytes(static_cast<double>(space.available)) +

@@ -25,7 +25,7 @@ RealTimeThread::RealTimeThread() {
   has_priority_ = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters) == 0;
   if (!has_priority_) {
     refused_.push_back(
-        "the system gives this user no real-time priority, so other programs may delay a tick; add the line "
+        "this user has no real-time priority, so other programs may delay a tick; add the line "
         "'@audio - rtprio 40' to /etc/security/limits.d/palpa.conf, join the group audio, and log in again");
   }
   // Under a limit, mlockall succeeds and every allocation beyond it fails later: used only without a limit.
@@ -34,7 +34,7 @@ RealTimeThread::RealTimeThread() {
   has_memory_ = unlimited && ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
   if (!has_memory_) {
     refused_.push_back(
-        "the system does not let this user keep memory from being swapped out; add the line '@audio - memlock unlimited' to "
+        "this user cannot lock memory, so it may be swapped out; add the line '@audio - memlock unlimited' to "
         "/etc/security/limits.d/palpa.conf, join the group audio, and log in again");
   }
   ::prctl(PR_SET_TIMERSLACK, 1UL);  // 50 µs by default

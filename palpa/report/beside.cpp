@@ -81,21 +81,21 @@ std::size_t count_of(const Recorded& recorded, const char* kind) {
 std::vector<std::string> words_of(const Pair& pair) {
   const FeltDifference& d = pair.difference;
   std::vector<std::string> words;
-  if (d.in_contact == 0) return {"Nothing reached the hand in either, so there is nothing to tell apart."};
+  if (d.in_contact == 0) return {"No force reached the hand in either trace, so there is nothing to compare."};
   const FeltTick &a = pair.a(d.largest), &b = pair.b(d.largest);
   const double largest_n = d.difference_n[d.largest];
   if (largest_n == 0.0) {
-    words.push_back("The two forces are the same, to the bit, in every tick: no hand would tell them apart.");
+    words.push_back("The two forces are identical, to the bit, in every tick.");
   } else if (d.stretches.empty()) {
-    words.push_back("A hand would not tell the two apart: nowhere do the forces differ by more than a hand needs for that.");
+    words.push_back("A hand would not tell the two apart: the forces never differ by more than the discrimination threshold.");
   } else {
     const ToldStretch& longest = *std::max_element(d.stretches.begin(), d.stretches.end(), [&](const auto& x, const auto& y) {
       return pair.a(x.last).t_s - pair.a(x.first).t_s < pair.a(y.last).t_s - pair.a(y.first).t_s;
     });
     words.push_back(
-        text("A hand would tell the two apart in %.1f %% of the time in which either pushes, in %zu %s; the longest "
-             "is from %.3f to %.3f s.",
-             100.0 * d.told_share, d.stretches.size(), d.stretches.size() == 1 ? "stretch" : "stretches",
+        text("A hand would tell the two apart in %.1f %% of the time with contact in either, in %zu %s; the longest is from "
+             "%.3f to %.3f s.",
+             100.0 * d.told_share, d.stretches.size(), d.stretches.size() == 1 ? "interval" : "intervals",
              pair.a(longest.first).t_s, pair.a(longest.last).t_s));
   }
   if (largest_n > 0.0) {
@@ -108,13 +108,14 @@ std::vector<std::string> words_of(const Pair& pair) {
   const std::size_t first_breaks = count_of(pair.first.recorded, "break_through"),
                     second_breaks = count_of(pair.second.recorded, "break_through");
   if (first_breaks + second_breaks > 0)
-    words.push_back(text("Levels gave way %zu times in the first and %zu times in the second.", first_breaks, second_breaks));
+    words.push_back(text("Break-throughs: %zu in the first, %zu in the second.", first_breaks, second_breaks));
   return words;
 }
 
 std::vector<TimePlot> plots_of(const Pair& pair) {
   std::vector<Mark> breaks;
-  for (const auto& [side, kind] : {std::pair{&pair.first, "gives way in the first"}, {&pair.second, "gives way in the second"}})
+  for (const auto& [side, kind] :
+       {std::pair{&pair.first, "break-through in the first"}, {&pair.second, "break-through in the second"}})
     for (const RecordedEvent& event : side->recorded.events)
       if (event.kind == "break_through") breaks.push_back({event.t_s, kind});
   const FeltDifference& d = pair.difference;
@@ -122,33 +123,34 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
   TimePlot force{.id = "force",
                  .plot = {.title = "Force on the hand", .x_label = "time / s", .y_label = "force / N", .marks = breaks},
                  .label = "Both forces over time.",
-                 .caption = "What the hand got in each: after the guard."};
+                 .caption = "Force on the hand in each trace, after the guard."};
   force.plot.series = {
       over_time(ticks, "first", first_color, Stroke::solid, [&](std::size_t i) { return norm(pair.a(i).command_n); }),
       over_time(ticks, "second", second_color, Stroke::dashed, [&](std::size_t i) { return norm(pair.b(i).command_n); })};
-  TimePlot difference{.id = "difference",
-                      .plot = {.title = "How far apart", .x_label = "time / s", .y_label = "force / N"},
-                      .label = text("The difference over time: at most %.3f N.", d.difference_n[d.largest]),
-                      .caption =
-                          "The length of the difference of the two forces, and the difference in strength alone. A hand tells "
-                          "the strengths apart where the second is above the dashed line: 7 % of the force, and at least "
-                          "30 mN."};
+  TimePlot difference{
+      .id = "difference",
+      .plot = {.title = "Difference of the forces", .x_label = "time / s", .y_label = "force / N"},
+      .label = text("The difference over time: at most %.3f N.", d.difference_n[d.largest]),
+      .caption =
+          "The magnitude of the difference of the two forces, and the difference in strength alone. A hand tells "
+          "the strengths apart where the second curve is above the dashed line: 7 % of the force, and at least "
+          "30 mN."};
   difference.plot.series = {
       over_time(ticks, "|first \u2212 second|", palpa::CurveColor::purple, Stroke::solid,
                 [&](std::size_t i) { return d.difference_n[i]; }),
       over_time(ticks, "in strength", palpa::CurveColor::black, Stroke::solid,
                 [&](std::size_t i) { return std::abs(norm(pair.a(i).command_n) - norm(pair.b(i).command_n)); }),
-      over_time(ticks, "told apart above", palpa::CurveColor::grey, Stroke::dashed,
+      over_time(ticks, "discrimination threshold", palpa::CurveColor::grey, Stroke::dashed,
                 [&](std::size_t i) { return told_apart_above_n(pair.a(i).command_n, pair.b(i).command_n); })};
   TimePlot direction{.id = "direction",
-                     .plot = {.title = "How far turned", .x_label = "time / s", .y_label = "angle / \u00b0"},
+                     .plot = {.title = "Angle between the forces", .x_label = "time / s", .y_label = "angle / \u00b0"},
                      .label = "The angle between the two forces over time.",
                      .caption =
                          "The angle between the two forces, 0 where one of them is below 30 mN. A hand tells directions "
                          "apart above 30\u00b0 or so."};
   direction.plot.series = {over_time(ticks, "between first and second", palpa::CurveColor::green, Stroke::solid,
                                      [&](std::size_t i) { return turned_deg(pair.a(i).command_n, pair.b(i).command_n); }),
-                           over_time(ticks, "told apart above", palpa::CurveColor::grey, Stroke::dashed,
+                           over_time(ticks, "discrimination threshold", palpa::CurveColor::grey, Stroke::dashed,
                                      [](std::size_t) { return told_apart_deg; })};
   return {force, difference, direction};
 }
@@ -225,7 +227,7 @@ std::string where_markup(const Pair& pair, const ReportOptions& options) {
     low_m = {std::min(low_m.x, p.x), std::min(low_m.y, p.y), std::min(low_m.z, p.z)};
     high_m = {std::max(high_m.x, p.x), std::max(high_m.y, p.y), std::max(high_m.z, p.z)};
   }
-  if (!(low_m.x <= high_m.x)) return "<p class=\"soft\">It was never known where the hand was.</p>\n";
+  if (!(low_m.x <= high_m.x)) return "<p class=\"soft\">The position of the hand was never known.</p>\n";
   const double half_mm = std::max(1.0, 0.55e3 * largest_component(high_m - low_m));
   const Vec3 middle_m = 0.5 * (low_m + high_m);
   std::string svg = text(
@@ -242,11 +244,10 @@ std::string where_markup(const Pair& pair, const ReportOptions& options) {
   }
   svg += "</svg>\n";
   keep(options, "where.svg", svg);
-  svg.insert(4, " role=\"img\" aria-label=\"The way of the hand from three sides, with the places where the two differ.\"");
-  std::string out =
-      figure(svg,
-             "The way of the hand: grey where both feel the same to 1 mN, light blue where they differ but a hand "
-             "would not tell, red where it would; a ring where they differ most.");
+  svg.insert(4, " role=\"img\" aria-label=\"The path of the hand from three sides, with the places where the two differ.\"");
+  std::string out = figure(svg,
+                           "The path of the hand: grey where the forces agree to 1 mN, light blue where they differ by less "
+                           "than the discrimination threshold, red where by more; a ring at the largest difference.");
 
   std::vector<ToldStretch> largest = pair.difference.stretches;
   const auto by_size = [&](const ToldStretch& a, const ToldStretch& b) {
@@ -264,8 +265,10 @@ std::string where_markup(const Pair& pair, const ReportOptions& options) {
                     newtons(norm(b.command_n)), text("%.0f\u00b0", turned_deg(a.command_n, b.command_n)), seconds(a.t_s),
                     place_words(a.probe_m)});
   }
-  return out + (cut ? "<p>The stretches with the largest differences:</p>\n" : "<p>Where a hand would tell:</p>\n") +
-         table({"stretch", "largest difference", "first", "second", "turned", "at", "hand (right, up, towards you)"}, rows, 1);
+  return out +
+         (cut ? "<p>The intervals with the largest differences:</p>\n"
+              : "<p>Intervals in which a hand would tell the two apart:</p>\n") +
+         table({"interval", "largest difference", "first", "second", "turned", "at", "hand (right, up, towards you)"}, rows, 1);
 }
 
 std::string felt_markup(const Pair& pair, const ReportOptions& options) {
@@ -280,8 +283,8 @@ std::string felt_markup(const Pair& pair, const ReportOptions& options) {
     };
   };
   add("force, 20 to 500 Hz, root mean square", band(tactile_low_hz));
-  add("of it, 100 to 500 Hz", band(rough_low_hz));
-  add("held back by the guard", [](const Signal& s) { return text("%.1f %%", 100.0 * saturated_share(s.run)); });
+  add("force, 100 to 500 Hz, root mean square", band(rough_low_hz));
+  add("limited by the guard", [](const Signal& s) { return text("%.1f %%", 100.0 * saturated_share(s.run)); });
   add("steepest fall at a break-through", [](const Signal& s) { return text("%.3f N/ms", steepest_fall_n_per_ms(s.run)); });
   const auto steps = [](const Signal& s, const auto& counts) {
     const auto count = std::count_if(s.steps.begin(), s.steps.end(), counts);
@@ -309,7 +312,7 @@ std::string felt_markup(const Pair& pair, const ReportOptions& options) {
                "In contact and away from events. Skin feels what lies between 20 and 500 Hz, the tactile band, as rough; "
                "the hand's own motion is the same in both, so what differs there comes from the scene, the law or the device.");
   }
-  return out + table({"what", "first", "second"}, rows, 1) +
+  return out + table({"quantity", "first", "second"}, rows, 1) +
          text(
              "<p class=\"hint\">Steps of more than %.0f mN within a tick beyond what the spring makes of the hand's own "
              "motion.</p>\n",
@@ -346,13 +349,13 @@ std::string origin_markup(const Pair& pair) {
   add("ticks", [](const Side& side) { return grouped(static_cast<long long>(side.recorded.ticks.size())); });
   add("palpa", [](const Side& side) { return side.recorded.header.palpa_version; });
   return table({"", "first", "second"}, rows, 3) + (pair.first.recorded.scene_text == pair.second.recorded.scene_text
-                                                        ? "<p>Both were felt with the same scene file.</p>\n"
+                                                        ? "<p>Both have the same scene file.</p>\n"
                                                         : "<p>The scene files differ.</p>\n");
 }
 
 /// Title of the page: the differing value, or the number of them.
 std::string title_of(const Pair& pair, const std::vector<SceneDifference>& differences) {
-  if (differences.empty()) return pair.first.name + " beside " + pair.second.name + ": one scene, felt twice";
+  if (differences.empty()) return pair.first.name + " beside " + pair.second.name + ": one scene, recorded twice";
   if (differences.size() > 1) return text("%zu values of the scene differ", differences.size());
   return words_of(differences.front());
 }
@@ -378,8 +381,8 @@ constexpr const char* how_it_is_judged =
     "and "
     "Durlach 1991, for 2.5 to 10\u00a0N) and by at least 30\u00a0mN, or in direction by more than 30\u00b0 where both are "
     "above 30\u00a0mN. "
-    "These were measured on forces that are held and compared one after the other; of what lasts a few milliseconds the "
-    "spectra and steps say more.</p>\n";
+    "These were measured on forces that are held and compared one after the other; for changes of a few milliseconds read the "
+    "spectra and steps.</p>\n";
 
 }  // namespace
 
@@ -387,7 +390,7 @@ std::string beside_html(const fs::path& folder, const ReportOptions& options) {
   Pair pair{side_of(folder, options), side_of(options.beside, options), {}};
   if (const std::string part = where_hands_part(pair.first.signal.run, pair.second.signal.run); !part.empty()) {
     throw LoadError(options.beside.string() + ": has another hand than " + folder.string() + ", " + part +
-                    "; feel its scene with that one: palpa run SCENE --hand " + (folder / "ticks.csv").string());
+                    "; run its scene with that hand: palpa run SCENE --hand " + (folder / "ticks.csv").string());
   }
   pair.difference = compare_felt(pair.first.signal.run, pair.second.signal.run);
   if (options.progress) options.progress(0.6);
@@ -412,17 +415,17 @@ std::string beside_html(const fs::path& folder, const ReportOptions& options) {
   }
   for (const Side* side : {&pair.first, &pair.second}) {
     if (!side->recorded.header.complete)
-      page.begin_with(notice(side->name + " is incomplete. What follows is true of what there is."));
+      page.begin_with(notice(side->name + " is incomplete. The comparison covers the recorded part."));
   }
   std::string words = "<ul class=\"felt\">\n";
   for (const std::string& sentence : words_of(pair)) words += "<li>" + escaped(sentence) + "</li>\n";
-  page.section("felt", "What differs", words + "</ul>\n" + how_it_is_judged);
+  page.section("felt", "Differences", words + "</ul>\n" + how_it_is_judged);
   const std::vector<TimePlot> over_time = plots_of(pair);
   page.section("plots", "Over time", plots_markup(over_time, false, options));
   page.data("plots-data", json_of(over_time, most_plot_rows, {pair.difference.largest}));
   page.section("where", "Where", where_markup(pair, options));
   if (options.progress) options.progress(0.9);
-  page.section("signal", "What the hand feels", felt_markup(pair, options));
+  page.section("signal", "Force signal", felt_markup(pair, options));
   page.section("origin", "The two traces", origin_markup(pair) + software_markup());
   for (const char* name : {"dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js", "start.js"})
     page.script(name);

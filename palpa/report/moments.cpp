@@ -75,7 +75,7 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
     constexpr double same_place_m = 1e-6;
     const double apart_m = distance(proxy_m, recorded.ticks[moment.row].result.proxy_m);
     if (!(apart_m <= same_place_m)) {
-      throw LoadError(trace.string() + text(": felt again, the proxy is %.3g mm from where it was; ", 1e3 * apart_m) +
+      throw LoadError(trace.string() + text(": in the replay the proxy is %.3g mm from the recorded one; ", 1e3 * apart_m) +
                       "record with --primitives, or use the palpa that recorded it");
     }
     auto& placed = felt.emplace_back();

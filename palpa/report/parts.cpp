@@ -75,7 +75,7 @@ std::optional<LoadedScene> scene_of(const fs::path& trace, const Recorded& recor
                                     std::string& why_not) {
   try {
     if (options.plugins.empty() && !recorded.header.plugins.empty()) {
-      throw LoadError((trace / "trace.toml").string() + ": was felt with the plug-in " + recorded.header.plugins.front() +
+      throw LoadError((trace / "trace.toml").string() + ": was recorded with the plug-in " + recorded.header.plugins.front() +
                       "; name it with --plugin if you trust it");
     }
     return load_recorded_scene(trace, TraceReader(trace), options.data_folders, options.read, modes_with(options.plugins));

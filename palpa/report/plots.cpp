@@ -37,16 +37,16 @@ TimePlot force_plot(const Recorded& recorded) {
       .id = "force",
       .plot = {.title = "Force on the hand", .x_label = "time / s", .y_label = "force / N", .marks = marks_of(recorded)},
       .label = text("Force over time: at most %.3f N on the hand.", recorded.summary.force_max_n),
-      .caption = "What the hand got. Signs on top: where a level set in or was broken through."};
+      .caption = "Force on the hand. Markers on top: onsets and break-throughs of levels."};
   if (recorded.summary.guard_limited_ticks > 0) {
-    made.plot.series.push_back(over_time(recorded.ticks, "asked (Eq. 1), before the guard", palpa::CurveColor::orange,
+    made.plot.series.push_back(over_time(recorded.ticks, "requested (Eq. 1), before the guard", palpa::CurveColor::orange,
                                          Stroke::dashed, [&](std::size_t i) {
                                            const bool limited = ticks[i].guard == GuardState::limited;
                                            return norm(limited ? ticks[i].result.force_n : ticks[i].command_n);
                                          }));
     made.caption =
-        "What the hand got, and what the coupling asked for where the guard cut it. Signs on top: where a level set in "
-        "or was broken through.";
+        "Force on the hand, and the force requested by the coupling where the guard limited it. Markers on top: onsets and "
+        "break-throughs of levels.";
   }
   made.plot.series.push_back(over_time(recorded.ticks, "on the hand", palpa::CurveColor::black, Stroke::solid,
                                        [&](std::size_t i) { return norm(ticks[i].command_n); }));
@@ -57,8 +57,8 @@ TimePlot modes_plot(const Recorded& recorded) {
   TimePlot made{.id = "modes",
                 .plot = {.title = "Force of each mode", .x_label = "time / s", .y_label = "force / N"},
                 .label = "Force of each mode over time.",
-                .caption = "How hard each mode pushed the proxy. Above 1 mN a mode is in contact."};
-  if (recorded.summary.guard_limited_ticks > 0) made.caption += " The guard's limit comes after this.";
+                .caption = "Force of each mode on the proxy. Above 1 mN a mode is in contact."};
+  if (recorded.summary.guard_limited_ticks > 0) made.caption += " Before the guard's limit.";
   for (std::size_t m = 0; m < recorded.modes.size(); ++m) {
     constexpr Stroke strokes[] = {Stroke::solid, Stroke::dashed, Stroke::dotted};
     made.plot.series.push_back(over_time(recorded.ticks, recorded.modes[m], mode_colors[m % std::size(mode_colors)],
@@ -86,8 +86,8 @@ TimePlot distance_plot(const Recorded& recorded) {
                    .marks = marks_of(recorded)},
           .label = text("Distance of proxy and probe over time: at most %.3f mm.", 1e3 * largest_m),
           .caption =
-              "How far the data held the proxy from the hand's own point, the probe, in the hand's frame. Times the "
-              "stiffness it is the force that the spring asks for."};
+              "Distance between the proxy, held by the data, and the probe, the position of the hand, in the hand's frame. "
+              "Times the stiffness it is the force of the spring."};
 }
 
 TimePlot energy_plot(const Recorded& recorded) {
@@ -95,8 +95,8 @@ TimePlot energy_plot(const Recorded& recorded) {
                 .plot = {.title = "Energy", .x_label = "time / s", .y_label = "energy / mJ"},
                 .label = "Energy over time.",
                 .caption =
-                    "The hand's work up to each moment and where it went: into the modes, lost where something let go, "
-                    "and into the coupling's spring, which gives it back."};
+                    "The work of the hand up to each moment and its balance: dissipated by the modes, lost at releases, and "
+                    "stored in the coupling's spring, which returns it."};
   const auto cumulated = [&](const char* name, palpa::CurveColor color, Stroke stroke, auto of_tick) {
     double sum_j = 0.0;
     made.plot.series.push_back(over_time(recorded.ticks, name, color, stroke, [&](std::size_t i) {
@@ -105,10 +105,10 @@ TimePlot energy_plot(const Recorded& recorded) {
     }));
   };
   cumulated("work of the hand", palpa::CurveColor::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
-  cumulated("into the modes", palpa::CurveColor::green, Stroke::solid,
+  cumulated("dissipated by the modes", palpa::CurveColor::green, Stroke::solid,
             [](const Energy& e) { return e.dissipated_j - e.injected_j; });
-  cumulated("let go", palpa::CurveColor::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
-  made.plot.series.push_back(over_time(recorded.ticks, "in the spring", palpa::CurveColor::blue, Stroke::dotted,
+  cumulated("lost at releases", palpa::CurveColor::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
+  made.plot.series.push_back(over_time(recorded.ticks, "stored in the spring", palpa::CurveColor::blue, Stroke::dotted,
                                        [&](std::size_t i) { return 1e3 * recorded.ticks[i].result.energy.stored_j; }));
   made.plot.marks = marks_of(recorded);
   return made;

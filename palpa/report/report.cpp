@@ -55,8 +55,8 @@ std::string felt_signal(const Recorded& recorded, const Scene* scene, const Repo
     keep(options, "spectrum.svg", svg);
     svg.insert(4, " role=\"img\" aria-label=\"Spectrum of the force on the hand, and of k times the probe.\"");
     out += figure(svg,
-                  "In contact and away from events. Skin feels what lies between 20 and 500 Hz as rough. What the force has "
-                  "there beyond k times the probe does not come from the hand, its device included.");
+                  "In contact and away from events. Skin feels frequencies from 20 to 500 Hz as roughness. Force in this band "
+                  "beyond k times the probe does not come from the hand or its device.");
   }
   return out + steps_markup(signal);
 }
@@ -96,10 +96,10 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
     if (force_n > contact_force_n) who += (who.empty() ? "" : ", ") + recorded.modes[m] + text(" %.2f N", force_n);
   }
   const double hand_n = norm(frame.command_n), asked_n = norm(frame.result.force_n);
-  const std::string cut = frame.guard != GuardState::limited ? "" : text(" (%.2f N asked, before the guard)", asked_n);
+  const std::string cut = frame.guard != GuardState::limited ? "" : text(" (%.2f N requested, before the guard)", asked_n);
   const std::string caption =
-      text("The moment at %.3f s, in which most modes pushed and the force was largest: ", frame.t_s) + who +
-      text("; the hand got %.2f N", hand_n) + cut + text(", the proxy is %.2f mm from the probe. ", 1e3 * reach_m) +
+      text("The moment at %.3f s, with the most modes in contact and the largest force: ", frame.t_s) + who +
+      text("; force on the hand %.2f N", hand_n) + cut + text(", the proxy is %.2f mm from the probe. ", 1e3 * reach_m) +
       std::to_string(moment.primitives.size()) + (moment.primitives.size() == 1 ? " primitive." : " primitives.");
   return image(options, "moment.png", *picture, "Close-up of probe, proxy and primitives. " + caption, caption);
 }
@@ -146,8 +146,8 @@ turns, two zoom and move.</p>
 
 /// Time bar of view and plots, at the lower edge of the window.
 constexpr const char* time_bar = R"(<div class="live live-time timebar" id="timebar">
-<button type="button" id="before" title="the event before">&#9664;&#160;event</button>
-<button type="button" id="play" title="play in the hand's time">&#9654;</button>
+<button type="button" id="before" title="the previous event">&#9664;&#160;event</button>
+<button type="button" id="play" title="play in real time">&#9654;</button>
 <input type="range" id="time" min="0" max="1000" step="1" value="0" aria-label="moment">
 <button type="button" id="after" title="the next event">event&#160;&#9654;</button>
 <output id="now" for="time"></output>
@@ -179,12 +179,11 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   const PathNames names(recorded, trace, options.full_paths);
   Page page(recorded.title.empty() ? "A trace without a title" : names.in_text(recorded.title));
   page.begin_with("<p class=\"soft\">" + escaped(subtitle_of(recorded)) + "</p>\n");
-  if (!recorded.header.complete)
-    page.begin_with(notice("This recording is incomplete. What follows is true of what there is."));
+  if (!recorded.header.complete) page.begin_with(notice("This recording is incomplete. The report covers the recorded part."));
 
   std::string words = "<ul class=\"felt\">\n";
   for (const std::string& sentence : words_of(recorded)) words += "<li>" + escaped(names.in_text(sentence)) + "</li>\n";
-  page.section("felt", "What was felt", words + "</ul>\n");
+  page.section("felt", "Overview", words + "</ul>\n");
 
   std::string no_scene, no_primitives;
   const std::optional<LoadedScene> loaded = scene_of(trace, recorded, options, no_scene);
@@ -213,7 +212,7 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
     page.data("plots-data", json_of(over_time, most_plot_rows, looked_at));
   }
   tell(options, 0.9);
-  if (!recorded.ticks.empty()) page.section("signal", "What the hand feels", felt_signal(recorded, scene, options));
+  if (!recorded.ticks.empty()) page.section("signal", "Force signal", felt_signal(recorded, scene, options));
   page.section("summary", "Summary", summary_markup(recorded));
   page.section("energy", "Energy", energy_markup(recorded));
   page.section("modes", "Modes", modes_markup(recorded));

@@ -75,7 +75,7 @@ std::vector<SceneDifference> scene_differences(std::string_view first, std::stri
 }
 
 std::string words_of(const SceneDifference& difference) {
-  const auto said = [](const std::string& value) { return value.empty() ? std::string("not said") : shortened(value, 60); };
+  const auto said = [](const std::string& value) { return value.empty() ? std::string("not set") : shortened(value, 60); };
   return difference.key + ": " + said(difference.first) + " / " + said(difference.second);
 }
 

@@ -99,27 +99,28 @@ std::string signal_markup(const Signal& signal) {
     const double felt_n = signal.command.band_rms(tactile_low_hz, tactile_high_hz);
     const double spring_n = signal.spring.band_rms(tactile_low_hz, tactile_high_hz);
     rows = {{"force, 20 to 500 Hz, root mean square", millinewtons(felt_n)},
-            {"of it, 100 to 500 Hz", millinewtons(signal.command.band_rms(rough_low_hz, tactile_high_hz))},
+            {"force, 100 to 500 Hz, root mean square", millinewtons(signal.command.band_rms(rough_low_hz, tactile_high_hz))},
             {"k times the probe, 20 to 500 Hz", millinewtons(spring_n)}};
     if (spring_n > 0.0) rows.push_back({"force : k times the probe", text("%.2f", felt_n / spring_n)});
   } else {
-    rows.push_back({"force, 20 to 500 Hz", "no contact is long enough to tell"});
+    rows.push_back({"force, 20 to 500 Hz", "no contact is long enough"});
   }
-  rows.push_back({"held back by the guard", text("%.1f %% of the ticks", 100.0 * saturated_share(signal.run))});
+  rows.push_back({"limited by the guard", text("%.1f %% of the ticks", 100.0 * saturated_share(signal.run))});
   const bool broke =
       std::any_of(signal.run.ticks.begin(), signal.run.ticks.end(), [](const FeltTick& tick) { return tick.broke_through; });
   rows.push_back({"steepest fall at a break-through", broke ? steepness(steepest_fall_n_per_ms(signal.run)) : "none"});
-  rows.push_back({"steepest at an end of data", signal.at_edges_n_per_ms < 0.0    ? "the data are not there"
-                                                : signal.at_edges_n_per_ms == 0.0 ? "none was near"
-                                                                                  : steepness(signal.at_edges_n_per_ms)});
-  return table({"what", "value"}, rows, 1);
+  rows.push_back({"steepest change at an end of data", signal.at_edges_n_per_ms < 0.0 ? "data not available"
+                                                       : signal.at_edges_n_per_ms == 0.0
+                                                           ? "none near"
+                                                           : steepness(signal.at_edges_n_per_ms)});
+  return table({"quantity", "value"}, rows, 1);
 }
 
 std::string steps_markup(const Signal& signal) {
   std::string out = text(
       "<h3>Steps</h3>\n<p>Steps of more than %.0f mN within a tick beyond what the spring makes of the hand's own motion. ",
       1e3 * felt_step_n);
-  if (signal.steps.empty()) return out + "There is none.</p>\n";
+  if (signal.steps.empty()) return out + "None.</p>\n";
   std::vector<std::vector<std::string>> rows;
   for (const StepCause cause : step_causes) {
     int count = 0;
@@ -133,8 +134,8 @@ std::string steps_markup(const Signal& signal) {
     rows.push_back({name_of(cause), is_told(cause) ? "yes" : "no", grouped(count), text("%.2f", count / duration_s(signal.run)),
                     text("%.3f N", largest_n)});
   }
-  out += "Those that no event tells of are nothing in the data that a scene names.</p>\n" +
-         table({"cause", "told by an event", "steps", "per second", "largest excess"}, rows, 2);
+  out += "Steps without an event come from nothing that the scene names.</p>\n" +
+         table({"cause", "has an event", "steps", "per second", "largest excess"}, rows, 2);
 
   std::vector<ExcessStep> untold;
   std::copy_if(signal.steps.begin(), signal.steps.end(), std::back_inserter(untold),

@@ -62,11 +62,11 @@ std::string summary_markup(const Recorded& recorded) {
                                              {"in contact", percent(s.contact_share) + " of the ticks"},
                                              {"force on the hand, mean in contact", newtons(s.force_mean_n)},
                                              {"force on the hand, largest", newtons(s.force_max_n)}};
-  if (s.guard_limited_ticks > 0) rows.push_back({"force asked, largest, before the guard", newtons(asked_max_n(recorded))});
+  if (s.guard_limited_ticks > 0) rows.push_back({"force requested, largest, before the guard", newtons(asked_max_n(recorded))});
   for (std::vector<std::string> row : std::vector<std::vector<std::string>>{
            {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("%.3f s", s.first_break_through_s)},
            {"sub-steps per tick", text("mean %.2f, at most %d", s.sub_steps_mean, s.sub_steps_max)},
-           {"worst proven error of a balance", text("%.2g m", s.error_bound_max_m)},
+           {"largest proven error of a balance", text("%.2g m", s.error_bound_max_m)},
            {was_in_real_time(recorded) ? "tick time, median | 99 % | largest"
                                        : "tick time, median | 99 % | largest (not in real time)",
             text("%.1f | %.1f | %.1f \u00b5s", s.tick_p50_us, s.tick_p99_us, s.tick_max_us)},
@@ -76,13 +76,13 @@ std::string summary_markup(const Recorded& recorded) {
            {"primitives refused", count(s.dropped_primitives)}}) {
     rows.push_back(std::move(row));
   }
-  return table({"what", "value"}, rows, 1);
+  return table({"quantity", "value"}, rows, 1);
 }
 
 std::string energy_markup(const Recorded& recorded) {
   if (!recorded.tells_energy) {
-    return "<p>This recording is from before a tick told all of its energy. <code>palpa replay</code> feels it again; with "
-           "<code>--json</code> it gives the table.</p>\n";
+    return "<p>This recording is of an older version and lacks part of each tick's energy. <code>palpa replay --json</code> "
+           "computes the table.</p>\n";
   }
   const EnergyTable energy = without_negative_entries(energy_table(recorded.summary));
   std::vector<std::vector<std::string>> rows(std::max(energy.in.size(), energy.out.size()), std::vector<std::string>(4));
@@ -97,12 +97,12 @@ std::string energy_markup(const Recorded& recorded) {
   rows.push_back({"sum", millijoules(energy.in_j()), "sum", millijoules(energy.out_j())});
   std::string out = "<div class=\"sums\">\n" + table({"in", "energy", "out", "energy"}, rows, 0) + "</div>\n";
   out +=
-      "<p>What the hand put in is what the modes and the damper took out, what was lost where something let go, and what is "
-      "left in the spring.";
+      "<p>The energy from the hand equals the energy dissipated by modes and damper, lost at releases, and stored in the "
+      "spring.";
   if (energy.covering_damping_ns_per_m > 0.0) {
     out += text(
-        " Holding each force for a tick brought in a little, of which the most there can be is %.3f mJ: a hand with "
-        "%.3f N\u00b7s/m of its own damping takes it out again.",
+        " The zero-order hold of the force added energy, at most %.3f mJ: the interaction is passive if the hand adds at least "
+        "%.3f N\u00b7s/m of damping.",
         1e3 * energy.ticks_bound_j, energy.covering_damping_ns_per_m);
   }
   return out + "</p>\n";
@@ -152,7 +152,7 @@ std::string origin_markup(const Recorded& recorded, const PathNames& names) {
   for (const std::string& argument : header.arguments) arguments.push_back(names.of_argument(argument));
   for (const std::string& plugin : header.plugins) plugins.push_back(names.of_path(plugin));
   for (const std::uint64_t seed : header.seeds) seeds.push_back(std::to_string(seed));
-  out += table({"what", "value"},
+  out += table({"quantity", "value"},
                {{"recorded by", "palpa " + header.palpa_version + ", trace format " + std::to_string(header.format)},
                 {"reported by", std::string("palpa ") + version},
                 {"arguments", joined(arguments)},

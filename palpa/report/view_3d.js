@@ -290,7 +290,7 @@ const View3d = (() => {
     const got = vector(now.force).length();
     row('time', now.t.toFixed(3) + ' s');
     row('force on the hand', Report.digits(got) + ' N');
-    if (now.asked !== undefined) row('asked, before the guard', Report.digits(now.asked) + ' N');
+    if (now.asked !== undefined) row('requested, before the guard', Report.digits(now.asked) + ' N');
     row('proxy from probe', Report.digits(vector(now.proxy).distanceTo(vector(now.probe))) + ' mm');
     for (const primitive of now.primitives) {
       const mode = data.modes[primitive.mode] || {name: 'mode ' + primitive.mode, color: Report.color('grey')};
@@ -298,7 +298,7 @@ const View3d = (() => {
     }
     table.append(body);
     root.append(table);
-    if (now.primitives.length === 0) root.append(Report.element('p', '', now.valid ? 'Nothing is held here: no primitives.'
+    if (now.primitives.length === 0) root.append(Report.element('p', '', now.valid ? 'No contact here: no primitives.'
       : 'The position of the hand is not known here.'));
   };
 
@@ -545,7 +545,7 @@ const View3d = (() => {
       made.addEventListener('click', act);
       looks.append(made);
     };
-    button('at first', () => lookFrom(data.from));
+    button('initial view', () => lookFrom(data.from));
     button('front', () => lookFrom([0, 0, 1]));
     button('right', () => lookFrom([1, 0, 0]));
     button('above', () => lookFrom([0, 1, 0.001]));

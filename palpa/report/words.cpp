@@ -118,11 +118,11 @@ std::vector<std::string> words_of(const Recorded& recorded) {
     return words;
   }
   if (!recorded.header.complete) {
-    say(text("This recording is incomplete: it ends after %.3f s, and the report goes as far as it does.", s.duration_s));
+    say(text("This recording is incomplete: it ends after %.3f s, and the report covers that part.", s.duration_s));
   }
   if (s.contact_share > 0.0) {
-    say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") the hand felt something for " +
-        percent(s.contact_share) + " of the time, with " + newtons(s.force_mean_n) + " on average in contact and " +
+    say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") the hand was in contact for " +
+        percent(s.contact_share) + " of the time, with " + newtons(s.force_mean_n) + " on average and " +
         newtons(s.force_max_n) + " at most.");
     std::set<std::string> said;
     for (const RecordedEvent& event : recorded.events) {
@@ -136,13 +136,13 @@ std::vector<std::string> words_of(const Recorded& recorded) {
   }
   for (const ModeSummary& mode : s.modes) {
     if (mode.contact_share <= 0.0) {
-      say(mode.name + " was idle throughout.");
+      say(mode.name + " was never in contact.");
       continue;
     }
-    std::string sentence = mode.name + " pushed for " + percent(mode.contact_share) + " of the time, with " +
+    std::string sentence = mode.name + " was in contact for " + percent(mode.contact_share) + " of the time, with " +
                            newtons(mode.force_mean_n) + " on average and " + newtons(mode.force_max_n) + " at most";
     if (mode.force_max_n > s.force_max_n && s.guard_limited_ticks > 0) sentence += ", on the proxy, before the guard";
-    if (mode.onsets > 0) sentence += "; it set in " + times(mode.onsets);
+    if (mode.onsets > 0) sentence += "; contact began " + times(mode.onsets);
     if (mode.break_throughs > 0) sentence += " and was broken through " + times(mode.break_throughs);
     say(sentence + ".");
   }
@@ -151,21 +151,21 @@ std::vector<std::string> words_of(const Recorded& recorded) {
   const std::string injected = millijoules(s.energy.injected_j);
   const bool drives = injected != millijoules(0.0);
   if (s.contact_share > 0.0)
-    say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated)" +
-        (drives ? " and brought " + injected + " in (injected)." : "."));
-  if (s.energy.moved_j != 0.0) say("The data's own motion brought in " + millijoules(s.energy.moved_j) + ".");
+    say("The modes dissipated " + millijoules(s.energy.dissipated_j) + " of the hand's energy" +
+        (drives ? " and injected " + injected + "." : "."));
+  if (s.energy.moved_j != 0.0) say("Moving data added " + millijoules(s.energy.moved_j) + ".");
   const auto share = [&](std::int64_t ticks) {
     return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";
   };
-  if (s.waiting_ticks > 0) say("In " + share(s.waiting_ticks) + " the proxy had not yet arrived when the tick ended.");
+  if (s.waiting_ticks > 0) say("In " + share(s.waiting_ticks) + " the work budget ran out before the proxy converged.");
   if (s.capped_ticks > 0) say("In " + share(s.capped_ticks) + " a balance was not proven to 1e-9 m.");
   if (s.bad_input_ticks + s.invalid_probe_ticks > 0) {
     say("In " + share(std::max(s.bad_input_ticks, s.invalid_probe_ticks)) + " the position of the hand was not known.");
   }
-  if (s.guard_limited_ticks > 0) say("The guard shortened the force in " + share(s.guard_limited_ticks) + ".");
-  if (s.faults > 0) say("There were faults: " + counted(s.faults, "fault", "of them") + ".");
+  if (s.guard_limited_ticks > 0) say("The guard limited the force in " + share(s.guard_limited_ticks) + ".");
+  if (s.faults > 0) say("Faults: " + grouped(s.faults) + ".");
   if (s.waiting_ticks + s.capped_ticks + s.bad_input_ticks + s.invalid_probe_ticks + s.guard_limited_ticks + s.faults == 0) {
-    say("Every tick came to rest, and the guard had nothing to shorten.");
+    say("All ticks converged; no force was limited.");
   }
   return words;
 }

@@ -62,8 +62,8 @@ FirstLevel level_between(const Field& field, const Histogram& histogram, std::st
   level.strength_n = rounded(weakest_n + (firmest_n - weakest_n) * sharp, firmest_n);
   level.why_value = text("parts the values best (Otsu): %.3g on average below, %.3g above", below, above);
   level.why_strength =
-      text("%.2g N for a slope, %.2g N for a sharp edge; of this one %.0f %% of the step lie within two voxels", weakest_n,
-           firmest_n, 100.0 * sharp);
+      text("%.2g N for a soft edge, %.2g N for a sharp one; sharpness of this one: %.0f %% of the step within two voxels",
+           weakest_n, firmest_n, 100.0 * sharp);
   return level;
 }
 
@@ -93,9 +93,9 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
       }
     };
     add("skin", skin_hu, 0.8, "between air (-1000 HU) and fat (-100 HU)",
-        "gives way to a light press, so that one gets to the bone");
+        "gives way to a light press, so that the bone can be reached");
     add("bone", bone_hu, holding_n, "above soft tissue (40 HU) and most contrast agent",
-        "above max_force_n: it holds however hard one presses; what is weaker can be pressed through");
+        "above max_force_n: it cannot be pressed through; weaker levels can");
     for (FirstLevel& level : first.levels) {
       level.soft = level.value == skin_hu;
       level.holds = level.value == bone_hu;

@@ -30,7 +30,7 @@ std::string surface_layer(const std::string& field, double level, const char* co
   out += reasoned("level = " + toml_number(level), why);
   return out + reasoned("colors = {points = [[" + toml_number(level) + ", " + toml_string(color) + ", " + toml_number(opacity) +
                             "]]}",
-                        opacity < 1.0 ? "one sees through it" : "opaque");
+                        opacity < 1.0 ? "translucent" : "opaque");
 }
 
 std::string mode_head(const char* name, const char* type, const std::string& field) {
@@ -65,7 +65,7 @@ std::string level_tables(const std::vector<FirstLevel>& levels) {
     if (level.soft)
       out += reasoned("stiffness_n_per_m = " + toml_number(soft_n_per_m),
                       "pressed in by up to " + size_words({level.strength_n / soft_n_per_m}) +
-                          " of hand, then it bursts: a level to get through; what is harder below is felt through it");
+                          " of hand, then it breaks: a level to get through; a harder one below is felt through it");
   }
   return out;
 }
@@ -175,15 +175,16 @@ std::string wall_mode(const SceneNames& names, const Wall& wall) {
   out += friction_line() + "\n[[mode.level]]\nname = \"wall\"\n";
   out += reasoned("value = " + toml_number(wall.level), "half way between fluid and what is none");
   if (!wall.around)
-    return out + reasoned("strength_n = " + toml_number(holding_n), "above max_force_n: it holds however hard one presses");
-  return out + reasoned("strength_n = " + toml_number(vessel_n), "gives way to a light press, so that one gets to the flow") +
+    return out + reasoned("strength_n = " + toml_number(holding_n), "above max_force_n: it cannot be pressed through");
+  return out +
+         reasoned("strength_n = " + toml_number(vessel_n), "gives way to a light press, so that the flow can be reached") +
          reasoned("stiffness_n_per_m = " + toml_number(soft_n_per_m),
                   "pressed in by up to " + size_words({vessel_n / soft_n_per_m}) + " of hand, then one is within");
 }
 
 std::string vortex_mode(const std::string& field, const Vortices& v) {
   std::string out =
-      "\n" + reasoned("[[mode]]", "drawn onto the core of a vortex and held there, free along it; it drives an idle hand");
+      "\n" + reasoned("[[mode]]", "attracted to the vortex core line and held there, free along it; it drives an idle hand");
   out += mode_head("vortex", "vortex_line", field);
   out +=
       reasoned("strength_n = " + ramp("q(" + field + ")", v.from, v.full, rounded(4.0 * v.most, v.most), pull_n),
@@ -201,7 +202,7 @@ std::string flow_layers(const SceneNames& names, const std::string& field, const
     out +=
         surface_layer("q(" + field + ")", v->full, "#cc79a7", 0.5, "the vortices, where the pull onto their core has set in");
   if (const auto& signal = flow.signal)
-    out += surface_layer(names.of(signal->field), signal->full, "#d98880", 0.2, "what gives a signal");
+    out += surface_layer(names.of(signal->field), signal->full, "#d98880", 0.2, "where the signal is");
   if (const auto& wall = flow.wall)
     out += surface_layer(names.of(wall->field), wall->level, wall->around ? "#d98880" : "#c3c9cf", wall->around ? 0.2 : 1.0,
                          wall->around ? "the wall around the flow" : "the body in the stream");
@@ -297,8 +298,8 @@ std::string flow_modes(const Volume& volume, const SceneNames& names, const std:
 
   std::string out = speeds.directions ? direction_rails(field, speed, beyond) + mask_line(where)
                                       : stream_modes(field, speed, speeds, beyond, flow.turning, where);
-  out += "\n" + reasoned("[[mode]]", speeds.directions ? "thick where there are directions"
-                                                       : "thick where it flows: one feels where the flow is");
+  out += "\n" + reasoned("[[mode]]", speeds.directions ? "viscous where there are directions"
+                                                       : "viscous inside the flow: its extent can be felt");
   out += mode_head("fluid", "viscosity", field);
   out += reasoned("drag_ns_per_m = 1.0", "a stroke of 0.1 m/s costs 0.1 N");
   out += reasoned(
@@ -308,7 +309,7 @@ std::string flow_modes(const Volume& volume, const SceneNames& names, const std:
                                " is slower than " + with_digits(speeds.fast, 3) + unit + ")") +
           (where.why.empty() ? "" : "; " + where.why));
   if (const auto& signal = flow.signal) {
-    out += "\n" + reasoned("[[mode]]", "what gives a signal and does not flow: a hand finds its way by it");
+    out += "\n" + reasoned("[[mode]]", "a signal without flow: a landmark for the hand");
     out += mode_head("tissue", "viscosity", names.of(signal->field));
     out += reasoned("drag_ns_per_m = 0.5", "half as thick as what flows, which adds its own");
     out += reasoned("mask = [" + where.mask + "]", "parts the signal best (Otsu) from what gives none");

@@ -136,17 +136,17 @@ Draft draft_of_surfaces(const Volume& volume, const Statistics& values, std::siz
 }
 
 std::string coupling_keys(const Draft& draft) {
-  std::string out = reasoned("stiffness_n_per_m = 500",
-                             "what touch, omega, falcon and inverse3 hold without humming; palpa check says it of yours");
+  std::string out =
+      reasoned("stiffness_n_per_m = 500", "stable on touch, omega, falcon and inverse3; palpa check tests your device");
   out += reasoned("damping_ns_per_m = 0.2", "calms the hand a little at a surface");
   out += reasoned("max_force_n = " + detail::toml_number(detail::first_max_force_n),
-                  draft.holds ? "what small devices can give; all that gives way, friction and the drag of 0.4 m/s stay under "
+                  draft.holds ? "the force of small devices; all that gives way, friction and the drag of 0.4 m/s stay under "
                                 "it, what holds is above it"
-                              : "what small devices can give; all strengths below, friction and the drag of 0.4 m/s stay under "
+                              : "the force of small devices; all strengths below, friction and the drag of 0.4 m/s stay under "
                                 "it");
   if (draft.holds)
     out += reasoned("# impact_ns_per_m = 5",
-                    "a knock where what holds is hit: a spring alone feels like foam; remove the first # to feel it");
+                    "contact transient at levels that hold: a spring alone feels like foam; remove the first # to feel it");
   return out;
 }
 
@@ -194,11 +194,12 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request, cons
   close.side_m = largest_component(object.box_m.size_m()) / 3.0;
   if (close.what.empty()) {
     const auto met = is_flow ? std::nullopt : detail::met_from(lattice, object, object.box_m.centre_m(), facing.towards_m);
-    close.what = met ? "what one meets first, coming from the user" : "where most can be felt";
+    close.what = met ? "the first contact, coming from the user" : "the region with most contact";
     close.centre_m = met ? *met : detail::fullest_cube_m(lattice, object, close.side_m);
   }
 
-  std::string out = "# Suggested by palpa info --scene. Behind each number stands why it is so: change what feels wrong.\n";
+  std::string out =
+      "# Suggested by palpa info --scene. The comment behind each number gives its reason: change what feels wrong.\n";
   out += "palpa = 1\ntitle = " + toml_string(draft.title) + "\n\n[coupling]\n";
   out += coupling_keys(draft);
   out += "\n" + detail::volume_table(volume, request, names, folder) + draft.filter;

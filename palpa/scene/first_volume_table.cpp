@@ -129,7 +129,7 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
                     : asked_for ? "as asked for"
                     : all > used
                         ? std::to_string(used) + " of " + std::to_string(all) + " in the file: the others need not be in memory"
-                        : "what the file calls it is no plain word");
+                        : "the file's name for it is no plain word");
   }
   return out;
 }

@@ -87,7 +87,7 @@ class Loader {
       const std::string& type = loaded_.scene.needs[i];
       if (!catalog_.find(type))
         fail(place_of(*scene.node("needs")->as_array()->get(i)),
-             "needs the mode type " + in_quotes(type) + ", which is not there; " + suggestion(type, types()) +
+             "needs the mode type " + in_quotes(type) + ", which is not available; " + suggestion(type, types()) +
                  ", and what plug-ins bring that are named with --plugin FILE");
     }
     return scene;

@@ -66,7 +66,7 @@ FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
   try {
     volume = filtered(std::move(volume), filter);
   } catch (const std::invalid_argument& problem) {
-    refuse("volume " + in_quotes(name) + " cannot be felt so: " + problem.what());
+    refuse("volume " + in_quotes(name) + " cannot be used: " + problem.what());
   }
   if (!added.poses.empty()) {
     volume = moving(volume, added.poses);

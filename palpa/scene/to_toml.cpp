@@ -150,10 +150,10 @@ detail::VolumePart part_of(const VolumeRequest& request) {
 
 std::string volume_body(const SceneVolume& volume) {
   if (!volume.source.empty()) return volume.source;
-  if (volume.volume.files.empty()) return "# made by a program: a scene file cannot say it\n";
+  if (volume.volume.files.empty()) return "# made by a program: not representable in a scene file\n";
   const Field& first = *volume.volume.fields.front().field;
   const MovingView* moved = moving_of(first);
-  if (series_of(moved ? *moved->field : first)) return "# a time series made by a program: a scene file cannot say it\n";
+  if (series_of(moved ? *moved->field : first)) return "# a time series made by a program: not representable in a scene file\n";
   VolumeRequest by_files;  // for a reader that does not store its request
   for (const SourceFile& file : volume.volume.files) by_files.files.emplace_back(file.path);
   detail::VolumePart part = part_of(volume.volume.request ? *volume.volume.request : by_files);

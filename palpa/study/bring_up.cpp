@@ -71,7 +71,7 @@ class Rhythm {
       const DeviceState state = device_.read();
       const bool is_stopped = driven_.has_to_rest() || stop_;
       if (is_stopped || !state.valid || state.fault != nullptr) {
-        fault = state.fault != nullptr ? state.fault : is_stopped ? "it was stopped" : "the device does not know its place";
+        fault = state.fault != nullptr ? state.fault : is_stopped ? "stopped by the user" : "the device has no valid position";
         device_.write({});
         return {};
       }
@@ -251,9 +251,9 @@ bool find_place(Rhythm& rhythm, DeviceCalibration& result) {
   } while (!(state.valid && state.fault == nullptr) && rhythm.clock().now_s() < end_s);
   result.knows_its_place = state.valid && state.fault == nullptr;
   result.findings.push_back(result.knows_its_place
-                                ? "It knows its place."
-                                : std::string("It cannot be measured: ") +
-                                      (state.fault != nullptr ? state.fault : "it does not know its place") + ".");
+                                ? "The position is valid."
+                                : std::string("No measurement: ") +
+                                      (state.fault != nullptr ? state.fault : "the device has no valid position") + ".");
   return result.knows_its_place;
 }
 
@@ -262,15 +262,14 @@ bool measure_positions(Rhythm& rhythm, DeviceCalibration& result) {
   if (samples.empty()) return false;
   result.encoder_step_m = smallest_step_m(samples);
   result.velocity_lag_s = velocity_lag_s(samples);
-  result.findings.push_back(result.encoder_step_m
-                                ? detail::text("Its positions have steps of %.3g um.", 1e6 * *result.encoder_step_m)
-                                : "It was hardly moved: the steps of its positions are not known.");
+  result.findings.push_back(result.encoder_step_m ? detail::text("Encoder step: %.3g um.", 1e6 * *result.encoder_step_m)
+                                                  : "Too little motion: the encoder step is unknown.");
   if (!samples.front().velocity_m_per_s)
-    result.findings.push_back("It does not say its velocity; it is taken from its positions.");
+    result.findings.push_back("The device has no velocity; it is derived from positions.");
   else if (result.velocity_lag_s)
-    result.findings.push_back(detail::text("Its velocity is %.0f ms behind its positions.", 1e3 * *result.velocity_lag_s));
+    result.findings.push_back(detail::text("The velocity lags the positions by %.0f ms.", 1e3 * *result.velocity_lag_s));
   else
-    result.findings.push_back("Its velocity does not agree with its positions, or it was hardly moved.");
+    result.findings.push_back("The velocity disagrees with the positions, or there was too little motion.");
   return true;
 }
 
@@ -287,14 +286,15 @@ bool measure_pulses(Rhythm& rhythm, DeviceCalibration& result) {
     }
     result.pushes_rightly = false;
     result.findings.push_back(std::string("A push ") + words +
-                              (made->is_felt ? " moves it another way: do not use it before that is mended."
-                                             : " does not move it: it was held too firmly, or its friction is larger."));
+                              (made->is_felt
+                                   ? " moves the handle another way: do not use the device before that is fixed."
+                                   : " does not move the handle: it was held too firmly, or its friction is larger."));
   }
-  if (result.pushes_rightly) result.findings.push_back("It pushes to the right, up and towards you when it is told to.");
+  if (result.pushes_rightly) result.findings.push_back("Forces to the right, up and towards you have the right directions.");
   if (!delays_s.empty()) {
     std::nth_element(delays_s.begin(), delays_s.begin() + static_cast<std::ptrdiff_t>(delays_s.size() / 2), delays_s.end());
     result.delay_s = delays_s[delays_s.size() / 2];
-    result.findings.push_back(detail::text("From a force to its motion %.1f ms pass.", 1e3 * *result.delay_s));
+    result.findings.push_back(detail::text("Latency from force to motion: %.1f ms.", 1e3 * *result.delay_s));
   }
   return true;
 }
@@ -306,15 +306,14 @@ bool measure_swing(Rhythm& rhythm, const Vec3& middle_m, DeviceCalibration& resu
   if (samples.empty()) return false;
   const auto found = mechanics_of(samples, result.delay_s.value_or(0.0));
   if (!found) {
-    result.findings.push_back("It did not swing long enough for its mass, damping and friction to be known.");
+    result.findings.push_back("The handle did not swing long enough to estimate its mass, damping and friction.");
     return true;
   }
   result.mass_kg = found->mass_kg;
   result.damping_ns_per_m = found->damping_ns_per_m;
   result.friction_n = found->friction_n;
-  result.findings.push_back(
-      detail::text("Its handle moves like %.3g kg with a damping of %.3g N s/m", found->mass_kg, found->damping_ns_per_m) +
-      detail::text(" and a friction of %.2g N.", found->friction_n));
+  result.findings.push_back(detail::text("Handle: mass %.3g kg, damping %.3g N s/m", found->mass_kg, found->damping_ns_per_m) +
+                            detail::text(", friction %.2g N.", found->friction_n));
   return true;
 }
 
@@ -336,7 +335,7 @@ DeviceCalibration bring_up(Device& device, LoopClock& clock, const AskPerson& as
   DeviceCalibration result;
   Rhythm rhythm(device, clock, stop);
   const auto broken = [&] {
-    result.findings.push_back("It ends here: " + rhythm.fault + ".");
+    result.findings.push_back("Setup ended: " + rhythm.fault + ".");
     return result;
   };
   if (!find_place(rhythm, result)) return result;

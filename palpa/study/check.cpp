@@ -38,7 +38,7 @@ void own_up(const CouplingOptions& asked, const CouplingOptions& felt, CheckRepo
       known->from = wanted;
     } else {
       report.changes.push_back(
-          {"coupling", key, wanted, taken, "the most that the device is made for, which is what was checked"});
+          {"coupling", key, wanted, taken, "the maximum that the device is made for, and the value that was checked"});
     }
   };
   own_up_to("stiffness_n_per_m", asked.stiffness_n_per_m, felt.stiffness_n_per_m);

@@ -124,7 +124,7 @@ void follow(const Scene& scene, CheckReport& report, const std::function<void(do
     report.grade_after = best->grade;
     report.verdict_after = best->verdict;
   } else if (best) {
-    report.advice.push_back("No stiffness, damping or force limit was found that would make it better.");
+    report.advice.push_back("No better stiffness, damping or force limit was found.");
   }
 }
 
@@ -151,26 +151,25 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
     set("stiffness_n_per_m", scene.coupling.stiffness_n_per_m,
         better.stiffness_n_per_m < scene.coupling.stiffness_n_per_m ? rounded_down(better.stiffness_n_per_m)
                                                                     : scene.coupling.stiffness_n_per_m,
-        "the largest at which the device rests, let go and held");
-    set("damping_ns_per_m", scene.coupling.damping_ns_per_m, better.damping_ns_per_m, "more stiffness is stable with it");
+        "the largest stable stiffness, released and held");
+    set("damping_ns_per_m", scene.coupling.damping_ns_per_m, better.damping_ns_per_m, "it makes a larger stiffness stable");
   } else if (moves) {
     report.advice.push_back(
-        "No stiffness from 50 N/m on makes the device rest: weaken the strengths at the places named above, or hold "
-        "it by a dead-man button (--dead-man-button), so that it is never felt without a hand.");
+        "No stiffness from 50 N/m on is stable: lower the strengths at the places named above, or require a dead-man button "
+        "(--dead-man-button), so that there is force only while a hand holds the device.");
   }
   if (kicks) {
     const CheckFinding& jump = *finding(report, "jump");
     set("max_force_n", scene.coupling.max_force_n, rounded_down(scene.coupling.max_force_n * borne_jump_n / jump.measured),
-        "the step of the force shrinks with it");
+        "the force step shrinks in proportion");
   }
   if (grade_of(report, "noise") != Grade::fine)
     report.advice.push_back(
-        "Where it feels like noise: filter = \"smooth\" of that volume, with a larger smoothing, or a lower "
-        "strength of the mode that is named.");
+        "Against noise: filter = \"smooth\" for that volume, with a larger smoothing, or a lower strength of the named mode.");
   if (grade_of(report, "saturation") != Grade::fine)
     report.advice.push_back(
-        text("The modes that are named push with more than %g N together, of which that is all one feels: give them strengths "
-             "whose sum is below, or, to what is not to be pressed through, one that is above.",
+        text("The named modes push with more than the limit of %g N together: lower their strengths until the sum is below it; "
+             "a level that must not be pressed through needs a strength above it.",
              scene.coupling.max_force_n));
   follow(scene, report, progress);
 }

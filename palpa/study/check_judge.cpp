@@ -45,10 +45,10 @@ class Judge {
          .measured = figures.hum_m_per_s2,
          .threshold = grade == Grade::stop ? borne_acceleration_m_per_s2 : felt_acceleration_m_per_s2,
          .unit = "m/s^2",
-         .words = grade == Grade::fine
-                      ? std::string("it rests")
-                      : std::string(grade == Grade::stop ? "it shakes" : "it hums") +
-                            text(" by %.0f mN, which is %.2g m/s^2 of the device", 1e3 * figures.rest_n, figures.hum_m_per_s2)},
+         .words = grade == Grade::fine ? std::string("stable")
+                                       : std::string(grade == Grade::stop ? "shakes" : "hums") +
+                                             text(" by %.0f mN, which accelerate the device by %.2g m/s^2",
+                                                  1e3 * figures.rest_n, figures.hum_m_per_s2)},
         worst);
   }
 
@@ -65,11 +65,10 @@ class Judge {
          .measured = hum,
          .threshold = felt_acceleration_m_per_s2,
          .unit = "m/s^2",
-         .words =
-             rests ? text("at k = %g N/m it rests with %g %% of its friction, too", k, share_percent)
-                   : text("at k = %g N/m it rests by its friction, which is a presumption: with %g %% of it the device %s by "
-                          "%.2g m/s^2",
-                          k, share_percent, hum > borne_acceleration_m_per_s2 ? "shakes" : "hums", hum)},
+         .words = rests ? text("at k = %g N/m stable also with %g %% of the device's friction", k, share_percent)
+                        : text("at k = %g N/m stable only thanks to the assumed device friction: with %g %% of it the device "
+                               "%s by %.2g m/s^2",
+                               k, share_percent, hum > borne_acceleration_m_per_s2 ? "shakes" : "hums", hum)},
         worst);
   }
 
@@ -83,8 +82,8 @@ class Judge {
          .threshold = borne_jump_n,
          .unit = "N",
          .words = figures.jump_n > 0.0
-                      ? text("the force steps by %.2g N in a tick (%s)", figures.jump_n, name_of(figures.jump_cause))
-                      : text("no step of the force is felt as one")},
+                      ? text("the force steps by %.2g N within one tick (%s)", figures.jump_n, name_of(figures.jump_cause))
+                      : text("no perceptible step of the force")},
         worst);
   }
   void noise() {
@@ -97,11 +96,10 @@ class Judge {
          .measured = per_s,
          .threshold = 0.0,
          .unit = "1/s",
-         .words = worst->figures.untold_jumps > 0
-                      ? text("%.1f steps a second over %.0f mN that no event tells%s: strength or direction varies faster than "
-                             "the proxy steps",
-                             per_s, 1e3 * felt_step_n, whose.c_str())
-                      : "no strength and no direction varies faster than the proxy steps"},
+         .words = worst->figures.untold_jumps > 0 ? text("%.1f unexplained force steps a second above %.0f mN%s: strength or "
+                                                         "direction varies faster than the proxy moves",
+                                                         per_s, 1e3 * felt_step_n, whose.c_str())
+                                                  : text("no unexplained force steps above %.0f mN", 1e3 * felt_step_n)},
         worst);
   }
   void ripple() {
@@ -113,7 +111,7 @@ class Judge {
          .measured = measured,
          .threshold = felt_acceleration_m_per_s2,
          .unit = "m/s^2",
-         .words = text("a stroke has %.2g mN from 100 to 500 Hz", 1e3 * worst->figures.rough_n)},
+         .words = text("%.2g mN between 100 and 500 Hz in a stroke", 1e3 * worst->figures.rough_n)},
         worst);
   }
   void saturation() {
@@ -133,10 +131,10 @@ class Judge {
          .threshold = seldom,
          .unit = "1",
          .words = figures.overfull > seldom
-                      ? text("the device's force is at its limit, %g N, in %.0f %% of the ticks,", scene_.coupling.max_force_n,
+                      ? text("the force is at its limit, %g N, in %.0f %% of the ticks, pushed", scene_.coupling.max_force_n,
                              100.0 * figures.overfull) +
                             pushing
-                      : text("the force is below its limit, %g N, but on levels that bear more", scene_.coupling.max_force_n)},
+                      : text("the force is below its limit, %g N, except on stronger levels", scene_.coupling.max_force_n)},
         worst);
   }
   void budget() {
@@ -148,8 +146,7 @@ class Judge {
          .measured = worst->figures.over_budget,
          .threshold = seldom,
          .unit = "1",
-         .words =
-             text("the proxy lags behind in %.2g %% of the ticks, whose work is spent", 100.0 * worst->figures.over_budget)},
+         .words = text("the solver ran out of its work budget in %.2g %% of the ticks", 100.0 * worst->figures.over_budget)},
         worst);
   }
   void unborne() {
@@ -162,8 +159,8 @@ class Judge {
          .measured = measured_n,
          .threshold = unborne_felt_n,
          .unit = "N",
-         .words = is_borne ? "all force is borne by strengths"
-                           : text("%.2g N of the force is borne by no strength: a fault of the proxy's path", measured_n)},
+         .words = is_borne ? "strengths balance the whole force"
+                           : text("no strength balances %.2g N of the force: a fault of the proxy's path", measured_n)},
         worst);
   }
   void energy() {
@@ -181,7 +178,7 @@ class Judge {
            .measured = injected_j,
            .threshold = may ? INFINITY : borne_energy_j,
            .unit = "J",
-           .words = "'" + mode.name + text("' brings in %.2g mJ at most", 1e3 * injected_j)},
+           .words = "mode '" + mode.name + text("' adds at most %.2g mJ", 1e3 * injected_j)},
           worst);
     }
   }
@@ -202,13 +199,13 @@ void conclude(CheckReport& report) {
   std::stable_sort(report.findings.begin(), report.findings.end(),
                    [](const CheckFinding& a, const CheckFinding& b) { return a.grade > b.grade; });
   if (report.findings.empty()) {
-    report.verdict = "nothing is felt within reach of a hand";
+    report.verdict = "no contact within reach of the hand";
     return;
   }
   const CheckFinding& gravest = report.findings.front();
   report.grade = gravest.grade;
   report.verdict = report.grade == Grade::fine
-                       ? "fine on " + report.plant.name + ": it rests, let go and held, also with half of its friction"
+                       ? "fine on " + report.plant.name + ": stable when released and when held, also with half of its friction"
                        : std::string(name_of(report.grade)) + " on " + report.plant.name + ": " + gravest.words +
                              (gravest.where.empty() ? "" : ", " + gravest.where);
 }

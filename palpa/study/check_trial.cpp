@@ -110,7 +110,7 @@ void find_overfull(const Scene& scene, const FeltRun& run, TrialFigures& figures
 
 const char* name_of(Act act) noexcept {
   switch (act) {
-    case Act::let_go: return "let go";
+    case Act::let_go: return "released";
     case Act::lean: return "leaned on";
     case Act::hold: return "held";
     case Act::stroke: return "stroked";

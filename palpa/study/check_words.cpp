@@ -32,9 +32,9 @@ std::string to_table(const CheckReport& report) {
               report.coupling.stiffness_n_per_m, report.coupling.damping_ns_per_m, report.coupling.max_force_n,
               report.most_force_n);
   const StableStiffness& stable = report.stable;
-  out += text("  stable k   %.0f N/m of the device alone at this D, %.0f with its friction (closed loops on a wall)\n",
+  out += text("  stable k   %.0f N/m without device friction at this D, %.0f N/m with it (closed loops on a wall)\n",
               stable.alone_n_per_m, stable.friction_n_per_m);
-  out += "  bounds     " + newtons_per_m(stable.bounds.stable_n_per_m) + " at rest alone (Gil, Hulin), " +
+  out += "  bounds     " + newtons_per_m(stable.bounds.stable_n_per_m) + " by linear stability (Gil, Hulin), " +
          newtons_per_m(stable.bounds.passive_n_per_m) + " passive (Colgate), " + newtons_per_m(stable.bounds.encoder_n_per_m) +
          " with the encoder (Abbott and Okamura)\n";
   const bool ends_search = report.largest_damping_ns_per_m > 99.0;
@@ -42,8 +42,9 @@ std::string to_table(const CheckReport& report) {
                                                       ends_search ? "more than " : "", report.largest_damping_ns_per_m)
                                                : "  stable D   none at this k, of the device alone\n";
   for (const CheckPlace& place : report.places)
-    out += text("  place      %-12s (%+.0f, %+.0f, %+.0f mm): %.2f N, turns by %.2f N in a millimetre\n", place.why.c_str(),
-                1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z, place.force_n, place.turn_n);
+    out += text("  place      %-12s (%+.0f, %+.0f, %+.0f mm): %.2f N, changes direction by %.2f N in a millimetre\n",
+                place.why.c_str(), 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z, place.force_n,
+                place.turn_n);
   out += "\n";
   for (const CheckFinding& finding : report.findings)
     out += text("  %-5s%-12s", name_of(finding.grade), finding.key.c_str()) + finding.words +

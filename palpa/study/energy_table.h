@@ -16,7 +16,7 @@ struct EnergyEntry {
 };
 
 /// Energy of a run. In: input by the hand, and the little injected by holding each force for a tick. Out: dissipation of the
-/// modes and the damper, losses at releases, and energy left in the spring; the sums are equal. Any entry may be negative: a
+/// modes and the damper, losses at releases, and energy stored in the spring; the sums are equal. Any entry may be negative: a
 /// wind that drives the hand gives energy. docs/concepts.md reads such a table, docs/theory.md derives it.
 struct EnergyTable {
   std::vector<EnergyEntry> in;

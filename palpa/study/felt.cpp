@@ -164,7 +164,7 @@ const char* name_of(StepCause cause) noexcept {
   switch (cause) {
     case StepCause::break_through: return "break-through";
     case StepCause::onset: return "onset";
-    case StepCause::told: return "told";
+    case StepCause::told: return "other event";
     case StepCause::edge: return "edge of data";
     case StepCause::directed: return "directed force";
     case StepCause::release: return "release";

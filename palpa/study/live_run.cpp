@@ -16,7 +16,7 @@ void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& hea
   const CouplingOptions asked = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits)).coupling;
   const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
     if (wanted == taken) return;
-    const std::string text = detail::text("coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key,
+    const std::string text = detail::text("coupling.%s: the scene has %g %s, the device allows %g %s, which is used.", key,
                                           wanted, unit, taken, unit);
     header.sets.emplace_back(std::string("coupling.") + key, detail::toml_number(taken));
     prepared.notes.push_back(text);
@@ -95,7 +95,7 @@ std::string LiveRun::finish() {
 }
 
 void LiveRun::lose(const std::exception& error) {
-  lost_ = std::string(error.what()) + "; the run went on without its recording, of which what was written before stays";
+  lost_ = std::string(error.what()) + "; the run continued without recording; the part written before is kept";
   recording_.give_up();
 }
 

@@ -154,8 +154,8 @@ class Progress {
 
 MapLattice lattice_about_middle(double size_m, int points) {
   if (!(size_m > 0.0 && size_m <= 1.0))
-    throw LoadError(detail::text("a map of %g mm cannot be felt; its sides are above 0 and at most 1000 mm", 1e3 * size_m));
-  if (points < 2) throw LoadError(detail::text("a map of %d points a side cannot be felt; it has 2 or more", points));
+    throw LoadError(detail::text("a side of %g mm is out of range; it must be above 0 and at most 1000 mm", 1e3 * size_m));
+  if (points < 2) throw LoadError(detail::text("%d points a side are too few; use 2 or more", points));
   MapLattice lattice;
   lattice.points = {points, points, points};
   lattice.spacing_m = size_m / (points - 1);
@@ -172,7 +172,7 @@ void check_count(double points) {
 
 MapLattice map_slice(int axis, double at_m, double size_m, int points) {
   if (!(std::abs(at_m) <= 1.0))
-    throw LoadError(detail::text("a slice at %g mm cannot be felt; it lies within 1000 mm of the middle", 1e3 * at_m));
+    throw LoadError(detail::text("a slice at %g mm is out of range; it must lie within 1000 mm of the middle", 1e3 * at_m));
   check_count(1.0 * points * points);
   MapLattice lattice = lattice_about_middle(size_m, points);
   lattice.points[static_cast<std::size_t>(axis)] = 1;

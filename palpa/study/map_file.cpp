@@ -62,7 +62,7 @@ KeptMap take_kept_map(ForceMap& map, const std::string& identity, const fs::path
   file.expect_open(right);
   std::string begin(magic.size(), '\0');
   if (file.read(0, begin.data(), begin.size()) != begin.size() || begin != magic)
-    throw LoadError(path.string() + ": is there already, and is no map that was begun; " + right);
+    throw LoadError(path.string() + ": exists already and is not a partial map; " + right);
   const std::string expected = header(identity);
   const std::size_t way_bytes = sizeof(Kept) * static_cast<std::size_t>(map.lattice.points[2]);
   const std::uint64_t most = expected.size() + map.done.size() + map.done.size() * way_bytes;

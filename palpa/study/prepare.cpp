@@ -28,7 +28,7 @@ void check_numbers(const RunOptions& options) {
   }
   if (options.live && !(options.rate_hz >= 100.0 && options.rate_hz <= 20000.0)) {
     throw LoadError("rate: " + detail::text("%g", options.rate_hz) +
-                    " Hz cannot be kept in real time; such a rate lies between 100 and 20000 Hz");
+                    " Hz cannot be kept in real time; a rate in real time lies between 100 and 20000 Hz");
   }
   if (options.duration_s && !(*options.duration_s > 0.0 && std::isfinite(*options.duration_s))) {
     throw LoadError("duration: " + detail::text("%g", *options.duration_s) +
@@ -75,11 +75,11 @@ void check_duration(const PreparedRun& prepared, const RunOptions& options) {
 std::string words_of(const RecordingPlacement& laid) {
   std::string words = "The recording was ";
   if (laid.scale != 1.0) {
-    words += detail::text("made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
+    words += detail::text("made %.3g times smaller to fit a device's reach, and ", 1.0 / laid.scale);
   }
   return words + detail::text(
-                     "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-place "
-                     "as_recorded leaves it where it was.",
+                     "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user) to the position with the longest contact; "
+                     "--hand-place as_recorded keeps the recorded position.",
                      1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
 }
 
@@ -90,9 +90,10 @@ Scene within(Scene scene, const DevicePlant& plant) {
 }
 
 std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
-  return detail::text("device: %s is made for up to %g N/m, the scene couples with %g N/m; --set coupling.stiffness_n_per_m=%g",
-                      plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
-                      plant.limits.max_stiffness_n_per_m);
+  return detail::text(
+      "device: %s is rated for up to %g N/m, the scene's coupling has %g N/m; --set coupling.stiffness_n_per_m=%g",
+      plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
+      plant.limits.max_stiffness_n_per_m);
 }
 
 /// A sentence for each level stronger than the largest force at the hand, which never breaks.
@@ -102,8 +103,8 @@ std::vector<std::string> words_of_unyielding(const Scene& scene, double device_m
   std::vector<std::string> sentences;
   for (const UnyieldingLevel& level : unyielding_levels(scene, most_n)) {
     sentences.push_back(
-        detail::text("The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): except within "
-                     "four voxels of the end of its data it never lets go.",
+        detail::text("The level %.60s of '%.60s' holds up to %g N, but at most %g N reach the hand (%s): it cannot be pressed "
+                     "through, except within four voxels of the end of its data.",
                      level.name.c_str(), scene.modes()[level.mode].name.c_str(), level.strength_n, most_n, whose));
   }
   return sentences;
@@ -218,8 +219,8 @@ void check(const RunOptions& options) {
   check_numbers(options);
   if (options.hand.empty() && !options.target && (!options.live || options.device.empty())) {
     throw LoadError(
-        "hand: none was named; give --hand a recording or sim:press|stroke|circle|helix|random, or feel it yourself with "
-        "--device NAME");
+        "hand: none was named; give --hand a recording or sim:press|stroke|circle|helix|random, or use your own with --device "
+        "NAME");
   }
   if (!options.out.empty()) check_out(options.out);
 }
@@ -265,7 +266,7 @@ PreparedRun prepare(LoadedScene loaded, const RunOptions& options) {
 }
 
 std::string forecast(const PreparedRun& prepared) {
-  if (!prepared.target) return "What is felt is up to your hand.";
+  if (!prepared.target) return "No forecast: the hand is yours.";
   constexpr int most = 2048;  // [1] positions of the path. More: slower; fewer: a coarser share
   std::vector<Vec3> places_m;
   for (int n = 0; n < most; ++n) {
@@ -274,7 +275,7 @@ std::string forecast(const PreparedRun& prepared) {
   }
   const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
   const double share = reach.felt_share(places_m);
-  const std::string words = detail::text("About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
+  const std::string words = detail::text("About %.0f %% of the hand's path is in contact.", 100.0 * share);
   if (share >= little_contact) return words;
   return (share > 0.0 ? words : "Nothing will be felt.") + " " + why_little_is_felt(reach, places_m, prepared.remedy);
 }

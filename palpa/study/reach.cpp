@@ -100,20 +100,20 @@ std::string why_empty(const Scene& scene) {
   }
   if (const char* const side = side_to_feel_from(scene)) {
     return std::string(
-               "A hand that comes straight from the user feels nothing, 9 cm about the middle of the workspace; one that "
-               "comes from ") +
-           side + " does: turn the data by towards_user and up in [workspace], or lead the hand there.";
+               "A hand that approaches straight from the user makes no contact within 9 cm of the middle of the workspace; "
+               "from ") +
+           side + " it does: turn the data by towards_user and up in [workspace], or guide the hand there.";
   }
   const std::string nowhere =
-      "Nothing in reach of the hand, 9 cm about the middle of the workspace, can be felt on straight ways from any of its six "
-      "sides.";
+      "There is no contact within reach of the hand, 9 cm about the middle of the workspace, on straight paths from any of its "
+      "six sides.";
   for (const SceneVolume& volume : scene.volumes()) {
     Scene whole = scene;
     whole.workspace = {};
     whole.workspace.fit = volume.name;
     if (!Reach(whole).is_empty()) {
-      return nowhere + " With all of '" + volume.name + "' in reach there is: write fit = \"" + volume.name +
-             "\" into [workspace] in place of scale and center.";
+      return nowhere + " With all of '" + volume.name + "' in reach there is contact: write fit = \"" + volume.name +
+             "\" into [workspace] instead of scale and center.";
     }
   }
   return nowhere + " Levels, strengths or masks may lie beyond the data's values: palpa run SCENE --dry-run prints these.";
@@ -140,9 +140,9 @@ std::string words_of(const Nearest& nearest) {
 std::string why_little_is_felt(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy) {
   if (reach.is_empty()) return why_empty(reach.scene());
   const auto nearest = reach.nearest(places_m);
-  if (!nearest) return "The hand's place is never known.";
-  std::string words = "The nearest thing that a hand coming from the user can feel is " + words_of(*nearest) + ".";
-  if (!remedy.empty()) words += " " + remedy + " lays the hand where it feels most.";
+  if (!nearest) return "The position of the hand is never known.";
+  std::string words = "The nearest contact for a hand that approaches from the user is " + words_of(*nearest) + ".";
+  if (!remedy.empty()) words += " " + remedy + " moves the hand to the position with the longest contact.";
   return words;
 }
 

@@ -28,7 +28,7 @@ void check_data(const std::vector<SourceFile>& recorded, const std::vector<Sourc
     const std::string& path = i < found.size() ? found[i].path : recorded[i].path;
     const std::string was =
         i < recorded.size() ? recorded[i].path + " with sha256 " + recorded[i].sha256 : std::string("no such file");
-    throw LoadError(path + ": is not what was felt (" + was + "); name the folder of the recorded data with --data");
+    throw LoadError(path + ": differs from the recorded file (" + was + "); name the folder of the recorded data with --data");
   }
 }
 

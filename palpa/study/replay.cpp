@@ -43,7 +43,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   const TraceReader reader(trace);
   const TraceHeader& header = reader.header();
   if (plugins.empty() && !header.plugins.empty()) {
-    throw LoadError((trace / "trace.toml").string() + ": was felt with the plug-in " + header.plugins.front() +
+    throw LoadError((trace / "trace.toml").string() + ": was recorded with the plug-in " + header.plugins.front() +
                     "; name it with --plugin if you trust it");
   }
   const std::vector<TraceTick> ticks = reader.ticks();

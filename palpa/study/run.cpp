@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
 std::string words_of_limit(const Summary& summary) {
   return detail::text(
-      "The hand pressed for %.1f N, of which %.1f N reached it: a recording goes its way whatever it meets, which no "
-      "hand does. --hand-hold firm lets the data hold it.",
+      "The coupling requested up to %.1f N, of which %.1f N reached the hand: a rigid recording does not give way, as a hand "
+      "does. --hand-hold firm lets the force move it.",
       summary.asked_force_max_n, summary.force_max_n);
 }
 

@@ -161,9 +161,9 @@ static std::string table_of(const LoopStatistics& loop) {
   const auto add = [&](const char* what, const LoopStatistics::Times& t) {
     rows.push_back({what, us(t.mean_us), us(t.p50_us), us(t.p99_us), us(t.p999_us), us(t.max_us)});
   };
-  add("ticks began late by", loop.late);
-  add("from tick to tick", loop.period);
-  add("time of the processor", loop.tick);
+  add("start of tick, late by", loop.late);
+  add("tick period", loop.period);
+  add("processor time", loop.tick);
   std::string result = aligned(rows, 1);
   const auto count = [](std::int64_t number) { return detail::grouped(std::to_string(number)); };
   result += "  missed " + count(loop.missed) + " of " + count(loop.ticks + loop.missed) + " ticks";
@@ -172,7 +172,7 @@ static std::string table_of(const LoopStatistics& loop) {
   result += '\n';
   std::string costs;
   for (const LoopStatistics::ModeCost& mode : loop.modes)
-    costs += (costs.empty() ? "  a tick's primitives: " : ", ") + mode.name + " " + us(mode.mean_us);
+    costs += (costs.empty() ? "  modes, time per tick: " : ", ") + mode.name + " " + us(mode.mean_us);
   return costs.empty() ? result : result + costs + '\n';
 }
 
@@ -180,17 +180,17 @@ std::string to_table(const Summary& s) {
   const auto percent = [](double part) { return text("%.1f %%", 100.0 * part); };
   const auto newtons = [](double force_n) { return text("%.3f N", force_n); };
   const auto count = [](std::int64_t number) { return detail::grouped(std::to_string(number)); };
-  const std::string cut = s.guard_limited_ticks > 0 ? text(" (asked %.3f N; the guard limited ", s.asked_force_max_n) +
+  const std::string cut = s.guard_limited_ticks > 0 ? text(" (requested %.3f N; the guard limited ", s.asked_force_max_n) +
                                                           count(s.guard_limited_ticks) + " ticks)"
                                                     : "";
 
   std::vector<std::vector<std::string>> rows{
-      {"ticks", count(s.ticks) + text(" (%.3f s of the hand's time)", s.duration_s)},
+      {"ticks", count(s.ticks) + text(" (%.3f s of hand motion)", s.duration_s)},
       {"speed", detail::grouped(text("%.0f", s.ticks_per_s)) + " ticks/s"},
       {"tick time", text("p50 %.1f us, p99 %.1f us, max %.1f us%s", s.tick_p50_us, s.tick_p99_us, s.tick_max_us,
                          s.loop ? "" : " (not in real time: a long tick was interrupted by other programs)")},
       {"sub-steps", text("mean %.2f, max %d per tick", s.sub_steps_mean, s.sub_steps_max)},
-      {"worst error bound", text("%.2g m", s.error_bound_max_m)},
+      {"largest error bound", text("%.2g m", s.error_bound_max_m)},
       {"in contact", percent(s.contact_share) + " of the ticks"},
       {"force on the hand", text("mean in contact %.3f N, max %.3f N", s.force_mean_n, s.force_max_n) + cut},
       {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("at %.3f s", s.first_break_through_s)},
@@ -202,10 +202,10 @@ std::string to_table(const Summary& s) {
   const auto say_ticks = [&](const char* name, std::int64_t number, const std::string& what) {
     say(name, number, ((number == 1 ? " tick" : " ticks") + what).c_str());
   };
-  say_ticks("waiting", s.waiting_ticks, " in which the proxy had not yet arrived");
+  say_ticks("waiting", s.waiting_ticks, " in which the work budget ran out before the proxy converged");
   say_ticks("off balance", s.unborne_ticks,
-            text(" in which up to %.2f N of the force was borne by no strength: a fault of the proxy's path", s.unborne_max_n));
-  say_ticks("capped", s.capped_ticks, " with a bound above 1e-9 m");
+            text(" in which no strength balanced up to %.2f N of the force: a fault of the proxy's path", s.unborne_max_n));
+  say_ticks("capped", s.capped_ticks, " with an error bound above 1e-9 m");
   say_ticks("bad input", s.bad_input_ticks, "");
   say_ticks("probe not valid", s.invalid_probe_ticks, "");
   say("faults", s.faults, "");

@@ -154,7 +154,7 @@ const Table<TickFrame>& ticks_table() {
       COLUMN(TickFrame, "buttons", "", buttons, "pressed buttons, one bit each"),
       later(COLUMN(TickFrame, "let_go_j", "", result.energy.let_go_j,
                    "lost by the spring where the proxy went further than hand and data took it")),
-      later(COLUMN(TickFrame, "held_back_j", "", result.energy.held_back_j, "work on the hand that the guard held back")),
+      later(COLUMN(TickFrame, "held_back_j", "", result.energy.held_back_j, "work on the hand that the guard withheld")),
       later(COLUMN(TickFrame, "ticks_j", "", result.energy.ticks_j, "brought in by holding the force for a tick")),
       later(COLUMN(TickFrame, "ticks_bound_j", "", result.energy.ticks_bound_j, "k/2 of the probe's step, squared")),
       later(COLUMN(TickFrame, "elastic_j", "", result.energy.elastic_j, "energy in elastic levels after the tick")),

@@ -74,14 +74,14 @@ Compared compare_file(const fs::path& recorded, const fs::path& again, const cha
     if (complete) result.difference = name + ": is missing or empty in the recording";
     return result;
   }
-  if (!b.has_header() && there == There::always) return {name + ": is missing or empty in what was felt again", 0};
-  for (const auto& [sheet, whose] : {std::pair{&a, "the recording"}, std::pair{&b, "what was felt again"}}) {
+  if (!b.has_header() && there == There::always) return {name + ": is missing or empty in the replay", 0};
+  for (const auto& [sheet, whose] : {std::pair{&a, "the recording"}, std::pair{&b, "the replay"}}) {
     if (!sheet->missing().empty()) return {name + ":1: column " + sheet->missing() + " is missing in " + whose, 0};
   }
   const auto next_recorded = [&] { return a.next() && tick_of(a) <= last_tick; };
   while (next_recorded()) {
     const std::string place = name + ":" + std::to_string(a.line_number()) + ": ";
-    if (!b.next()) return {place + "the recording goes on, what was felt again ends", result.rows};
+    if (!b.next()) return {place + "the recording continues, the replay ends", result.rows};
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (a.cell(i) != b.cell(i)) {
         result.difference = place + "column " + names[i] + ": " + std::string(a.cell(i)) + " against " + std::string(b.cell(i));
@@ -91,7 +91,7 @@ Compared compare_file(const fs::path& recorded, const fs::path& again, const cha
     ++result.rows;
   }
   if (complete && b.next()) {
-    result.difference = name + ":" + std::to_string(b.line_number()) + ": the recording ends, what was felt again goes on";
+    result.difference = name + ":" + std::to_string(b.line_number()) + ": the recording ends, the replay continues";
   }
   return result;
 }
@@ -127,7 +127,7 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again, 
   };
   if (a.scene_text() != b.scene_text()) {
     result.same = false;
-    result.where = "scene.toml: is another scene";
+    result.where = "scene.toml: the scenes differ";
   }
   result.ticks = compare(detail::ticks_table());
   compare(detail::modes_table());

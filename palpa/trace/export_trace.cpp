@@ -121,7 +121,7 @@ const detail::Hdf5& hdf5() {
       throw LoadError(file.string() + ": is not of this palpa, " + version + "; install palpa again");
     return *found;
   }
-  throw LoadError("cannot be written: HDF5 is written by a part of the program palpa, which is not there; write .csv or .vtp");
+  throw LoadError("cannot be written: HDF5 needs a part of the program palpa that is not installed; write .csv or .vtp");
 }
 
 // ---- .mrk.json ----

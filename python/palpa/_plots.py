@@ -15,7 +15,7 @@ def _figure(width, height):
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise ImportError("plots are made by matplotlib, which is not there; install python3-matplotlib") from None
+        raise ImportError("plots need matplotlib, which is not installed; install python3-matplotlib") from None
 
     class Shown(Figure):
         """Figure that a notebook shows with any matplotlib backend."""

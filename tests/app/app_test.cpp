@@ -138,7 +138,7 @@ TEST_F(Program, RunsRecordsAndReplays) {
 
   const Ended same = palpa({"replay", "trace"});
   EXPECT_EQ(same.code, 0) << same.err;
-  EXPECT_EQ(same.out, "the same in all 1500 ticks\n");
+  EXPECT_EQ(same.out, "identical in all 1500 ticks\n");
   EXPECT_EQ(json::parse(palpa({"replay", "trace", "--json"}).out)["same"], true);
   EXPECT_EQ(palpa({"replay", "trace/trace.toml"}).out, same.out) << "a trace by a file in it";
   EXPECT_THAT(run.out, testing::AllOf(HasSubstr("Recorded in trace\n"), HasSubstr("palpa report trace\n")));
@@ -343,7 +343,7 @@ TEST_F(Program, AMapOfAnotherSceneBeginsAnewWithAWord) {
   write("map.vti.part", "palpa: a map of forces that is not whole yet (1)\nof something else");
   const Ended map = palpa({"map", "scene.toml", "map.vti", "--points", "12"});
   EXPECT_EQ(map.code, 0) << map.err;
-  EXPECT_THAT(map.err, HasSubstr("begins anew"));
+  EXPECT_THAT(map.err, HasSubstr("computed from the start"));
   EXPECT_TRUE(read(folder / "map.vti") == read(folder / "one.vti"));
   const Ended again = palpa({"map", "scene.toml", "map.vti", "--points", "12"});
   EXPECT_EQ(again.code, 2) << "nothing is written over";

@@ -190,7 +190,7 @@ TEST_F(BadInput, WhatDrawsGivesUpInWords) {
     ::kill(process, signal);
     const Ended ended = wait(process);
     EXPECT_EQ(ended.code, 2) << ended.err;
-    EXPECT_THAT(ended.err, testing::EndsWith(", or where there is enough tell who made Palpa\n"));
+    EXPECT_THAT(ended.err, testing::EndsWith(", or if there is enough, report this as a bug of Palpa\n"));
     EXPECT_THAT(ended.err, HasSubstr("\npalpa: pictures: "));
     for (const auto& entry : fs::directory_iterator(folder))
       EXPECT_THAT(entry.path().string(), Not(HasSubstr("page"))) << entry;

@@ -175,9 +175,9 @@ TEST_F(CheckCommand, SaysTheNumbersOfTheTableAsJsonAndTheSameEveryTime) {
   EXPECT_THAT(table, HasSubstr(rounded("at most %g N; ", said["max_force_n"])));
   EXPECT_THAT(table, HasSubstr(rounded("the largest force was %.2f N\n", said["force_max_n"])));
   const json& stable = said["stable"];
-  EXPECT_THAT(table, HasSubstr(rounded("stable k   %.0f N/m ", stable["without_friction_n_per_m"]) + "of the device alone" +
+  EXPECT_THAT(table, HasSubstr(rounded("stable k   %.0f N/m ", stable["without_friction_n_per_m"]) + "without device friction" +
                                rounded(" at this D, %.0f with", stable["with_friction_n_per_m"])));
-  EXPECT_THAT(table, HasSubstr(rounded("bounds     %.0f N/m at rest alone", stable["stable_bound_n_per_m"])));
+  EXPECT_THAT(table, HasSubstr(rounded("bounds     %.0f N/m by linear stability", stable["stable_bound_n_per_m"])));
   EXPECT_THAT(table, HasSubstr(rounded("%.0f N/m passive", stable["passive_bound_n_per_m"])));
   EXPECT_THAT(table, HasSubstr(rounded("%.0f N/m with the encoder", stable["encoder_bound_n_per_m"])));
   EXPECT_THAT(table, testing::AllOf(HasSubstr("stable D   up to "),
@@ -186,7 +186,7 @@ TEST_F(CheckCommand, SaysTheNumbersOfTheTableAsJsonAndTheSameEveryTime) {
   for (const json& finding : said["findings"]) EXPECT_THAT(table, HasSubstr(finding["key"].get<std::string>() + " "));
   ASSERT_FALSE(said["places"].empty());
   for (const json& place : said["places"])
-    EXPECT_THAT(table, HasSubstr(rounded("%.2f N, turns by", place["force_n"]) +
+    EXPECT_THAT(table, HasSubstr(rounded("%.2f N, changes direction by", place["force_n"]) +
                                  rounded(" %.2f N in a millimetre", place["turn_n_per_mm"])));
 }
 
@@ -198,7 +198,7 @@ TEST_F(CheckCommand, ARunOnADeviceSaysTheVerdictOnce) {
   on_device.insert(on_device.end(), {"--device", "touch"});
   const Ended ended = palpa(on_device);
   EXPECT_EQ(ended.code, 0) << ended.err;
-  EXPECT_THAT(ended.err, testing::MatchesRegex("check: [a-z]+ on touch: [^\n]*; palpa check says more\n"));
+  EXPECT_THAT(ended.err, testing::MatchesRegex("check: [a-z]+ on touch: [^\n]*; details: palpa check\n"));
   EXPECT_THAT(ended.out, testing::Not(HasSubstr("palpa check")));
 }
 

@@ -72,7 +72,7 @@ TEST_F(LiveRun, GoesOnWithoutItsRecordingWhereTheDiskIsFull) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
   const Ended ended = wait(process);
   EXPECT_EQ(ended.code, 1) << ended.err;
-  EXPECT_THAT(ended.err, AllOf(HasSubstr("cannot be written"), HasSubstr("the run went on")));
+  EXPECT_THAT(ended.err, AllOf(HasSubstr("cannot be written"), HasSubstr("the run continued")));
   const json loop = json::parse(ended.out)["loop"];
   EXPECT_EQ(loop["ticks"].get<int>() + loop["missed"].get<int>(), 2000) << "all of it was felt";
   EXPECT_GT(loop["unrecorded"].get<int>(), 0);

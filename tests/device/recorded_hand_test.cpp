@@ -425,7 +425,7 @@ TEST_F(RecordedHand, EachErrorNamesItsLine) {
               HasSubstr("hand.csv:2: the position is more than 1000 m away; positions are metres"));
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,-1e4,2,3\n"), HasSubstr("1000 m"));
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\n" + std::string(100'000, '1')), HasSubstr("hand.csv:2: the line is longer"));
-  EXPECT_THAT(error("x,y,z\n1,2,3\n"), HasSubstr("has no times; say how many rows a second has with --hand-rate-hz"));
+  EXPECT_THAT(error("x,y,z\n1,2,3\n"), HasSubstr("has no times; give the rows per second with --hand-rate-hz"));
   EXPECT_THAT(error("x,y,z\n1,2,3\n", {.hand_rate_hz = -1}), HasSubstr("--hand-rate-hz"));
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,1,2,3\n", {.hand_rate_hz = 100}), HasSubstr("leave out --hand-rate-hz"));
   const auto open_path = [](const fs::path& path) {

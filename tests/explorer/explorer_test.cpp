@@ -463,7 +463,7 @@ TEST(ExplorerInFolder, AFullDiskWhileItRecordsIsSaidAndItIsFeltOn) {
   EXPECT_TRUE(Driver::wait_for([&] { return driver.message().contains("could not be recorded"); }, 30'000));
   EXPECT_TRUE(driver.window().touch().is_felt());
   driver.key(Qt::Key_R);
-  EXPECT_TRUE(driver.message().contains("what was written before stays")) << driver.message().toStdString();
+  EXPECT_TRUE(driver.message().contains("the part written before is kept")) << driver.message().toStdString();
   ::setrlimit(RLIMIT_FSIZE, &before);
   driver.look("full-disk");
   EXPECT_TRUE(driver.window().touch().is_felt()) << "it is felt all the same";

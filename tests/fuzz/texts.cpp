@@ -297,7 +297,7 @@ Ended ended_in_little_memory(Start start) {
 
 std::string broken_by_text(const Ended& run, bool may_answer_no = false) {
   if (std::string broken = broken_by_run(run, may_answer_no); !broken.empty()) return broken;
-  if (run.err.find("memory: there is not enough") != std::string::npos)
+  if (run.err.find("memory: not enough") != std::string::npos)
     return "what a text asks for too much is named: " + run.err.substr(0, 300);
   return {};
 }

@@ -193,9 +193,9 @@ if [ -e "$moved/bin/palpa" ]; then
   "$moved/bin/palpa" run "$source/examples/04_mode_plugin/ridge.toml" --hand sim:press --duration-s 2 \
     --plugin plugin/ridge.so --out trace | grep -q "max 0.600 N" || fail "the ridge is not felt"
   grep -q "^plugins = \[\"$work/plugin/ridge.so\"\]" trace/trace.toml || fail "the trace does not name its plug-in"
-  "$moved/bin/palpa" replay trace --plugin plugin/ridge.so | grep -q "the same in all 2000 ticks" || fail "replay differs"
+  "$moved/bin/palpa" replay trace --plugin plugin/ridge.so | grep -q "identical in all 2000 ticks" || fail "replay differs"
   if "$moved/bin/palpa" replay trace 2>error.txt; then fail "replay took a plug-in that nobody named"; fi
-  grep -q "felt with the plug-in $work/plugin/ridge.so; name it with --plugin" error.txt || fail "$(cat error.txt)"
+  grep -q "recorded with the plug-in $work/plugin/ridge.so; name it with --plugin" error.txt || fail "$(cat error.txt)"
   if [ -e "$build/bin/palpa-read" ]; then
     [ -x "$moved/libexec/palpa/palpa-read" ] || fail "palpa-read is not installed"
     printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n' >eight.nrrd

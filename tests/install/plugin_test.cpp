@@ -215,7 +215,7 @@ TEST_F(Plugin, OnTheCommandLine) {
   EXPECT_THAT(read(folder / "trace" / "trace.toml"), HasSubstr("plugins = [\"" + good.string() + "\"]"));
   expect_refusal({"replay", "trace"}, "name it with --plugin");
   expect_refusal({"replay", "trace", "--plugin", PALPA_PLUGIN_NONE}, "no plug-in");
-  EXPECT_EQ(palpa({"replay", "trace", "--plugin", good}).out, "the same in all 500 ticks\n");
+  EXPECT_EQ(palpa({"replay", "trace", "--plugin", good}).out, "identical in all 500 ticks\n");
 }
 
 }  // namespace plugin_test

@@ -36,12 +36,12 @@ class BesideReport : public StudyTest {
 TEST_F(BesideReport, OfATraceBesideItselfSaysThatNothingDiffers) {
   const std::string html = page("first", "first");
   EXPECT_EQ(markup_error(html, true), "");
-  EXPECT_THAT(html, AllOf(HasSubstr("the same, to the bit"), Not(HasSubstr("Where a hand would tell"))));
+  EXPECT_THAT(html, AllOf(HasSubstr("identical, to the bit"), Not(HasSubstr("Intervals in which a hand would tell"))));
 }
 
 TEST_F(BesideReport, TheSameHandInTheSameSceneFeelsTheSame) {
   feel_again("again");
-  EXPECT_THAT(page("first", "again"), HasSubstr("no hand would tell"));
+  EXPECT_THAT(page("first", "again"), HasSubstr("identical, to the bit"));
 }
 
 TEST_F(BesideReport, SaysWhereAndByHowMuchAWeakerLevelDiffers) {
@@ -50,8 +50,8 @@ TEST_F(BesideReport, SaysWhereAndByHowMuchAWeakerLevelDiffers) {
     EXPECT_EQ(markup_error(html, true), "");
     for (const char* words :
          {"A hand would tell the two apart in", "The largest difference is", "id=\"plot-difference\"", "id=\"plot-direction\"",
-          "Where a hand would tell", "force, 20 to 500 Hz, root mean square", "held back by the guard", "id=\"spectrum-",
-          "The way of the hand", "strength_n=0.2", "Levels gave way"}) {
+          "Intervals in which a hand would tell", "force, 20 to 500 Hz, root mean square", "limited by the guard",
+          "id=\"spectrum-", "The path of the hand", "strength_n=0.2", "Break-throughs: "}) {
       EXPECT_THAT(html, HasSubstr(words));
     }
   }
@@ -104,7 +104,7 @@ TEST_F(BesideReport, ItsTitleSaysWhatDiffers) {
   EXPECT_THAT(title(two), HasSubstr("2 values of the scene differ"));
   EXPECT_THAT(two, AllOf(HasSubstr("<li>law.method: paper-2005 / exact</li>"), HasSubstr("strength_n: 0.8 / 0.25</li>")));
   feel_again("again");
-  EXPECT_THAT(title(page("first", "again")), HasSubstr("one scene, felt twice"));
+  EXPECT_THAT(title(page("first", "again")), HasSubstr("one scene, recorded twice"));
 }
 
 TEST(PathNames, KeepNoPartOfAFolderOfAValue) {

@@ -80,8 +80,9 @@ class Report : public StudyTest {
 TEST_F(Report, NamesEveryModeEventSettingAndTheScene) {
   const fs::path made = trace("trace", 3.0);
   const std::string html = html_of(made);
-  for (const char* text : {"<title>phantom", "surface_and_friction", "viscosity", "skin pushed for", "syrup ", "What was felt",
-                           "run scene.toml", "id=\"force-", "id=\"energy-", "drag_ns_per_m = 0.5", "The first onset came at"}) {
+  for (const char* text :
+       {"<title>phantom", "surface_and_friction", "viscosity", "skin was in contact for", "syrup ", "Overview",
+        "run scene.toml", "id=\"force-", "id=\"energy-", "drag_ns_per_m = 0.5", "The first onset came at"}) {
     EXPECT_THAT(html, HasSubstr(text));
   }
   std::istringstream events(read(made / "events.csv"));
@@ -204,7 +205,7 @@ TEST_F(Report, SaysWhyThereAreNoPicturesWithoutTheData) {
   const std::string html = html_of(made);
   EXPECT_THAT(html, HasSubstr("No picture: "));
   EXPECT_THAT(html, HasSubstr("gone.nrrd"));
-  EXPECT_THAT(html, HasSubstr("syrup pushed for"));
+  EXPECT_THAT(html, HasSubstr("syrup was in contact for"));
   EXPECT_THAT(html, HasSubstr("id=\"force-"));
 }
 

@@ -49,8 +49,8 @@ TEST(Signal, HasTheBandOfAKnownShaking) {
   EXPECT_NEAR(signal.command.band_rms(tactile_low_hz, tactile_high_hz), rms_n, 1e-5);
   EXPECT_NEAR(signal.spring.band_rms(tactile_low_hz, tactile_high_hz), rms_n, 1e-5);
   EXPECT_THAT(signal_markup(signal), HasSubstr("4.24 mN"));
-  EXPECT_THAT(signal_markup(signal), HasSubstr("the data are not there"));
-  EXPECT_THAT(steps_markup(signal), HasSubstr("There is none"));
+  EXPECT_THAT(signal_markup(signal), HasSubstr("data not available"));
+  EXPECT_THAT(steps_markup(signal), HasSubstr("None.</p>"));
 }
 
 TEST(Signal, ListsStepsWithTheirCauseAndMode) {
@@ -86,7 +86,7 @@ TEST_F(FeltSignal, IsASectionOfAReport) {
   run(options("trace", 3.0));
   const std::string html = report_html(folder / "trace");
   EXPECT_EQ(markup_error(html, true), "");
-  for (const char* words : {"What the hand feels", "of it, 100 to 500 Hz", "held back by the guard", "id=\"spectrum-",
+  for (const char* words : {"Force signal", "force, 100 to 500 Hz, root mean square", "limited by the guard", "id=\"spectrum-",
                             "steepest fall at a break-through", "<h3>Steps</h3>"}) {
     EXPECT_THAT(html, HasSubstr(words));
   }

@@ -296,7 +296,7 @@ TEST(FirstScene, ShowsTheWholeObjectAndNotItsEmptyMargins) {
       const std::vector<double> centre = numbers_of(text, "center");
       ASSERT_EQ(centre.size(), 3U);
       EXPECT_LT(distance(Vec3{centre[0], centre[1], centre[2]} / scale, centre_m + shift_m), cell_m);
-      EXPECT_THAT(text, HasSubstr("# A close-up of what one meets first"));
+      EXPECT_THAT(text, HasSubstr("# A close-up of the first contact"));
     }
   }
 }

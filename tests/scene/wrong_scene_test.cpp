@@ -60,7 +60,7 @@ TEST(WrongScene, Header) {
        Wrong{"needs holds a number", header("needs = ['viscosity', 3]\n"),
              "s.toml:2:23: 'needs' in the scene holds a number; it must be a list of texts"},
        Wrong{"needs what is not there", header("needs = ['lab.ridge']\n"),
-             "s.toml:2:10: needs the mode type 'lab.ridge', which is not there; there are: surface_and_friction, follow, "
+             "s.toml:2:10: needs the mode type 'lab.ridge', which is not available; there are: surface_and_friction, follow, "
              "viscosity"},
        Wrong{"coupling is no table", header("coupling = 3\n"),
              "s.toml:2:12: 'coupling' in the scene is a number; it must be a table"},

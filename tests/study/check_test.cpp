@@ -380,7 +380,7 @@ TEST(Check, ASceneWithNothingToFeelIsFineAndSaysSo) {
   scene.add("ball", sphere_field());
   const CheckReport report = check(scene, device_plant("touch"));
   EXPECT_EQ(report.grade, Grade::fine);
-  EXPECT_EQ(report.verdict, "nothing is felt within reach of a hand");
+  EXPECT_EQ(report.verdict, "no contact within reach of the hand");
 }
 
 TEST(Check, ADeviceWithoutMassIsRefused) { EXPECT_THROW((void)check(ball(500.0, 0.2), {.name = "ideal"}), LoadError); }

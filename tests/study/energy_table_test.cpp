@@ -121,7 +121,7 @@ TEST(EnergyTable, OfAStillHandIsZerosOnceItHasComeToRest) {
   const EnergyTable table = energy_table(builder.finish(1.0));
   for (const EnergyEntry& entry : table.in) EXPECT_NEAR(entry.energy_j, 0.0, 1e-12) << entry.key;
   for (const EnergyEntry& entry : table.out) {
-    if (entry.label != "left in the spring") {
+    if (entry.label != "stored in the spring") {
       EXPECT_NEAR(entry.energy_j, 0.0, 1e-12) << entry.key;
     }
   }
@@ -273,7 +273,7 @@ TEST(EnergyTable, SaysWhatTheGuardHeldBackAndWhatWasAsked) {
   EXPECT_NEAR(felt.out("spring"), 0.5 * k * depth_m * depth_m, 1e-4);
   EXPECT_NEAR(felt.summary.force_max_n, max_force_n, 1e-12);
   EXPECT_NEAR(felt.summary.asked_force_max_n, k * depth_m, 0.01);
-  EXPECT_NE(to_table(felt.summary).find("max 2.000 N (asked 3.995 N; the guard limited"), std::string::npos)
+  EXPECT_NE(to_table(felt.summary).find("max 2.000 N (requested 3.995 N; the guard limited"), std::string::npos)
       << to_table(felt.summary);
   expect_closed(felt);
 }
@@ -289,7 +289,7 @@ TEST(EnergyTable, AModeMayBeCalledLikeAnotherEntry) {
 
 TEST(EnergyTableForAPerson, HasNoNegativeEntryAndTheSameDifference) {
   EnergyTable table{
-      .in = {{"hand", "hand", 0.089}, {"guard_held_back", "guard held back", -0.0027}, {"ticks", "ticks", 0.0002}},
+      .in = {{"hand", "hand", 0.089}, {"guard_held_back", "withheld by the guard", -0.0027}, {"ticks", "ticks", 0.0002}},
       .out = {{"wind", "wind", -0.012}, {"skin", "skin", 0.0985}}};
   const EnergyTable shown = without_negative_entries(table);
   for (const auto* side : {&shown.in, &shown.out}) {

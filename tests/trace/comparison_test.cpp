@@ -61,7 +61,7 @@ TEST_F(Comparison, ADifferenceIsNamedByFileLineAndColumn) {
 TEST_F(Comparison, ACompleteTraceMustEndWhereItsTwinEnds) {
   record("recorded", 50);
   record("again", 49);
-  EXPECT_THAT(compare().where, HasSubstr("ticks.csv:51: the recording goes on"));
+  EXPECT_THAT(compare().where, HasSubstr("ticks.csv:51: the recording continues"));
   fs::remove_all(folder("again"));
   record("again", 51);
   EXPECT_THAT(compare().where, HasSubstr("ticks.csv:52: the recording ends"));
