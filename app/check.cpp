@@ -59,7 +59,7 @@ std::string fixed(const LoadedScene& loaded, const CheckArguments& arguments, co
   return text;
 }
 
-std::string words_of_fix(const CheckArguments& arguments, const CheckReport& report) {
+std::string format_fix(const CheckArguments& arguments, const CheckReport& report) {
   std::string words = "\nWrote " + arguments.fix.string() + ": the scene";
   for (std::size_t n = 0; n < report.changes.size(); ++n) {
     const Change& change = report.changes[n];
@@ -90,7 +90,7 @@ int run_check(const CheckArguments& arguments) {
     pictures_for("--picture " + arguments.picture.string()).check(report, arguments.picture, arguments.existing);
   if (!arguments.fix.empty()) {
     detail::write_whole(arguments.fix, fixed(loaded, arguments, report), arguments.existing);
-    if (!arguments.json) print(words_of_fix(arguments, report));
+    if (!arguments.json) print(format_fix(arguments, report));
   }
   return report.grade == Grade::stop ? 1 : 0;
 }

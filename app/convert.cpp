@@ -27,7 +27,7 @@ VoxelRange range_of(const std::string& text) {
   return range;
 }
 
-std::string words_of(const WrittenVolume& volume) {
+std::string format_volume(const WrittenVolume& volume) {
   const auto& n = volume.grid.dims;
   std::string fields;
   for (const WrittenField& field : volume.fields) fields += (fields.empty() ? "" : ", ") + field.name;
@@ -47,7 +47,7 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   }
   std::vector<std::string> lost;
   std::string grid;
-  arguments.options.written = [&](const WrittenVolume& volume) { grid = words_of(volume); };
+  arguments.options.written = [&](const WrittenVolume& volume) { grid = format_volume(volume); };
   {
     Progress progress("writing " + arguments.out.filename().string());
     arguments.options.progress = [&](double share) {

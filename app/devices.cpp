@@ -105,7 +105,7 @@ int set_up(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
     keep_device_notes(device_notes_file(), description.name, notes);
     print(detail::text("Saved in %s; every run with this device uses it.\n", device_notes_file().c_str()));
   }
-  return found.knows_its_place && (found.pushes_rightly || !device->limits().has_motors) ? 0 : 1;
+  return found.has_valid_position && (found.pushes_rightly || !device->limits().has_motors) ? 0 : 1;
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ std::string table(std::span<const Described> rows) {
 std::string devices() {
   std::string out;
   for (const DevicePlant& plant : device_presets())
-    out += "  " + plant.name + std::string(27 - plant.name.size(), ' ') + words_of(plant) + "\n";
+    out += "  " + plant.name + std::string(27 - plant.name.size(), ' ') + format_plant(plant) + "\n";
   return out;
 }
 

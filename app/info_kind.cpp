@@ -35,7 +35,7 @@ std::string list_of(const std::vector<std::string>& names) {
 }
 
 /// The words of a file's name: "avg152T1_RL" is avg152, t1, rl.
-std::vector<std::string> words_of_name(const std::string& path) {
+std::vector<std::string> split_name(const std::string& path) {
   const std::string name = std::filesystem::path(path).filename().string();
   std::vector<std::string> words(1);
   for (std::size_t n = 0; n < name.size(); ++n) {
@@ -57,7 +57,7 @@ std::vector<std::string> words_of_name(const std::string& path) {
 
 /// What a scan is by the words of its file's name, which people choose; empty if they say nothing.
 std::string scan_by_name(const std::string& path) {
-  const std::vector<std::string> words = words_of_name(path);
+  const std::vector<std::string> words = split_name(path);
   const auto has = [&](Words any) {
     return std::any_of(words.begin(), words.end(),
                        [&](const std::string& word) { return std::find(any.begin(), any.end(), word) != any.end(); });

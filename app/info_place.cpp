@@ -136,13 +136,13 @@ GridPoint voxel_of(const Facts& facts, const Vec3& world_m) {
   return {among(0, steps.x), among(1, steps.y), among(2, steps.z)};
 }
 
-std::string words_of(const Facts& facts, const Vec3& world_m) {
+std::string format_place(const Facts& facts, const Vec3& world_m) {
   if (!facts.file.volume.medical_frame) return in_one_unit(facts, world_m);
   return side_words(world_m.x, 'L', 'R') + ", " + side_words(world_m.y, 'P', 'A') + ", " + side_words(world_m.z, 'S', 'I') +
          " mm";
 }
 
-std::string words_of(const Facts& facts, const Box& box_m) {
+std::string format_place(const Facts& facts, const Box& box_m) {
   if (!facts.file.volume.medical_frame) return in_one_unit(facts, box_m.low_m) + " to " + in_one_unit(facts, box_m.high_m);
   const auto range = [](double low_m, double high_m, char positive, char negative) {
     return side_words(low_m, positive, negative) + " to " + side_words(high_m, positive, negative);

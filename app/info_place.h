@@ -33,9 +33,9 @@ Vec3 world_of(const AskedPlace& place, const Facts& facts);
 GridPoint voxel_of(const Facts& facts, const Vec3& world_m);
 
 /// The place in words: "R 5.0, A 16.0, S 7.0 mm" in a patient, "(0.1, 0, 0.2) m" elsewhere.
-std::string words_of(const Facts& facts, const Vec3& world_m);
+std::string format_place(const Facts& facts, const Vec3& world_m);
 /// The extent of a box in words: "R 115.5 to L 115.0, A 1.9 to P 228.7, S 696.2 to S 831.2 mm".
-std::string words_of(const Facts& facts, const Box& box_m);
+std::string format_place(const Facts& facts, const Box& box_m);
 
 /// A sentence for a place outside of all data: how far outside, and whether another unit may have been meant.
 std::string why_outside(const AskedPlace& place, const Facts& facts, const Vec3& world_m);

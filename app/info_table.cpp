@@ -148,7 +148,7 @@ void add_axes(InfoTable& table, const Facts& facts) {
   else if (placed.sheared_deg > least_shear_deg)
     axes += fmt::format(", sheared by {:.3g}°", placed.sheared_deg);
   if (placed.mirrored) axes += ", left-handed";
-  table.words += line("axes", axes) + line("position", words_of(facts, facts.file.volume.bounds_m()) +
+  table.words += line("axes", axes) + line("position", format_place(facts, facts.file.volume.bounds_m()) +
                                                            (medical ? "" : ", along the file's own x, y, z"));
 }
 
@@ -338,8 +338,8 @@ class FieldsTable {
 void add_place(InfoTable& table, const Facts& facts, const AskedPlace& place) {
   const Vec3 at_m = world_of(place, facts);
   const GridPoint voxel = voxel_of(facts, at_m);
-  table.words += fmt::format("\n  at {}: {}, voxel {:.4g}, {:.4g}, {:.4g}\n", place.text, words_of(facts, at_m), voxel.i + 0.0,
-                             voxel.j + 0.0, voxel.k + 0.0);
+  table.words += fmt::format("\n  at {}: {}, voxel {:.4g}, {:.4g}, {:.4g}\n", place.text, format_place(facts, at_m),
+                             voxel.i + 0.0, voxel.j + 0.0, voxel.k + 0.0);
   bool anywhere = false;
   Json values = Json::object();
   for (const VolumeField& field : facts.file.volume.fields) {

@@ -53,17 +53,17 @@ bool LiveTerminal::watch(LiveLoop& loop, LiveScene& scene) {
 }
 
 void LiveTerminal::show(LiveLoop& loop) {
-  const LoopStatistics account = loop.statistics();
+  const LoopStatistics statistics = loop.statistics();
   const LiveView& view = loop.latest();
   std::string guard = name_of(view.frame.guard);
   if (view.device_fault != nullptr)
     guard += std::string(": ") + view.device_fault;
   else if (view.frame.guard_cause != GuardCause::none && view.frame.guard != GuardState::ramp)
-    guard += std::string(": ") + words_of(view.frame.guard_cause);
+    guard += std::string(": ") + format_cause(view.frame.guard_cause);
   const std::string line =
       detail::text("\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %s", view.frame.t_s,
-                   norm(view.frame.command_n), account.late.p99_us, account.late.max_us, account.tick.p99_us,
-                   static_cast<long long>(account.missed), detail::shortened(detail::shown(guard), 100).c_str());
+                   norm(view.frame.command_n), statistics.late.p99_us, statistics.late.max_us, statistics.tick.p99_us,
+                   static_cast<long long>(statistics.missed), detail::shortened(detail::sanitized(guard), 100).c_str());
   std::fputs(line.c_str(), stderr);
   std::fflush(stderr);
 }

@@ -51,7 +51,7 @@ Json summary_of(const ForceMap& map, const MapWork& work) {
           {"force_max_n", largest_n}};
 }
 
-std::string words_of(const Json& summary) {
+std::string format_summary(const Json& summary) {
   const auto count = [&](const char* key) { return detail::grouped(detail::text("%.0f", summary[key].get<double>())); };
   std::string words = detail::text("%s points, %s with a force, up to %.3g N", count("points").c_str(),
                                    count("points_with_force").c_str(), summary["force_max_n"].get<double>());
@@ -115,7 +115,7 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   fs::remove(kept, none);
 
   const Json summary = summary_of(map, work);
-  print(arguments.json ? summary.dump(2) + "\n" : words_of(summary));
+  print(arguments.json ? summary.dump(2) + "\n" : format_summary(summary));
   return 0;
 }
 

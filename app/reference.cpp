@@ -30,7 +30,7 @@ std::string value_of(const CLI::Option& option) {
 }
 
 /// Words between the braces of "HOLD:{rigid,relaxed,firm}"; empty without braces.
-std::vector<std::string> words_of(const CLI::Option& option) {
+std::vector<std::string> choices_of(const CLI::Option& option) {
   const std::string value = option.get_type_name();
   const std::size_t open = value.find('{'), close = value.find('}');
   std::vector<std::string> words;
@@ -118,7 +118,7 @@ std::vector<std::string> with_equals(std::vector<std::string> paths) {
 
 /// Completion script command that offers values of this option or argument; empty: any file.
 std::string offer_of(const CLI::App& command, const CLI::Option& option) {
-  const std::vector<std::string> words = words_of(option);
+  const std::vector<std::string> words = choices_of(option);
   if (!words.empty()) return "_palpa_offer " + quoted_lines(words);
   const std::string name = option.get_positional() ? option.get_name(true) : option.get_lnames().front();
   if (name == "hand") return "_palpa_offer_hands";

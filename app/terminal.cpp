@@ -19,13 +19,13 @@ void put(const std::string& text, std::FILE* to) { std::fwrite(text.data(), 1, t
 
 /// Prints `before` whole and shortens the middle of the message.
 void put_line(const std::string& before, std::string_view message) {
-  put(before + detail::shortened(detail::shown(message), longest_line_bytes - before.size() - 1) + "\n", stderr);
+  put(before + detail::shortened(detail::sanitized(message), longest_line_bytes - before.size() - 1) + "\n", stderr);
 }
 
 }  // namespace
 
-void print(std::string_view text) { put(detail::shown(text, true), stdout); }
-void tell(std::string_view text) { put(detail::shown(text, true), stderr); }
+void print(std::string_view text) { put(detail::sanitized(text, true), stdout); }
+void tell(std::string_view text) { put(detail::sanitized(text, true), stderr); }
 
 void print_error(std::string_view message) { put_line("palpa: ", message); }
 
@@ -33,7 +33,7 @@ void print_warnings(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) put_line("palpa: warning: ", warning);
 }
 
-Progress::Progress(std::string what) : what_(detail::shown(what)) {
+Progress::Progress(std::string what) : what_(detail::sanitized(what)) {
   if (::isatty(STDERR_FILENO) != 1) return;
   // All signals are blocked in the drawing thread, so that an interrupt reaches the working thread, whose system call it must
   // end.

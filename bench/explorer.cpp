@@ -115,10 +115,10 @@ int run(int count, int leg_s) {
         if (busy) picture_ms(driver.view(), 2.0);
         Driver::live(busy ? 1 : 30);
       }
-      const LoopStatistics account = driver.window().touch().loop()->statistics();
+      const LoopStatistics statistics = driver.window().touch().loop()->statistics();
       std::printf("  %-28s %6.0f %6.0f %6.0f  %lld of %lld\n", busy ? "window drawing without pause" : "window hidden",
-                  account.late.p50_us, account.late.p99_us, account.late.max_us, static_cast<long long>(account.missed),
-                  static_cast<long long>(account.ticks));
+                  statistics.late.p50_us, statistics.late.p99_us, statistics.late.max_us,
+                  static_cast<long long>(statistics.missed), static_cast<long long>(statistics.ticks));
       std::fflush(stdout);
       driver.window().show();
     }

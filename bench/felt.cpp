@@ -20,7 +20,7 @@ struct Part {
 };
 constexpr Part parts[] = {{"slides", slides},       {"tremor", tremor},   {"breaks", breaks},
                           {"stiffness", stiffness}, {"normals", normals}, {"held", held}};
-constexpr const char* let_go_part = "letgo";
+constexpr const char* released_part = "letgo";
 
 struct Wanted {
   std::vector<std::string> parts, scenes;
@@ -34,7 +34,7 @@ bool is_wanted(const std::vector<std::string>& names, const std::string& name) {
 int usage() {
   std::fprintf(stderr, "usage: bench_felt [--part NAME]... [--scene NAME]... [--pictures FOLDER] DATA_FOLDER\nparts:");
   for (const Part& part : parts) std::fprintf(stderr, " %s", part.name);
-  std::fprintf(stderr, " %s\nscenes:", let_go_part);
+  std::fprintf(stderr, " %s\nscenes:", released_part);
   for (const std::string& name : felt_scene_names()) std::fprintf(stderr, " %s", name.c_str());
   std::fprintf(stderr, "\n");
   return 2;
@@ -57,7 +57,7 @@ bool read_arguments(int argc, char** argv, Wanted& wanted) {
     }
   }
   const auto is_part = [](const std::string& name) {
-    return name == let_go_part ||
+    return name == released_part ||
            std::any_of(std::begin(parts), std::end(parts), [&](const Part& p) { return name == p.name; });
   };
   const std::vector<std::string> scenes = felt_scene_names();
@@ -115,7 +115,7 @@ void measure(const Wanted& wanted) {
   Overview overview;
   const auto scenes = felt_scene_names();
   const bool any_of_scene =
-      wanted.parts.empty() || wanted.parts != std::vector<std::string>{let_go_part} || !wanted.pictures.empty();
+      wanted.parts.empty() || wanted.parts != std::vector<std::string>{released_part} || !wanted.pictures.empty();
   for (const std::string& name : scenes) {
     if (!is_wanted(wanted.scenes, name) || !any_of_scene) continue;
     const FeltScene felt = load_felt_scene(name, PALPA_SCENES_FOLDER, wanted.data);
@@ -132,8 +132,8 @@ void measure(const Wanted& wanted) {
     if (!wanted.pictures.empty()) save_felt_picture(felt, wanted.pictures / ("felt-" + name + ".png"));
 #endif
   }
-  if (is_wanted(wanted.parts, let_go_part)) {
-    const std::vector<Figure> figures = let_go();
+  if (is_wanted(wanted.parts, released_part)) {
+    const std::vector<Figure> figures = released_device_figures();
     std::printf("### devices let go\n\n");
     print_table(figures);
     for (const Figure& figure : figures) overview.add("a plane", figure);

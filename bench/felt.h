@@ -57,7 +57,7 @@ std::vector<Figure> stiffness(const FeltScene& felt);
 std::vector<Figure> normals(const FeltScene& felt);
 std::vector<Figure> held(const FeltScene& felt);
 /// Needs no scene.
-std::vector<Figure> let_go();
+std::vector<Figure> released_device_figures();
 
 #ifdef PALPA_BENCH_PICTURES
 /// HandSlide, press, held hand and spectra of a scene, as a PNG.

@@ -1,5 +1,5 @@
 // Closed loops: five devices in three hands, and released devices.
-#include <palpa/study/let_go.h>
+#include <palpa/study/released_device.h>
 #include <palpa/study/spectrum.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ double still_rms_n(const FeltScene& felt, const DevicePlant& plant, int hand, do
   std::unique_ptr<SimulatedDevice> device;
   if (hand == 0) {
     from_s = landed_s;
-    device = let_go(plant, felt.held.facing->at(beside_m, 0.0, -0.001), {0.0, 0.0, -push_n});
+    device = released_device(plant, felt.held.facing->at(beside_m, 0.0, -0.001), {0.0, 0.0, -push_n});
   } else {
     const auto target = hold_at(felt.held, beside_m, felt.held.depth_m, {}, from_s + duration_s);
     device = hand_device(target, hand == 1 ? Hold::relaxed : Hold::firm, plant);
@@ -85,7 +85,7 @@ std::vector<Figure> held(const FeltScene& felt) {
           with_friction(felt, "let go, with Coulomb friction", alone)};
 }
 
-std::vector<Figure> let_go() {
+std::vector<Figure> released_device_figures() {
   constexpr double low = 40.0, high = 3000.0, asked_n_per_m = 500.0, least_damping_ns_per_m = 0.1;
   // [1] A stable loop of rounded positions toggles by up to three steps at single stiffnesses, far below the largest.
   constexpr double toggled_steps = 3.5;
@@ -96,12 +96,12 @@ std::vector<Figure> let_go() {
     std::string measured;
     double told = 0.0;
     for (const double damping_ns_per_m : {1.0, 0.5, 2.0}) {
-      LetGoOptions options{.plant = *found, .damping_ns_per_m = damping_ns_per_m, .rest_steps = toggled_steps};
+      ReleasedDeviceOptions options{.plant = *found, .damping_ns_per_m = damping_ns_per_m, .rest_steps = toggled_steps};
       options.plant.coulomb_friction_n = 0.0;
       options.plant.damping_ns_per_m = std::max(least_damping_ns_per_m, options.plant.damping_ns_per_m);
       const auto stable = [&](double k) { return comes_to_rest(options, k); };
       const double k = largest_stable_stiffness_n_per_m(stable, low, high);
-      options.tells_encoder = false;
+      options.uses_encoder = false;
       const double untold = largest_stable_stiffness_n_per_m(stable, low, high);
       if (damping_ns_per_m == 1.0) told = k;
       measured += text("%s%.0f at D = %g (%.0f not told)", measured.empty() ? "" : ", ", k, damping_ns_per_m, untold);

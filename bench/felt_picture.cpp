@@ -52,7 +52,7 @@ std::vector<Mark> marks_of(const FeltRun& run, const EdgesOfData& edges, double 
       marks.push_back({tick.t_s - from_s, "level met"});
   }
   for (const ExcessStep& step : excess_steps(run, &edges)) {
-    if (step.t_s >= from_s && !is_told(step.cause)) marks.push_back({step.t_s - from_s, "step without event"});
+    if (step.t_s >= from_s && !has_event(step.cause)) marks.push_back({step.t_s - from_s, "step without event"});
   }
   return marks;
 }

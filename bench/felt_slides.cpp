@@ -27,7 +27,7 @@ void count_steps(const FeltRun& run, const FeltScene& felt, double from_s, Slide
   for (const ExcessStep& step : excess_steps(run, &felt.edges)) {
     if (step.t_s < from_s) continue;
     ++into.steps[step.cause];
-    if (!is_told(step.cause) && step.mode >= 0) ++into.modes[run.modes[static_cast<std::size_t>(step.mode)].name];
+    if (!has_event(step.cause) && step.mode >= 0) ++into.modes[run.modes[static_cast<std::size_t>(step.mode)].name];
   }
 }
 
@@ -83,25 +83,25 @@ double steepest_at_ends(const FeltScene& felt, Slides& into) {
   return steepest;
 }
 
-std::string words_of_steps(const Slides& slides) {
-  std::string told, untold, modes;
+std::string format_steps(const Slides& slides) {
+  std::string told, unexplained, modes;
   for (const auto& [cause, count] : slides.steps) {
-    std::string& words = is_told(cause) ? told : untold;
+    std::string& words = has_event(cause) ? told : unexplained;
     words += (words.empty() ? "" : ", ") + text("%d ", count) + name_of(cause);
   }
   for (const auto& [mode, count] : slides.modes) modes += (modes.empty() ? "" : ", ") + mode + text(" %d", count);
-  if (!modes.empty()) untold += " (" + modes + ")";
-  if (untold.empty()) untold = "none";
-  return untold + (told.empty() ? "" : "; with an event: " + told);
+  if (!modes.empty()) unexplained += " (" + modes + ")";
+  if (unexplained.empty()) unexplained = "none";
+  return unexplained + (told.empty() ? "" : "; with an event: " + told);
 }
 
 /// Ticks near an event of either run count in neither.
 void leave_out_events(FeltRun& one, FeltRun& other) {
-  const auto has_event = [](const FeltTick& tick) { return tick.onset || tick.broke_through || tick.told; };
+  const auto is_eventful = [](const FeltTick& tick) { return tick.onset || tick.broke_through || tick.other_event; };
   const auto near = static_cast<std::size_t>(after_break_through_s * rate_hz);
   std::size_t quiet_from = 0;  // ticks before it are done
   for (std::size_t i = 0; i < one.ticks.size(); ++i) {
-    if (!has_event(one.ticks[i]) && !has_event(other.ticks[i])) continue;
+    if (!is_eventful(one.ticks[i]) && !is_eventful(other.ticks[i])) continue;
     const std::size_t end = std::min(i + near + 1, one.ticks.size());
     for (std::size_t j = std::max(quiet_from, i - std::min(i, near)); j < end; ++j)
       one.ticks[j].usable = other.ticks[j].usable = false;
@@ -128,9 +128,9 @@ std::vector<Figure> slides(const FeltScene& felt) {
   const double rough_n = spectrum.band_rms(rough_low_hz, tactile_high_hz);
   const double voxel_hz = slide_m_per_s / felt.spacing_m, voxel_n = spectrum.band_rms(voxel_hz / width, voxel_hz * width);
   const double edge = steepest_at_ends(felt, all);
-  int untold = 0;
-  for (const auto& [cause, count] : all.steps) untold += is_told(cause) ? 0 : count;
-  const double per_s = untold / all.felt_s;
+  int unexplained = 0;
+  for (const auto& [cause, count] : all.steps) unexplained += has_event(cause) ? 0 : count;
+  const double per_s = unexplained / all.felt_s;
   const bool measured = spectrum.step_hz > 0.0;
   const char* const nothing = "no contact is long enough";
   return {{.name = "slide at 5 cm/s, 100-500 Hz",
@@ -147,9 +147,9 @@ std::vector<Figure> slides(const FeltScene& felt) {
            // Below the tactile band, voxels are as large as shapes that hands follow.
            .applies = measured && voxel_hz >= tactile_low_hz && voxel_hz < tactile_high_hz},
           {.name = "excess steps > 50 mN without event",
-           .measured = text("%.2f /s: ", per_s) + words_of_steps(all),
+           .measured = text("%.2f /s: ", per_s) + format_steps(all),
            .asked = "0",
-           .met = untold == 0,
+           .met = unexplained == 0,
            .badness = per_s},
           {.name = "steepest at an end of data, 5 cm/s",
            .measured = edge < 0.0 ? "no end within reach" : text("%.3f N/ms", edge),

@@ -61,11 +61,12 @@ void feel(Device& device, test::Inverse3StandIn& service, const PreparedRun& pre
     std::this_thread::sleep_for(microseconds(900));
   }
   haptic.join();
-  const LoopStatistics account = loop.statistics();
+  const LoopStatistics statistics = loop.statistics();
   std::printf("felt at 1 kHz: %lld ticks, %lld missed, %ld with a fault of the device, %ld with a force\n",
-              static_cast<long long>(account.ticks), static_cast<long long>(account.missed), faults, felt);
-  std::printf("  late p50 %.0f us, p99 %.0f us, max %.0f us; tick p50 %.1f us, p99 %.1f us, max %.1f us\n", account.late.p50_us,
-              account.late.p99_us, account.late.max_us, account.tick.p50_us, account.tick.p99_us, account.tick.max_us);
+              static_cast<long long>(statistics.ticks), static_cast<long long>(statistics.missed), faults, felt);
+  std::printf("  late p50 %.0f us, p99 %.0f us, max %.0f us; tick p50 %.1f us, p99 %.1f us, max %.1f us\n",
+              statistics.late.p50_us, statistics.late.p99_us, statistics.late.max_us, statistics.tick.p50_us,
+              statistics.tick.p99_us, statistics.tick.max_us);
   std::printf("  the service answered %lld messages\n", static_cast<long long>(service.messages()));
 }
 

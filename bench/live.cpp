@@ -148,10 +148,10 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
     if (per_s > 0.0) scene.change([&](Scene& changed) { change(changed, n, kind.swaps_per_s > 0.0); });
   }
   felt.join();
-  const LoopStatistics account = loop.statistics();
-  kind.missed += account.missed;
-  kind.ticks += account.ticks;
-  kind.scenes += account.scenes;
+  const LoopStatistics statistics = loop.statistics();
+  kind.missed += statistics.missed;
+  kind.ticks += statistics.ticks;
+  kind.scenes += statistics.scenes;
 }
 
 double hot_mean_us(const PreparedRun& prepared, double seconds, double rate_hz) {

@@ -164,7 +164,8 @@ void energy(const PathOptions& options) {
     std::printf(
         "%-14s closed loop, b = kT/2 + D: %lld ticks, hand and spring gain at most %.3g J beyond the booked work; the arm "
         "moves %.3g J, modes bring in %.3g J, the path %.3g J\n",
-        base.name.c_str(), static_cast<long long>(loop.ticks), loop.gained_j, loop.arm_work_j, loop.injected_j, loop.path_j);
+        base.name.c_str(), static_cast<long long>(loop.ticks), loop.gained_j, loop.arm_work_j, loop.injected_j,
+        loop.path_and_release_j);
   }
 }
 

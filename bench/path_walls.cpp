@@ -29,7 +29,7 @@ void walls(const PathOptions& options) {
   std::printf("weaker than the stroke\n");
   std::printf("%-18s %8s %14s %14s %10s\n", "wall", "strokes", "break-throughs", "without onset", "not told");
   for (const WallKind kind : kinds) {
-    const LetGo l = measure_weak_walls({.kind = kind, .strokes = strokes / 6 + 1});
+    const WeakWallCounts l = measure_weak_walls({.kind = kind, .strokes = strokes / 6 + 1});
     std::printf("%-18s %8d %14d %14d %10d\n", name_of(kind), l.strokes, l.break_throughs, l.without_onset, l.missing);
   }
   const BreakThrough b = measure_break_through(strokes);

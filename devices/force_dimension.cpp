@@ -89,7 +89,7 @@ enum Status : std::size_t { power = 0, reset = 3, force = 5, force_off_cause = 1
 using StatusList = std::array<int, 64>;
 
 /// Reason why the device has switched its force off.
-const char* words_of_cause(int cause) noexcept {
+const char* format_cause(int cause) noexcept {
   switch (cause) {
     case 1: return "the force was switched off by the button on the base; press it to have it back";
     case 2: return "the device was faster than its limit and holds by its brakes; let it come to rest";
@@ -300,7 +300,7 @@ class Link {
   const char* fault_of(const StatusList& status) const noexcept {
     if (status[Status::power] == 0) return "the power supply is off: no force";
     if (is_uninitialized(status)) return "the device has no valid position: initialize it with the vendor's HapticInit";
-    if (status[Status::force] == 0) return words_of_cause(status[Status::force_off_cause]);
+    if (status[Status::force] == 0) return format_cause(status[Status::force_off_cause]);
     return nullptr;
   }
   /// Re-enables a force that the device has switched off only while the commanded force is zero (no surprise), and never

@@ -450,8 +450,8 @@ std::optional<View> look(const boost::asio::ip::tcp::endpoint& service) {
   struct Looker final : ConnectionUser {
     void on_open(std::optional<ForceWord>) override {}
     void on_message(std::string_view text) override {
-      View told;
-      if (read_message(text, {}, told)) view = std::move(told);
+      View received;
+      if (read_message(text, {}, received)) view = std::move(received);
       context.stop();
     }
     void on_written() override {}

@@ -110,7 +110,7 @@ struct Api {
   void (*update_calibration)(unsigned style) = nullptr;
 };
 
-const char* words_of(unsigned code) noexcept {
+const char* format_code(unsigned code) noexcept {
   switch (code) {
     case 0x0200: return "the motors are too warm; let them cool";
     case 0x0201: return "the device was asked for more force than it has";
@@ -280,7 +280,7 @@ class Servo {
     if (!is_calibrated)
       state.fault = "the device is not calibrated: put the stylus into the inkwell";
     else if (calm_ > 0)
-      state.fault = last_code_ != 0 ? words_of(last_code_) : "the device has only just answered";
+      state.fault = last_code_ != 0 ? format_code(last_code_) : "the device has only just answered";
     gone_ = is_gone(code);
     states.give(state);
     rested_ = closing_.load();

@@ -59,11 +59,11 @@ int main() {
   });
   haptic.join();
 
-  const palpa::LoopStatistics account = loop.statistics();
+  const palpa::LoopStatistics statistics = loop.statistics();
   std::printf("%lld ticks, %lld missed; late by %.0f us (p99), a tick took %.1f us (p99)\n",
-              static_cast<long long>(account.ticks), static_cast<long long>(account.missed), account.late.p99_us,
-              account.tick.p99_us);
+              static_cast<long long>(statistics.ticks), static_cast<long long>(statistics.missed), statistics.late.p99_us,
+              statistics.tick.p99_us);
   std::printf("up to %.2f N, growing by at most %.3f N a tick; the scene changed %lld times\n", strongest_n, largest_step_n,
-              static_cast<long long>(account.scenes));
-  return strongest_n > 0.5 && strongest_n <= 3.0 && account.scenes == 1 ? 0 : 1;
+              static_cast<long long>(statistics.scenes));
+  return strongest_n > 0.5 && strongest_n <= 3.0 && statistics.scenes == 1 ? 0 : 1;
 }

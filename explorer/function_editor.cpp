@@ -129,15 +129,15 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
     }
     for (vtkPiecewiseFunction* function : {c.strength.Get(), c.opacity.Get()}) function->AllowDuplicateScalarsOn();
     c.colors->AllowDuplicateScalarsOn();
-    vtkNew<vtkCallbackCommand> told;
-    told->SetClientData(this);
-    told->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+    vtkNew<vtkCallbackCommand> observer;
+    observer->SetClientData(this);
+    observer->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
       auto* editor = static_cast<FunctionEditor*>(self);
       if (!editor->is_filling_) editor->settle_.start();
     });
     for (vtkObject* object : {static_cast<vtkObject*>(c.strength.Get()), static_cast<vtkObject*>(c.opacity.Get()),
                               static_cast<vtkObject*>(c.colors.Get())})
-      object->AddObserver(vtkCommand::ModifiedEvent, told);
+      object->AddObserver(vtkCommand::ModifiedEvent, observer);
     c.widget->setMinimumSize(260, 180);
     c.widget->setAccessibleName(tr("Function over the histogram"));
     c.widget->setObjectName("function_chart");

@@ -158,20 +158,20 @@ void Instruments::draw_spectrum() {
   spectrum_->draw();
 }
 
-void Instruments::show_account(const LoopStatistics& account, const TickFrame& frame, const char* device_fault) {
+void Instruments::show_statistics(const LoopStatistics& statistics, const TickFrame& frame, const char* device_fault) {
   const double bound_m = shown_.empty() ? 0.0 : double(shown_.back().error_bound_m);
   times_->setText(tr("tick %1 µs (p99 %2), late p99 %3 µs\n%4 ticks, %5 missed; error at most %6 m")
-                      .arg(account.tick.p50_us, 0, 'f', 0)
-                      .arg(account.tick.p99_us, 0, 'f', 0)
-                      .arg(account.late.p99_us, 0, 'f', 0)
-                      .arg(account.ticks)
-                      .arg(account.missed)
+                      .arg(statistics.tick.p50_us, 0, 'f', 0)
+                      .arg(statistics.tick.p99_us, 0, 'f', 0)
+                      .arg(statistics.late.p99_us, 0, 'f', 0)
+                      .arg(statistics.ticks)
+                      .arg(statistics.missed)
                       .arg(bound_m, 0, 'g', 2));
   QString words = tr("guard: %1").arg(name_of(frame.guard));
   if (device_fault)
     words += QString(" – ") + device_fault;
   else if (frame.guard_cause != GuardCause::none)
-    words += QString(" – ") + words_of(frame.guard_cause);
+    words += QString(" – ") + format_cause(frame.guard_cause);
   guard_->setText(words);
   const EnergyTable table = energy_table(summary());
   QString rows = tr("energy / mJ\n");

@@ -23,7 +23,7 @@ class Instruments : public QWidget {
   void start(const std::vector<std::string>& modes);
   /// Draws the pending samples of the loop.
   void update_from(SampleRing& ring);
-  void show_account(const LoopStatistics& account, const TickFrame& frame, const char* device_fault);
+  void show_statistics(const LoopStatistics& statistics, const TickFrame& frame, const char* device_fault);
   /// One tick in a plot.
   struct Shown {
     double t_s = 0.0;

@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
   };
   if (files.size() > 2 || (files.size() == 2 && !(is_trace(files[0]) && is_trace(files[1])))) {
     std::fprintf(stderr, "palpa-explorer: %s: one file at a time, or two traces; a scene names several data files\n",
-                 palpa::detail::shown(files[1]).c_str());
+                 palpa::detail::sanitized(files[1]).c_str());
     return 2;
   }
   if (!has_display()) {

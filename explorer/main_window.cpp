@@ -299,28 +299,28 @@ void MainWindow::tick() {
   if (ticks_++ % 8 == 0) {
     LiveLoop& loop = *touch_.loop();
     const LiveView& seen = loop.latest();
-    const LoopStatistics account = loop.statistics();
-    instruments_->show_account(account, seen.frame, seen.device_fault);
-    if (touch_.is_recorded() && account.unrecorded > unrecorded_)
+    const LoopStatistics statistics = loop.statistics();
+    instruments_->show_statistics(statistics, seen.frame, seen.device_fault);
+    if (touch_.is_recorded() && statistics.unrecorded > unrecorded_)
       say(tr("%1 ticks could not be recorded: the disk is full or too slow. What was written before stays in %2; press R to "
              "end the "
              "recording.")
-              .arg(account.unrecorded)
+              .arg(statistics.unrecorded)
               .arg(QString::fromStdString(touch_.trace().string())),
           true);
-    unrecorded_ = account.unrecorded;
+    unrecorded_ = statistics.unrecorded;
   }
   if (const std::string problem = touch_.take_problem(); !problem.empty()) say(QString::fromStdString(problem), true);
-  if (View3D* view = views_->view()) view->show_words(words_of_fault(), words_of_hint());
+  if (View3D* view = views_->view()) view->show_words(format_fault(), format_hint());
 }
 
-QString MainWindow::words_of_hint() const {
+QString MainWindow::format_hint() const {
   if (views_->awaits_surfaces()) return tr("The surfaces are being drawn; the slices can be touched.");
   if (settings_.hint_seen()) return {};
   return tr("Press on the surface and drag to feel it; the wheel presses deeper. Drag beside it to turn.");
 }
 
-QString MainWindow::words_of_fault() {
+QString MainWindow::format_fault() {
   if (touch_.is_held()) return tr("Force off: press Space to turn it on");
   LiveLoop* loop = touch_.loop();
   if (!loop) return {};
@@ -428,7 +428,7 @@ void MainWindow::changeEvent(QEvent* event) {
 void MainWindow::closeEvent(QCloseEvent* event) {
   // Stop the motors first.
   const std::string lost = touch_.end();
-  if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", detail::shown(lost).c_str());
+  if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", detail::sanitized(lost).c_str());
   timer_.stop();
   // Save unsaved changes for the next start.
   if (document_.is_open() && !document_.undo().isClean()) {
@@ -437,10 +437,10 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     const QString file = folder + "/unsaved-" + QFileInfo(document_.opened().title).completeBaseName() + ".toml";
     try {
       detail::write_whole(file.toStdString(), document_.text(), detail::Existing::replaced);
-      std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", detail::shown(file.toStdString()).c_str());
+      std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", detail::sanitized(file.toStdString()).c_str());
       remember(file.toStdString());
     } catch (const LoadError& error) {
-      std::fprintf(stderr, "palpa-explorer: %s\n", detail::shown(error.what()).c_str());
+      std::fprintf(stderr, "palpa-explorer: %s\n", detail::sanitized(error.what()).c_str());
     }
   }
   event->accept();

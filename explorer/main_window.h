@@ -75,8 +75,8 @@ class MainWindow : public QMainWindow {
   void play(const PlayedHand& hand, const std::filesystem::path& second_trace = {});
   void stop_playing();
   void remember(const std::filesystem::path& path);
-  QString words_of_fault();
-  QString words_of_hint() const;
+  QString format_fault();
+  QString format_hint() const;
 
   WindowOptions options_;
   Settings settings_;

@@ -21,7 +21,7 @@ namespace {
 int key_of(std::size_t part, std::size_t row) { return static_cast<int>(1000 * (part + 1) + row); }
 
 /// "surface and friction" of "surface_and_friction".
-QString words_of_type(std::string_view type) {
+QString format_type(std::string_view type) {
   return QString::fromUtf8(type.data(), static_cast<int>(type.size())).replace('_', ' ');
 }
 
@@ -86,10 +86,10 @@ FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, pare
   const ModeCatalog modes = modes_with({});
   for (const Mode& mode : modes.modes()) {
     const std::string type(mode.type());
-    QAction* action = menu->addAction(words_of_type(type));
+    QAction* action = menu->addAction(format_type(type));
     action->setToolTip(QString::fromUtf8(mode.summary().data(), static_cast<int>(mode.summary().size())));
     connect(action, &QAction::triggered, this, [this, mode, type] {
-      document_.edit(tr("add %1").arg(words_of_type(type)), -1, [&](Scene& scene) {
+      document_.edit(tr("add %1").arg(format_type(type)), -1, [&](Scene& scene) {
         std::string name = type;
         for (int number = 2; scene.find_mode(name); ++number) name = type + "_" + std::to_string(number);
         Mode fresh = mode;
@@ -143,7 +143,7 @@ void FeelPanel::build() {
   for (std::size_t number = 0; number < scene.modes().size(); ++number) {
     const std::string name = scene.modes()[number].name;
     const QString words = QString::fromStdString(name);
-    const Section section = add_section(words + "  –  " + words_of_type(scene.modes()[number].mode.type()));
+    const Section section = add_section(words + "  –  " + format_type(scene.modes()[number].mode.type()));
     section.box->setCheckable(true);
     section.box->setObjectName("mode_" + words);
     section.box->setAccessibleName(tr("Mode %1, on or off").arg(words));

@@ -10,11 +10,11 @@ namespace palpa::explorer {
 namespace {
 
 /// Ray interval inside a box, distances [m] from its start; empty if `first` is beyond `last`.
-struct Stretch {
+struct Interval {
   double first = 0.0, last = std::numeric_limits<double>::infinity();
 };
-Stretch within(const Box& box, const Vec3& from_m, const Vec3& towards) {
-  Stretch stretch;
+Interval within(const Box& box, const Vec3& from_m, const Vec3& towards) {
+  Interval interval;
   const double low[] = {box.low_m.x, box.low_m.y, box.low_m.z}, high[] = {box.high_m.x, box.high_m.y, box.high_m.z};
   const double from[] = {from_m.x, from_m.y, from_m.z}, way[] = {towards.x, towards.y, towards.z};
   for (int axis = 0; axis < 3; ++axis) {
@@ -23,10 +23,10 @@ Stretch within(const Box& box, const Vec3& from_m, const Vec3& towards) {
       continue;
     }
     const double a = (low[axis] - from[axis]) / way[axis], b = (high[axis] - from[axis]) / way[axis];
-    stretch.first = std::max(stretch.first, std::min(a, b));
-    stretch.last = std::min(stretch.last, std::max(a, b));
+    interval.first = std::max(interval.first, std::min(a, b));
+    interval.last = std::min(interval.last, std::max(a, b));
   }
-  return stretch;
+  return interval;
 }
 
 // [1] Samples along a ray. More: slower; fewer: thin parts are missed.
@@ -47,9 +47,9 @@ SurfaceFinder::SurfaceFinder(const Scene& scene) {
 std::optional<Vec3> SurfaceFinder::first(const Vec3& from_m, const Vec3& towards) const {
   double nearest_m = std::numeric_limits<double>::infinity();
   for (const Surface& surface : surfaces_) {
-    const Stretch stretch = within(surface.field->bounds_m(), from_m, towards);
-    if (!(stretch.first < stretch.last)) continue;
-    const double step_m = std::max(0.5 * surface.field->spacing_m(), (stretch.last - stretch.first) / most_looks);
+    const Interval interval = within(surface.field->bounds_m(), from_m, towards);
+    if (!(interval.first < interval.last)) continue;
+    const double step_m = std::max(0.5 * surface.field->spacing_m(), (interval.last - interval.first) / most_looks);
     const auto beyond = [&](double way_m, bool& inside) {
       const ScalarSample sample = surface.field->scalar(from_m + way_m * towards);
       inside = sample.inside;
@@ -57,7 +57,7 @@ std::optional<Vec3> SurfaceFinder::first(const Vec3& from_m, const Vec3& towards
     };
     bool known = false;
     double before = 0.0, before_m = 0.0;
-    for (double way_m = stretch.first; way_m <= std::min(stretch.last, nearest_m); way_m += step_m) {
+    for (double way_m = interval.first; way_m <= std::min(interval.last, nearest_m); way_m += step_m) {
       bool inside = false;
       const double now = beyond(way_m, inside);
       if (inside && known && (before < 0.0) != (now < 0.0)) {

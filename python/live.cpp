@@ -44,7 +44,7 @@ struct OwnPointer {
   std::atomic<bool> is_held{false};
 };
 
-/// Holds a mouse from construction to `let_go`.
+/// Holds a mouse from construction to `stop_holding`.
 class PointerHold {
  public:
   explicit PointerHold(std::shared_ptr<OwnPointer> own) : pointer_(std::move(own)) {
@@ -53,14 +53,14 @@ class PointerHold {
           "'device' is a palpa.MouseHand that is the hand of another live scene; stop that, or make another one");
     holds_ = pointer_ != nullptr;
   }
-  ~PointerHold() { let_go(); }
+  ~PointerHold() { stop_holding(); }
   PointerHold(const PointerHold&) = delete;
   PointerHold& operator=(const PointerHold&) = delete;
 
   /// The device; null if there is none.
   Device* device() const noexcept { return pointer_ ? &pointer_->hand : nullptr; }
   /// Frees the mouse for another run.
-  void let_go() noexcept {
+  void stop_holding() noexcept {
     if (std::exchange(holds_, false)) pointer_->is_held = false;
   }
 
@@ -139,7 +139,7 @@ class Live {
   std::string finish() {
     LiveRun& over = run();
     const std::string lost = over.finish();
-    held_->pointer.let_go();
+    held_->pointer.stop_holding();
     if (held_->own) held_->own->end();
     return lost;
   }
@@ -148,9 +148,9 @@ class Live {
     LiveRun& felt = run();
     std::vector<std::string> all = held_->prepared.loaded.warnings;
     all.insert(all.end(), held_->prepared.notes.begin(), held_->prepared.notes.end());
-    for (std::string& sentence : told_by_modes(felt.scene().scene())) all.push_back(std::move(sentence));
+    for (std::string& sentence : warnings_of_modes(felt.scene().scene())) all.push_back(std::move(sentence));
     if (held_->own) {
-      for (std::string& sentence : held_->own->told()) all.push_back(std::move(sentence));
+      for (std::string& sentence : held_->own->warnings()) all.push_back(std::move(sentence));
     }
     return all;
   }
@@ -225,14 +225,14 @@ py::dict times_of(const LoopStatistics::Times& times) {
   return all;
 }
 
-py::dict account_of(const LoopStatistics& account) {
+py::dict statistics_of(const LoopStatistics& statistics) {
   py::dict all;
-  all["ticks"] = account.ticks;
-  all["missed"] = account.missed;
-  all["unrecorded"] = account.unrecorded;
-  all["scenes"] = account.scenes;
-  all["late"] = times_of(account.late);
-  all["tick"] = times_of(account.tick);
+  all["ticks"] = statistics.ticks;
+  all["missed"] = statistics.missed;
+  all["unrecorded"] = statistics.unrecorded;
+  all["scenes"] = statistics.scenes;
+  all["late"] = times_of(statistics.late);
+  all["tick"] = times_of(statistics.tick);
   return all;
 }
 
@@ -280,7 +280,7 @@ void bind_live(py::module_& module) {
            })
       .def("latest", [](Live& live) { return view_of(live.latest()); })
       .def("primitives", [](Live& live) { return primitives_of(live.seen()); })
-      .def("statistics", [](Live& live) { return account_of(live.run().loop().statistics()); })
+      .def("statistics", [](Live& live) { return statistics_of(live.run().loop().statistics()); })
       .def("has_ended", [](Live& live) { return live.run().has_ended(); })
       .def("panic", [](Live& live) { live.run().loop().panic(); })
       .def("resume", [](Live& live) { live.run().loop().resume(); })

@@ -73,9 +73,9 @@ void visit_part(CFunctionMode& mode, ParameterVisitor& visitor) {
 }
 
 /// Context of a Python mode, valid while its `place` runs.
-class Here {
+class BoundContext {
  public:
-  Here(const ModeContext& context, const ReadFields& read) : context_(&context), read_(&read) {}
+  BoundContext(const ModeContext& context, const ReadFields& read) : context_(&context), read_(&read) {}
   void end() noexcept { context_ = nullptr; }
   const ModeContext& context() const {
     if (!context_) throw std::runtime_error("'here' and 'out' can be used only while 'place' runs");
@@ -95,9 +95,11 @@ class Here {
   const ReadFields* read_;
 };
 
-class Out {
+class BoundSink {
  public:
-  Out(PrimitiveSink sink, const Vec3& start_m, const PythonMode& mode) : sink_(sink), mode_(&mode) { judge().clear(start_m); }
+  BoundSink(PrimitiveSink sink, const Vec3& start_m, const PythonMode& mode) : sink_(sink), mode_(&mode) {
+    judge().clear(start_m);
+  }
   void end() noexcept { mode_ = nullptr; }
 
   /// Calls `add` for one primitive; for a strict mode raises ValueError if the tick would refuse it.
@@ -137,8 +139,8 @@ void PythonMode::place(const ModeContext& context, PrimitiveSink sink) const noe
     }
   };
   try {
-    const auto here = std::make_shared<Here>(context, read);
-    const auto out = std::make_shared<Out>(sink, context.proxy_m, *this);
+    const auto here = std::make_shared<BoundContext>(context, read);
+    const auto out = std::make_shared<BoundSink>(sink, context.proxy_m, *this);
     try {
       const py::handle mode(static_cast<PyObject*>(const_cast<void*>(object.get())));
       mode.attr("place")(here, out);
@@ -197,7 +199,7 @@ std::uint16_t slot_of(std::int64_t slot) {
 }
 
 // A field of the other kind would be outside everywhere: an error instead of silence.
-ScalarSample scalar_of(const Here& here, const std::string& name) {
+ScalarSample scalar_of(const BoundContext& here, const std::string& name) {
   const ModeContext& context = here.context();
   const FieldRef& field = here.field(name);
   const ScalarSample sample = context.scalar(field);
@@ -205,7 +207,7 @@ ScalarSample scalar_of(const Here& here, const std::string& name) {
     throw py::type_error("'scalar': field " + detail::in_quotes(name) + " holds vectors; 'vector' samples it");
   return sample;
 }
-VectorSample vector_of_field(const Here& here, const std::string& name) {
+VectorSample vector_of_field(const BoundContext& here, const std::string& name) {
   const ModeContext& context = here.context();
   const FieldRef& field = here.field(name);
   const VectorSample sample = context.vector(field);
@@ -281,21 +283,21 @@ Mode named(const Mode& mode, const std::string& name) {
   return Mode(std::move(copy));
 }
 
-std::vector<std::string> told_by_modes(const Scene& scene) {
-  std::vector<std::string> told;
+std::vector<std::string> warnings_of_modes(const Scene& scene) {
+  std::vector<std::string> sentences;
   for (const SceneMode& mode : scene.modes()) {
     const auto* const function = mode.mode.as<CFunctionMode>();
     const int returned = function ? function->excess->exchange(0, std::memory_order_relaxed) : 0;
     if (returned == 0) continue;
-    told.push_back("mode " + detail::in_quotes(mode.name) + ": its function of C returned " + std::to_string(returned) +
-                   " rows; there is room for " + std::to_string(CFunctionMode::most_primitives) +
-                   ", and those beyond are not felt");
+    sentences.push_back("mode " + detail::in_quotes(mode.name) + ": its function of C returned " + std::to_string(returned) +
+                        " rows; there is room for " + std::to_string(CFunctionMode::most_primitives) +
+                        ", and those beyond are not felt");
   }
-  return told;
+  return sentences;
 }
 
 void warn_of_modes(const Scene& scene) {
-  for (const std::string& sentence : told_by_modes(scene)) {
+  for (const std::string& sentence : warnings_of_modes(scene)) {
     const py::object category = py::module_::import("palpa").attr("PalpaWarning");
     if (PyErr_WarnEx(category.ptr(), sentence.c_str(), 1) != 0) throw py::error_already_set();
   }
@@ -307,34 +309,36 @@ bool may_tell(const Scene& scene) {
 
 void bind_modes(py::module_& module) {
   bind_samples(module);
-  py::class_<Here, std::shared_ptr<Here>>(module, "Here", "What a mode sees: the data at the proxy, in the hand frame.")
+  py::class_<BoundContext, std::shared_ptr<BoundContext>>(module, "ModeContext",
+                                                          "What a mode sees: the data at the proxy, in the hand frame.")
       .def_property_readonly(
-          "proxy_m", [](const Here& h) { return array_of(h.context().proxy_m); }, "[m] shape (3,)")
+          "proxy_m", [](const BoundContext& h) { return array_of(h.context().proxy_m); }, "[m] shape (3,)")
       .def_property_readonly(
-          "probe_m", [](const Here& h) { return array_of(h.context().probe_m); }, "[m] shape (3,)")
+          "probe_m", [](const BoundContext& h) { return array_of(h.context().probe_m); }, "[m] shape (3,)")
       .def_property_readonly(
-          "at_m", [](const Here& h) { return array_of(h.context().at_m); },
+          "at_m", [](const BoundContext& h) { return array_of(h.context().at_m); },
           "[m] shape (3,): where the data are sampled; usually the proxy")
       .def_property_readonly(
-          "time_step_s", [](const Here& h) { return h.context().time_step_s; }, "[s] of the sub-step")
+          "time_step_s", [](const BoundContext& h) { return h.context().time_step_s; }, "[s] of the sub-step")
       .def_property_readonly(
-          "stiffness_n_per_m", [](const Here& h) { return h.context().stiffness_n_per_m; }, "[N/m] of the coupling")
+          "stiffness_n_per_m", [](const BoundContext& h) { return h.context().stiffness_n_per_m; }, "[N/m] of the coupling")
       .def_property_readonly(
-          "finest_m", [](const Here& h) { return h.context().finest_m; }, "[m] finest sample spacing")
+          "finest_m", [](const BoundContext& h) { return h.context().finest_m; }, "[m] finest sample spacing")
       .def("scalar", &scalar_of, py::arg("field"),
            "The sample of a scalar field that the mode names; its gradient is per metre of the hand frame.")
       .def("vector", &vector_of_field, py::arg("field"),
            "The sample of a vector field that the mode names, turned into the hand frame.")
       .def(
-          "newtons", [](const Here& h, double strength_n) { return h.context().newtons(Strength(strength_n)); },
+          "newtons", [](const BoundContext& h, double strength_n) { return h.context().newtons(Strength(strength_n)); },
           py::arg("strength_n"), "The strength [N] times the mode's masks, faded towards the edges of its data.")
       .def(
-          "drag", [](const Here& h, double drag_ns_per_m) { return h.context().drag(drag_ns_per_m); }, py::arg("drag_ns_per_m"),
-          "The drag [N*s/m] times masks and fade.");
-  py::class_<Out, std::shared_ptr<Out>>(module, "Out", "Takes the primitives that a mode places. `slot` tells them apart.")
+          "drag", [](const BoundContext& h, double drag_ns_per_m) { return h.context().drag(drag_ns_per_m); },
+          py::arg("drag_ns_per_m"), "The drag [N*s/m] times masks and fade.");
+  py::class_<BoundSink, std::shared_ptr<BoundSink>>(module, "PrimitiveSink",
+                                                    "Takes the primitives that a mode places. `slot` tells them apart.")
       .def(
           "point",
-          [](const Out& out, std::int64_t slot, const py::object& position_m, double strength_n, double drag) {
+          [](const BoundSink& out, std::int64_t slot, const py::object& position_m, double strength_n, double drag) {
             const Vec3 at_m = vector_of(position_m, "position_m");
             out.place([&](PrimitiveSink sink) { sink.point(slot_of(slot), at_m, strength_n, drag); });
           },
@@ -342,8 +346,8 @@ void bind_modes(py::module_& module) {
           "Holds the proxy at a position in every direction.")
       .def(
           "line",
-          [](const Out& out, std::int64_t slot, const py::object& position_m, const py::object& direction, double strength_n,
-             double drag) {
+          [](const BoundSink& out, std::int64_t slot, const py::object& position_m, const py::object& direction,
+             double strength_n, double drag) {
             const Vec3 at_m = vector_of(position_m, "position_m"), along = vector_of(direction, "direction");
             out.place([&](PrimitiveSink sink) { sink.line(slot_of(slot), at_m, along, strength_n, drag); });
           },
@@ -351,7 +355,7 @@ void bind_modes(py::module_& module) {
           "Holds the proxy across the unit vector `direction`.")
       .def(
           "plane",
-          [](const Out& out, std::int64_t slot, const py::object& position_m, const py::object& normal, double strength_n,
+          [](const BoundSink& out, std::int64_t slot, const py::object& position_m, const py::object& normal, double strength_n,
              double drag) {
             const Vec3 at_m = vector_of(position_m, "position_m"), out_of_solid = vector_of(normal, "normal");
             out.place([&](PrimitiveSink sink) { sink.plane(slot_of(slot), at_m, out_of_solid, strength_n, {}, drag); });
@@ -360,7 +364,7 @@ void bind_modes(py::module_& module) {
           "Pushes along the unit vector `normal` while the proxy is behind it.")
       .def(
           "directed",
-          [](const Out& out, std::int64_t slot, const py::object& direction, double strength_n) {
+          [](const BoundSink& out, std::int64_t slot, const py::object& direction, double strength_n) {
             const Vec3 along = vector_of(direction, "direction");
             out.place([&](PrimitiveSink sink) { sink.directed(slot_of(slot), along, strength_n); });
           },
@@ -371,7 +375,7 @@ void bind_modes(py::module_& module) {
                PythonMode mode{.read = read_fields(fields), .object = kept(object, object.ptr()), .strict = strict};
                return PartPtr(std::make_shared<ModePart>(Mode(std::move(mode))));
              });
-  module.def("told_by_modes", &told_by_modes);
+  module.def("told_by_modes", &warnings_of_modes);
   module.def("c_function_mode", [](std::uintptr_t address, const std::vector<std::pair<std::string, std::string>>& scalars,
                                    const std::vector<std::pair<std::string, std::string>>& vectors, const py::object& owner) {
     if (address == 0) throw py::value_error("the function's address is 0; give that of a function of C");

@@ -50,7 +50,7 @@ class ModeFailure {
 /// Mode with its name in the scene: a Python mode needs it for its exceptions.
 Mode named(const Mode& mode, const std::string& name);
 /// Messages of modes since the last call, a sentence each.
-std::vector<std::string> told_by_modes(const Scene& scene);
+std::vector<std::string> warnings_of_modes(const Scene& scene);
 /// Raises these messages as Python warnings (palpa.PalpaWarning), which may raise. With the interpreter's lock.
 void warn_of_modes(const Scene& scene);
 /// True if a mode of the scene may have messages.

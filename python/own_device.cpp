@@ -37,7 +37,7 @@ constexpr std::chrono::milliseconds retry_interval{100};
 constexpr std::chrono::milliseconds look_interval{10};
 // At the end, for code that does not return. Longer: a program ends later; shorter: a slow device is not closed.
 constexpr std::chrono::seconds longest_end{1};
-constexpr std::size_t most_told = 8;  // [1] sentences; more: repetitions
+constexpr std::size_t max_warnings = 8;  // [1] sentences; more: repetitions
 
 double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
 
@@ -94,11 +94,12 @@ struct OwnDevice::Shared {
   mutable std::mutex guards;
   std::condition_variable over;
   bool is_over = false;
-  std::vector<std::string> told;
+  std::vector<std::string> warnings;
 
   void tell(std::string sentence) {
     const std::lock_guard lock(guards);
-    if (told.size() < most_told && std::ranges::find(told, sentence) == told.end()) told.push_back(std::move(sentence));
+    if (warnings.size() < max_warnings && std::ranges::find(warnings, sentence) == warnings.end())
+      warnings.push_back(std::move(sentence));
   }
   /// Calls `write`. With the interpreter's lock; raises its exceptions.
   void write(const Vec3& force_n) {
@@ -240,9 +241,9 @@ bool OwnDevice::write(const Vec3& force_n) noexcept {
 
 bool OwnDevice::rests() const noexcept { return shared_->rests.load(std::memory_order_relaxed); }
 
-std::vector<std::string> OwnDevice::told() const {
+std::vector<std::string> OwnDevice::warnings() const {
   const std::lock_guard lock(shared_->guards);
-  return shared_->told;
+  return shared_->warnings;
 }
 
 namespace {

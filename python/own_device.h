@@ -33,7 +33,7 @@ class OwnDevice final : public Device {
   /// Without the interpreter's lock; further calls do nothing.
   void end();
   /// Errors, a sentence each; any thread.
-  std::vector<std::string> told() const;
+  std::vector<std::string> warnings() const;
 
  private:
   struct Shared;

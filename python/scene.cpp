@@ -33,7 +33,7 @@ py::object filter_of(const VolumeField& field) {
 }
 
 /// Kind of a field, and the voxels and filter of a grid.
-std::string words_of(const VolumeField& field) {
+std::string format_field(const VolumeField& field) {
   const std::string kind = field.field->components() == 3 ? "vectors" : "scalars";
   const GridView* const grid = grid_below(*field.field);
   if (!grid) return kind;
@@ -79,7 +79,7 @@ void bind_volumes(py::module_& module) {
           "no scene yet it is \"trilinear\": a scene chooses when it takes it.")
       .def("__repr__",
            [](const VolumeField& f) {
-             return "Field('" + f.name + "': " + words_of(f) + (f.unit.empty() ? "" : ", in " + f.unit) + ")";
+             return "Field('" + f.name + "': " + format_field(f) + (f.unit.empty() ? "" : ", in " + f.unit) + ")";
            })
       .def(
           "__call__", [](const VolumeField& f, const py::object& points_m) { return sample(*f.field, points_m); },
@@ -110,7 +110,7 @@ void bind_volumes(py::module_& module) {
            [](const Volume& v) {
              std::string fields;
              for (const VolumeField& f : v.fields)
-               fields += (fields.empty() ? "" : "; ") + (f.name.empty() ? words_of(f) : f.name + ": " + words_of(f));
+               fields += (fields.empty() ? "" : "; ") + (f.name.empty() ? format_field(f) : f.name + ": " + format_field(f));
              return "Volume(" + v.format + "; " + fields + ")";
            })
       .def_property_readonly(

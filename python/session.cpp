@@ -41,11 +41,11 @@ TickRow row_of(const Tick& tick, double t_s) {
               .elastic_j = energy.elastic_j,
               .dissipated_j = energy.dissipated_j,
               .injected_j = energy.injected_j,
-              .path_j = energy.path_j,
+              .path_j = energy.path_and_release_j,
               .damper_j = energy.damper_j,
-              .moved_j = energy.moved_j,
-              .let_go_j = energy.let_go_j,
-              .ticks_j = energy.ticks_j};
+              .moved_j = energy.data_motion_j,
+              .let_go_j = energy.released_j,
+              .ticks_j = energy.sampling_j};
   put(row.probe_m, tick.probe_m);
   put(row.proxy_m, tick.proxy_m);
   put(row.proxy_velocity_m_per_s, tick.proxy_velocity_m_per_s);
@@ -172,11 +172,11 @@ py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::obje
   }
   failure.raise();
   felt.tell();
-  py::list names, told;
+  py::list names, event_rows;
   for (std::size_t m = 0; m < modes; ++m) names.append(session.scene().modes()[m].name);
   for (const auto& [n, event] : events)
-    told.append(py::make_tuple(n, name_of(event.kind), subject_of(session, event), value_of(event)));
-  return py::make_tuple(std::move(rows), std::move(forces), names, told);
+    event_rows.append(py::make_tuple(n, name_of(event.kind), subject_of(session, event), value_of(event)));
+  return py::make_tuple(std::move(rows), std::move(forces), names, event_rows);
 }
 
 py::dict modes_of(FeltSession& felt) {
@@ -199,7 +199,7 @@ py::list events_of(FeltSession& felt) {
 
 void bind_ticks(py::module_& module) {
   py::enum_<TickStatus>(module, "TickStatus", py::arithmetic(), "What became of a tick.")
-      .value("resting", TickStatus::resting, "the proxy is where this probe position leads")
+      .value("resting", TickStatus::complete, "the proxy is where this probe position leads")
       .value("waiting", TickStatus::waiting,
              "the work of a tick is spent; the rest of the probe's path waits for the next one, and does not pull")
       .value("capped", TickStatus::capped, "resting, but a balance's bound is above 1e-9 m")
@@ -209,17 +209,17 @@ void bind_ticks(py::module_& module) {
       .def_readonly("elastic_j", &Energy::elastic_j, "in elastic levels after the tick")
       .def_readonly("dissipated_j", &Energy::dissipated_j, "taken out by modes")
       .def_readonly("injected_j", &Energy::injected_j, "brought in by modes")
-      .def_readonly("path_j", &Energy::path_j, "error of walking the path in sub-steps")
+      .def_readonly("path_j", &Energy::path_and_release_j, "error of walking the path in sub-steps")
       .def_readonly("damper_j", &Energy::damper_j, "work of the damper on the hand")
-      .def_readonly("moved_j", &Energy::moved_j, "work of the data's own motion")
-      .def_readonly("let_go_j", &Energy::let_go_j, "lost by the springs where a level let go")
-      .def_readonly("ticks_j", &Energy::ticks_j, "brought in by holding the force for a tick")
+      .def_readonly("moved_j", &Energy::data_motion_j, "work of the data's own motion")
+      .def_readonly("let_go_j", &Energy::released_j, "lost by the springs where a level let go")
+      .def_readonly("ticks_j", &Energy::sampling_j, "brought in by holding the force for a tick")
       .def("__repr__", [](const Energy& e) {
         return py::str(
                    "Energy(stored_j={:.3g}, elastic_j={:.3g}, dissipated_j={:.3g}, injected_j={:.3g}, path_j={:.3g}, "
                    "damper_j={:.3g}, moved_j={:.3g}, let_go_j={:.3g}, ticks_j={:.3g})")
-            .format(e.stored_j, e.elastic_j, e.dissipated_j, e.injected_j, e.path_j, e.damper_j, e.moved_j, e.let_go_j,
-                    e.ticks_j);
+            .format(e.stored_j, e.elastic_j, e.dissipated_j, e.injected_j, e.path_and_release_j, e.damper_j, e.data_motion_j,
+                    e.released_j, e.sampling_j);
       });
   py::class_<Tick>(module, "Tick", "One tick's answer, in the hand frame. `force_n` is Eq. 1 before any limit.")
       .def_property_readonly(

@@ -120,10 +120,10 @@ void bind_study(py::module_& module) {
       return run(prepare(loaded_of(loaded.scene), options), options, &stop);
     });
     // Notes report unrequested changes and omitted parts: the caller has to read them.
-    std::vector<std::string> told = result.warnings;
-    told.insert(told.end(), result.summary.notes.begin(), result.summary.notes.end());
-    for (std::string& sentence : told_by_modes(loaded.scene)) told.push_back(std::move(sentence));
-    return py::make_tuple(to_json(result.summary), told);
+    std::vector<std::string> sentences = result.warnings;
+    sentences.insert(sentences.end(), result.summary.notes.begin(), result.summary.notes.end());
+    for (std::string& sentence : warnings_of_modes(loaded.scene)) sentences.push_back(std::move(sentence));
+    return py::make_tuple(to_json(result.summary), sentences);
   });
   module.def("place_by_fit", [](const fs::path& hand, bool is_fitted) {
     RunOptions options;

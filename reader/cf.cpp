@@ -131,11 +131,12 @@ std::string unread_attributes(hid_t dataset) {
     char text[64] = {};
     if (!attribute.is_open() || H5Aget_name(attribute, sizeof text, text) >= static_cast<ssize_t>(sizeof text)) continue;
     const std::string word = lower(text);
-    static const std::initializer_list<std::string_view> told{"scale",      "offset",  "slope",  "intercept", "gain",
-                                                              "fill",       "missing", "nodata", "no_data",   "spacing",
-                                                              "resolution", "voxel",   "pixel"};
+    static const std::initializer_list<std::string_view> known_parts{"scale",      "offset",  "slope",  "intercept", "gain",
+                                                                     "fill",       "missing", "nodata", "no_data",   "spacing",
+                                                                     "resolution", "voxel",   "pixel"};
     const bool is_read = is_one_of(text, {"scale_factor", "add_offset", "_FillValue", "missing_value"});
-    if (is_read || std::ranges::none_of(told, [&](std::string_view part) { return word.find(part) != std::string::npos; }))
+    if (is_read ||
+        std::ranges::none_of(known_parts, [&](std::string_view part) { return word.find(part) != std::string::npos; }))
       continue;
     names += (names.empty() ? "'" : ", '") + std::string(text) + "'";
   }

@@ -485,15 +485,15 @@ std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {
     const double number = r.number(slice.file, slice.frame, tag, -1.0);
     if (number >= least) facts.push_back({kind, {}, number});
   };
-  add_words(ScanFactKind::body_part, words_of_protocol(text(DC::BodyPartExamined)));
-  add_words(ScanFactKind::protocol, words_of_protocol(text(DC::ProtocolName)));
-  add_words(ScanFactKind::image, words_of_image_type(text(DC::ImageType)));
+  add_words(ScanFactKind::body_part, format_protocol(text(DC::BodyPartExamined)));
+  add_words(ScanFactKind::protocol, format_protocol(text(DC::ProtocolName)));
+  add_words(ScanFactKind::image, format_image_type(text(DC::ImageType)));
   if (text(DC::AngioFlag) == "Y") facts.push_back({ScanFactKind::angiogram, "yes"});
   if (names_contrast_agent(text(DC::ContrastBolusAgent))) facts.push_back({ScanFactKind::contrast, "yes"});
-  add_words(ScanFactKind::scanner, words_of_scanner(text(DC::Manufacturer), text(DC::ManufacturerModelName)));
-  add_words(ScanFactKind::kernel, words_of_kernel(text(DC::ConvolutionKernel)));
-  add_words(ScanFactKind::sequence, words_of_sequence(text(DC::ScanningSequence), text(DC::SequenceVariant),
-                                                      text(DC::MRAcquisitionType), text(DC::SequenceName)));
+  add_words(ScanFactKind::scanner, format_scanner(text(DC::Manufacturer), text(DC::ManufacturerModelName)));
+  add_words(ScanFactKind::kernel, format_kernel(text(DC::ConvolutionKernel)));
+  add_words(ScanFactKind::sequence, format_sequence(text(DC::ScanningSequence), text(DC::SequenceVariant),
+                                                    text(DC::MRAcquisitionType), text(DC::SequenceName)));
   constexpr double above_zero = 1e-6;  // in each fact's own unit: 0, and -1 for a missing number, are no facts
   add_number(ScanFactKind::slice_thickness_mm, DC::SliceThickness, above_zero);
   add_number(ScanFactKind::tube_voltage_kv, DC::KVP, above_zero);

@@ -112,7 +112,7 @@ class Sorter {
     fill_blanks(frames);
     keep_whole(frames);
     for (const Members& frame : frames) warn_of_mixed(frame);
-    return {slices_of(frames), frames.size() > 1 ? words_of_used() : std::string()};
+    return {slices_of(frames), frames.size() > 1 ? format_used() : std::string()};
   }
 
  private:
@@ -340,7 +340,7 @@ class Sorter {
     std::size_t lost = 0;
     for (const Members& frame : frames) lost += places(frame) != whole ? frame.size() : 0;
     if (lost == 0) return;
-    warnings_.push_back("has images that differ in " + words_of_used() +
+    warnings_.push_back("has images that differ in " + format_used() +
                         " and are not at the same places: " + std::to_string(lost) + " of " + std::to_string(stack_.size()) +
                         " are left out; give those of one kind in a folder of their own");
     std::erase_if(frames, [&](const Members& frame) { return places(frame) != whole; });
@@ -360,7 +360,7 @@ class Sorter {
     }
   }
 
-  std::string words_of_used() const {
+  std::string format_used() const {
     std::vector<int> all = used_;
     all.insert(all.end(), used_too_.begin(), used_too_.end());
     std::string text;

@@ -44,7 +44,7 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
 }
 
 /// Words of body parts and techniques, in the languages of protocol names, each between spaces.
-constexpr std::string_view words_of_radiology =
+constexpr std::string_view radiology_words =
     " abdomen abdominal ankle aorta aortic arm arteries bladder body bone bones bowel brain breast brustkorb calf"
     " cardiac carotid carotis cerebral cerebrum cervical chest clavicle colon coronary cranium cspine elbow extremity"
     " face facial femur fetal fetus finger foot forearm fuss hals hand head heart herz hip humerus iac jaw joint"
@@ -62,7 +62,7 @@ constexpr std::string_view words_of_radiology =
     " 2d 3d 4d headneck neckchest chestabdomen abdomenpelvis chestabdpelvis 4dflow ax ";
 
 /// Words of scanner models, in the format above.
-constexpr std::string_view words_of_models =
+constexpr std::string_view model_words =
     " achieva aera aquilion artis ascend as avanto biograph brightspeed brilliance ct ct750 definition discovery drive"
     " edge elition emotion espree excite explorer force gemini genesis hd750 icct ict ingenia ingenuity intera iqon"
     " lightspeed lumina magnetom mr mr450 mr450w mr750 mr750w mx8000 naeotom optima perspective precision prime prisma"
@@ -74,13 +74,13 @@ bool is_listed(const std::string& word, std::string_view list) { return list.fin
 
 }  // namespace
 
-std::string words_of_protocol(std::string_view text) {
+std::string format_protocol(std::string_view text) {
   constexpr std::size_t most_words = 10;  // [1] More: long lines; fewer: informative words are lost
   std::vector<std::string> known;
   for (const std::string& word : words_in(text)) {
     const std::string small = lower(word);
     const bool again = !known.empty() && known.back() == small;
-    if (known.size() < most_words && !again && is_listed(small, words_of_radiology)) known.push_back(small);
+    if (known.size() < most_words && !again && is_listed(small, radiology_words)) known.push_back(small);
   }
   return joined(known, " ");
 }
@@ -91,7 +91,7 @@ bool names_contrast_agent(std::string_view text) {
                                                             "kein", "keine", "nativ", "native", "plain", "0"});
 }
 
-std::string words_of_scanner(std::string_view maker, std::string_view model) {
+std::string format_scanner(std::string_view maker, std::string_view model) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 17> makers{{{"siemens", "Siemens"},
                                                                                          {"ge medical", "GE"},
                                                                                          {"ge healthcare", "GE"},
@@ -115,12 +115,12 @@ std::string words_of_scanner(std::string_view maker, std::string_view model) {
   if (known == makers.end()) return {};
   std::vector<std::string> words{std::string(known->second)};
   for (const std::string& word : words_in(model)) {
-    if (is_listed(lower(word), words_of_models)) words.push_back(word);
+    if (is_listed(lower(word), model_words)) words.push_back(word);
   }
   return joined(words, " ");
 }
 
-std::string words_of_kernel(std::string_view text) {
+std::string format_kernel(std::string_view text) {
   const std::vector<std::string> words = words_in(text);
   if (words.empty()) return {};
   const std::string& first = words.front();
@@ -137,8 +137,7 @@ std::string words_of_kernel(std::string_view text) {
   return of_digits || is_among(first, {"A", "B", "C", "D", "E", "F", "L", "UA", "UB", "UC", "YA", "YB", "YC"}) ? first : "";
 }
 
-std::string words_of_sequence(std::string_view kinds, std::string_view variants, std::string_view extent,
-                              std::string_view name) {
+std::string format_sequence(std::string_view kinds, std::string_view variants, std::string_view extent, std::string_view name) {
   std::vector<std::string> kind, variant;
   for (const std::string& word : words_in(variants)) {
     for (const auto& [code, words] : {std::pair{"SP", "spoiled"},
@@ -174,7 +173,7 @@ std::string words_of_sequence(std::string_view kinds, std::string_view variants,
   return words;
 }
 
-std::string words_of_image_type(std::string_view text) {
+std::string format_image_type(std::string_view text) {
   const std::string upper = "\\" + std::string(text) + "\\";
   for (const auto& [code, words] : {std::pair{"\\PHASE MAP\\", "phase map"},
                                     {"\\VELOCITY MAP\\", "velocity map"},

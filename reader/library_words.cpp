@@ -76,14 +76,14 @@ std::string known_words(std::string_view sentence) {
     }
   }
   std::istringstream parts(outside);
-  std::string told, last;
+  std::string joined, last;
   for (std::string word; parts >> word;) {
     if (word == "\"…\"" || !is_known(word)) word = "…";
     if (word == "…" && last == "…") continue;
-    told += (told.empty() ? "" : " ") + word;
+    joined += (joined.empty() ? "" : " ") + word;
     last = word;
   }
-  return told;
+  return joined;
 }
 
 }  // namespace palpa::reader

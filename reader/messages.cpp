@@ -73,9 +73,9 @@ std::string take_library_error() {
 }
 
 std::vector<std::string> take_library_warnings() {
-  std::vector<std::string> told = std::exchange(warnings, {});
-  for (std::string& warning : told) warning = shortened(known_words(warning), 300);
-  return told;
+  std::vector<std::string> taken = std::exchange(warnings, {});
+  for (std::string& warning : taken) warning = shortened(known_words(warning), 300);
+  return taken;
 }
 
 }  // namespace palpa::reader

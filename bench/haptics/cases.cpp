@@ -41,7 +41,7 @@ SampledVolume sampled(const json& description, const Sampling& sampling) {
   return volume;
 }
 
-std::string words_of(const Sampling& s) {
+std::string format_sampling(const Sampling& s) {
   std::string words = "-" + std::to_string(s.samples) + "-" + std::to_string(s.bits) + "bit";
   if (s.noise > 0.0) words += "-noise" + std::to_string(std::lround(100.0 * s.noise));
   if (s.ramp_voxels != Sampling{}.ramp_voxels) words += "-ramp" + std::to_string(s.ramp_voxels);
@@ -49,7 +49,7 @@ std::string words_of(const Sampling& s) {
 }
 
 void add_surface_case(Suite& suite, const Body& body, const Sampling& sampling, Case told) {
-  told.volume = body.name + words_of(sampling);
+  told.volume = body.name + format_sampling(sampling);
   suite.volumes.emplace(told.volume, [=] { return sampled(body.shape, sampling); });
   if (told.rule.is_null()) told.rule = surface_rule(sampling);
   suite.cases.push_back(std::move(told));

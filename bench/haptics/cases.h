@@ -82,7 +82,7 @@ nlohmann::json surface_rule(const Sampling& sampling, double friction_coefficien
 /// The voxels: 0.1 of the type's range outside, 0.9 inside, a ramp between.
 SampledVolume sampled(const nlohmann::json& shape, const Sampling& sampling);
 /// Suffix of a name: "-64-8bit-noise3".
-std::string words_of(const Sampling& sampling);
+std::string format_sampling(const Sampling& sampling);
 
 /// A shape, and the name stem of its volumes and cases.
 struct Body {

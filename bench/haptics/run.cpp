@@ -68,7 +68,7 @@ std::string quoted(std::string text) {
   return '"' + text + '"';
 }
 
-const char* words_of(Answer::End end) {
+const char* format_end(Answer::End end) {
   return end == Answer::End::whole ? "whole" : end == Answer::End::failed ? "failed" : "unsupported";
 }
 
@@ -155,7 +155,7 @@ std::string score_rows(const std::vector<Result>& results) {
   for (const Metric& metric : metrics) text += std::string(",") + metric.name;
   text += "\n";
   for (const Result& result : results) {
-    text += result.family + "," + result.name + "," + quoted(result.renderer) + "," + words_of(result.end) + "," +
+    text += result.family + "," + result.name + "," + quoted(result.renderer) + "," + format_end(result.end) + "," +
             quoted(result.reason);
     for (const Metric& metric : metrics) {
       const auto found = result.scores.find(metric.name);

@@ -18,7 +18,7 @@ const std::vector<std::string> on_thin_parts{"direction", "force", "lost", "ripp
 void add_in_trajectory(Suite& suite, const std::string& family, const Body& body, const Walk& walk, const Sampling& sampling,
                        bool quick = false) {
   add_surface_case(suite, body, sampling,
-                   {.name = body.name + words_of(sampling),
+                   {.name = body.name + format_sampling(sampling),
                     .family = family,
                     .shape = body.shape,
                     .scores = on_surfaces,
@@ -120,7 +120,7 @@ void add_shells(Suite& suite, const std::string& name, double noise, bool quick)
 void add_round(Suite& suite, const Body& body, const Walk& around, int period_ticks, int turns, const Sampling& sampling,
                bool quick = false) {
   add_surface_case(suite, body, sampling,
-                   {.name = body.name + "-turns" + words_of(sampling),
+                   {.name = body.name + "-turns" + format_sampling(sampling),
                     .family = "turns",
                     .shape = body.shape,
                     .scores = {"surface", "direction", "force", "drift", "energy", "ripple"},

@@ -28,7 +28,7 @@ std::size_t steering_length(std::string_view text) noexcept {
   return length > 0 && length < 4 && steers(code_point(text.substr(0, length))) ? length : 0;
 }
 
-std::string shown(std::string_view text, bool lines) {
+std::string sanitized(std::string_view text, bool lines) {
   constexpr std::string_view digits = "0123456789ABCDEF";
   std::string out;
   out.reserve(text.size());

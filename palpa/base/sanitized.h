@@ -14,7 +14,7 @@ std::size_t steering_length(std::string_view text) noexcept;
 /// Text for a terminal and within JSON: each control character as \uXXXX, each byte of invalid UTF-8 as U+FFFD. Idempotent.
 /// Allocates; any thread.
 /// \param lines  keeps line ends and tabs
-std::string shown(std::string_view text, bool lines = false);
+std::string sanitized(std::string_view text, bool lines = false);
 
 /// Text of at most `most_bytes`: a longer one loses its middle, between whole characters.
 std::string shortened(std::string_view text, std::size_t most_bytes);

@@ -79,14 +79,14 @@ std::string toml_string(std::string_view text, std::string_view for_no_utf8) {
 }
 
 std::string in_quotes(std::string_view text) {
-  const std::string clean = shown(text);
+  const std::string clean = sanitized(text);
   if (clean.size() <= longest_quote) return "'" + clean + "'";
   std::size_t end = longest_quote;
   while (end > 0 && (static_cast<unsigned char>(clean[end]) & 0xc0) == 0x80) --end;
   return "'" + clean.substr(0, end) + "…'";
 }
 
-std::string one_line(std::string_view message) { return shown(message); }
+std::string one_line(std::string_view message) { return sanitized(message); }
 
 std::string joined(std::span<const std::string> words) {
   std::string out;

@@ -47,8 +47,8 @@ double single_root(const Interval& in, int degree, Beyond beyond) noexcept {
     if (!halve) {
       const double secant = low + before * (at_low / (at_low - at_high));
       // Slightly beyond the secant from the nearer end, so that both ends close in.
-      const double hair = std::max(1e-16, 0.01 * std::min(secant - low, high - secant));
-      const double nearer = secant - low < high - secant ? secant + hair : secant - hair;
+      const double min_offset = std::max(1e-16, 0.01 * std::min(secant - low, high - secant));
+      const double nearer = secant - low < high - secant ? secant + min_offset : secant - min_offset;
       if (nearer > low && nearer < high) middle = nearer;
     }
     if (!(middle > low && middle < high)) break;

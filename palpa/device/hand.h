@@ -41,7 +41,7 @@ std::span<const DevicePlant> device_presets();
 /// to begin from a preset, else from an ideal device. Its name is the whole description. Throws LoadError with the remedy.
 DevicePlant device_plant(const std::string& description);
 /// Formats its values with their units, for a person.
-std::string words_of(const DevicePlant& plant);
+std::string format_plant(const DevicePlant& plant);
 
 /// Intended position of a hand by time.
 class Target {
@@ -57,7 +57,7 @@ class Target {
   /// Infinite for endless motion.
   virtual double duration_s() const noexcept = 0;
   /// Whether the positions are in the workspace already; else the recording's origin is unknown.
-  virtual bool knows_its_place() const noexcept { return true; }
+  virtual bool has_own_placement() const noexcept { return true; }
   /// Sentences for the user.
   virtual std::vector<std::string> warnings() const { return {}; }
 };

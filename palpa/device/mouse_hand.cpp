@@ -13,16 +13,16 @@ constexpr double largest_ratio = 3.0;
 
 void MouseHand::move(const Vec3& way_m) noexcept {
   if (!is_finite(way_m)) return;
-  told_.moved_to_m += way_m;
-  wanted_.give(told_);
+  given_.moved_to_m += way_m;
+  wanted_.give(given_);
 }
 
 void MouseHand::put(const Vec3& at_m) noexcept {
   if (!is_finite(at_m)) return;
-  told_.put_at_m = at_m;
-  told_.put_from_m = told_.moved_to_m;
-  ++told_.puts;
-  wanted_.give(told_);
+  given_.put_at_m = at_m;
+  given_.put_from_m = given_.moved_to_m;
+  ++given_.puts;
+  wanted_.give(given_);
 }
 
 void MouseHand::have_mouse(bool is_had) noexcept {

@@ -65,7 +65,7 @@ class MouseHand final : public Device {
     Vec3 put_from_m;         // … and the sum of all motions then
     std::uint32_t puts = 0;  // number of set positions
   };
-  Wanted told_;
+  Wanted given_;
   Latest<Wanted> wanted_;
   std::atomic<std::uint32_t> buttons_{0};
   std::atomic<bool> has_mouse_{true};

@@ -172,7 +172,7 @@ DevicePlant device_plant(const std::string& description) {
   refuse("no preset '" + std::string(name) + "'", "there are " + names + ", or a file FILE.toml");
 }
 
-std::string words_of(const DevicePlant& plant) {
+std::string format_plant(const DevicePlant& plant) {
   return detail::text("at most %g N and %g N/m, encoder step %g um, %g kg, %g N·s/m, friction %g N, delay %d tick%s",
                       plant.limits.max_force_n, plant.limits.max_stiffness_n_per_m, 1e6 * plant.limits.encoder_step_m,
                       plant.mass_kg, plant.damping_ns_per_m, plant.coulomb_friction_n, plant.delay_ticks,

@@ -28,8 +28,8 @@ constexpr double longest_filled_gap_s = 0.1;
 constexpr double same_time_s = 1e-9;
 // Least number, and share [1] of all rows, of repeated rows for a warning. More: an assumption is not reported; fewer: a short
 // rest of the hand is reported.
-constexpr std::size_t least_told_repeats = 8;
-constexpr double least_told_share = 0.1;
+constexpr std::size_t min_reported_repeats = 8;
+constexpr double min_reported_share = 0.1;
 constexpr double farthest_m = 1000.0;              // a position further away is refused: another unit, or noise
 constexpr std::size_t longest_line_bytes = 65536;  // a longer line is refused: no table. More: more memory for a wrong file
 
@@ -80,10 +80,10 @@ bool connected(const Knot& a, const Knot& b) noexcept {
 
 class Recording final : public Target {
  public:
-  /// \param told    assumptions on the rows, a sentence each
+  /// \param notes    assumptions on the rows, a sentence each
   /// \param near_s  [s] tolerance of a row's time
-  Recording(std::vector<Knot> knots, bool knows_its_place, std::vector<std::string> told, double near_s = 0.0)
-      : knots_(std::move(knots)), knows_its_place_(knows_its_place), told_(std::move(told)), near_s_(near_s) {
+  Recording(std::vector<Knot> knots, bool has_own_placement, std::vector<std::string> notes, double near_s = 0.0)
+      : knots_(std::move(knots)), has_own_placement_(has_own_placement), notes_(std::move(notes)), near_s_(near_s) {
     for (std::size_t first = 0; first < knots_.size();) {
       std::size_t last = first;
       while (last + 1 < knots_.size() && connected(knots_[last], knots_[last + 1])) ++last;
@@ -94,7 +94,7 @@ class Recording final : public Target {
 
   double duration_s() const noexcept override { return knots_.back().time_s; }
   std::vector<std::string> warnings() const override {
-    std::vector<std::string> told = told_;
+    std::vector<std::string> notes = notes_;
     double lost_s = 0.0;
     double first_s = -1.0;
     for (std::size_t i = 0; i + 1 < knots_.size(); ++i) {
@@ -102,12 +102,12 @@ class Recording final : public Target {
       if (first_s < 0.0) first_s = knots_[i].time_s;
       lost_s += knots_[i + 1].time_s - knots_[i].time_s;
     }
-    if (lost_s == 0.0) return told;
-    told.push_back("for " + brief(lost_s) + " of " + brief(duration_s()) + " s the recording has gaps, the first after " +
-                   brief(first_s) + " s, without force: rows are more than 100 ms apart there; record at least 10 a second");
-    return told;
+    if (lost_s == 0.0) return notes;
+    notes.push_back("for " + brief(lost_s) + " of " + brief(duration_s()) + " s the recording has gaps, the first after " +
+                    brief(first_s) + " s, without force: rows are more than 100 ms apart there; record at least 10 a second");
+    return notes;
   }
-  bool knows_its_place() const noexcept override { return knows_its_place_; }
+  bool has_own_placement() const noexcept override { return has_own_placement_; }
 
   Point at(double time_s) const noexcept override {
     const auto after = std::upper_bound(knots_.begin(), knots_.end(), time_s + near_s_,
@@ -130,8 +130,8 @@ class Recording final : public Target {
 
  private:
   std::vector<Knot> knots_;
-  bool knows_its_place_;
-  std::vector<std::string> told_;
+  bool has_own_placement_;
+  std::vector<std::string> notes_;
   double near_s_;
 };
 
@@ -345,7 +345,7 @@ std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
 }
 
 // Drops repeated rows that a logger made, and reports the assumed cause of repeats.
-std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::string>& told) {
+std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::string>& notes) {
   std::vector<detail::PositionChange> changes;
   std::size_t repeats = 0, last_change = 0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
@@ -359,11 +359,12 @@ std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::s
     }
   }
   const bool by_logger = detail::repeat_by_logger(changes);
-  if (repeats >= least_told_repeats && static_cast<double>(repeats) >= least_told_share * static_cast<double>(rows.size())) {
+  if (repeats >= min_reported_repeats &&
+      static_cast<double>(repeats) >= min_reported_share * static_cast<double>(rows.size())) {
     const std::string share = std::to_string(repeats) + " of " + std::to_string(rows.size()) +
                               " rows repeat the position before them; they are taken for ";
-    told.push_back(share + (by_logger ? "those of a logger that is faster than its device, and are left out"
-                                      : "a device at rest between two steps of its encoder, and are kept"));
+    notes.push_back(share + (by_logger ? "those of a logger that is faster than its device, and are left out"
+                                       : "a device at rest between two steps of its encoder, and are kept"));
   }
   return by_logger ? without_repeats(rows) : rows;
 }
@@ -430,10 +431,10 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
 
   RowReader reader(file, *form, places, header.size(), options.hand_rate_hz);
   std::vector<Knot> rows;
-  std::vector<std::string> told;
+  std::vector<std::string> notes;
   while (file.next(line)) {
     if (file.is_cut()) {
-      told.push_back(
+      notes.push_back(
           "line " + std::to_string(file.line_number()) +
           " has no end, as where the writing of a file was stopped, and is left out; a last line ends like the others");
       break;
@@ -461,10 +462,10 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   if (form->haply) {
     rows = without_repeats(rows);
   } else if (!form->own) {
-    rows = with_repeats_judged(std::move(rows), told);
+    rows = with_repeats_judged(std::move(rows), notes);
   }
   if (options.center.value_or(!form->own)) center(rows);
-  return std::make_unique<Recording>(std::move(rows), form->own, std::move(told));
+  return std::make_unique<Recording>(std::move(rows), form->own, std::move(notes));
 }
 
 std::unique_ptr<Target> sampled_target(std::span<const Vec3> positions_m, double time_step_s) {

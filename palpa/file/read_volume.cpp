@@ -287,7 +287,7 @@ FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, con
 }
 
 /// Formats the number of a field's voxels without a value.
-std::string words_of_lost(double lost, double voxels, const std::string& format) {
+std::string format_lost(double lost, double voxels, const std::string& format) {
   const double percent = 100.0 * lost / voxels;
   const std::string share = lost < 10'000.0 ? detail::text("%.0f", lost) + (lost == 1 ? " voxel is " : " voxels are ")
                                             : detail::text("%.*f %% of the voxels are ",
@@ -330,7 +330,7 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
     }
     if (lost > 0 && !volume.fields.back().resampling) {
       volume.warnings.push_back((plan.taken.size() > 1 ? "field '" + t.name + "': " : "") +
-                                words_of_lost(lost, count, plan.header.format));
+                                format_lost(lost, count, plan.header.format));
     }
   }
 }

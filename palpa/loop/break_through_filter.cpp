@@ -14,19 +14,19 @@ constexpr double longest_s = 0.020;
 constexpr double rounding_share = 1e-9;  // [1] of a step: a fall as steep as planned is not reported as a new snap
 // Step beyond the hand's own that counts as a snap. Less: imperceptible steps (some 30 mN) are slowed down and reported; more:
 // perceptible steps are not.
-constexpr double told_n = 0.05;
+constexpr double min_snap_n = 0.05;
 }  // namespace
 
 Vec3 BreakThroughFilter::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s,
-                               bool has_let_go) noexcept {
+                               bool springs_released) noexcept {
   const Vec3 rest_n = command_n - sent_n_;
   const double apart_n = norm(rest_n);
   const double step_of_snap_n = left_s_ > time_step_s ? apart_n * time_step_s / left_s_ : apart_n;
   const bool is_under_way = left_s_ > 0.0;
   // A fall that is only as steep as planned is no new snap.
   const double known_n =
-      is_under_way ? std::max(told_n, (1.0 + rounding_share) * furthest_n_ * time_step_s / longest_s) : told_n;
-  const bool snaps = !is_released && (is_under_way ? is_snap_ : has_let_go) && step_of_snap_n > by_hand_n + known_n;
+      is_under_way ? std::max(min_snap_n, (1.0 + rounding_share) * furthest_n_ * time_step_s / longest_s) : min_snap_n;
+  const bool snaps = !is_released && (is_under_way ? is_snap_ : springs_released) && step_of_snap_n > by_hand_n + known_n;
   snap_n_ = snaps ? apart_n : 0.0;
   if (is_released || snaps) {
     left_s_ = longest_s;

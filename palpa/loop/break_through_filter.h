@@ -28,8 +28,9 @@ class BreakThroughFilter {
   /// \param is_released  break-through of a level in this tick
   /// \param by_hand_n    [N] >= 0: k times the probe's step, and any other gradual change
   /// \param time_step_s  [s] > 0
-  /// \param has_let_go   the spring has released energy in this tick
-  Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go = false) noexcept;
+  /// \param springs_released   the spring has released energy in this tick
+  Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s,
+             bool springs_released = false) noexcept;
   /// Step [N] of a snap reported in this tick; 0: none.
   double snap_n() const noexcept { return snap_n_; }
   /// Shifts the output by the step [N] between two scenes' commands, which is no fall.

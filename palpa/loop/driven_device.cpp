@@ -143,8 +143,8 @@ void rest_at_exit() { [[maybe_unused]] static const MotorsAtRest* const for_good
 
 DrivenDevice::DrivenDevice(Device& device) {
   const std::lock_guard lock(taking);
-  static const bool is_told_of_exit = std::atexit(rest_at_exit) == 0 && std::at_quick_exit(rest_at_exit) == 0;
-  static_cast<void>(is_told_of_exit);
+  static const bool is_registered_at_exit = std::atexit(rest_at_exit) == 0 && std::at_quick_exit(rest_at_exit) == 0;
+  static_cast<void>(is_registered_at_exit);
   while (place_ < most_driven && places[place_].device != nullptr) ++place_;
   if (place_ == most_driven) throw std::runtime_error("device: 64 are driven by this program; end one of them");
   process = ::getpid();

@@ -19,7 +19,7 @@ constexpr double velocity_s = 0.005;
 // Share [1] of the largest speed below which a hand is slow again. Larger: it flickers; smaller: longer recovery.
 constexpr double slow_share = 0.5;
 // Duration of an ordinary release. Longer: a view moves while the force is still there; shorter: a jerk.
-constexpr double let_go_s = 0.05;
+constexpr double pause_fall_s = 0.05;
 // Fall after a fault: remaining share [1] after one, two, three ticks. Slower: longer in danger; faster: a knock.
 constexpr double left_after[] = {1.0 / 4.0, 1.0 / 16.0, 0.0};
 // Warmth [1] from which the limit decreases to the motors' continuous force. Higher: more abrupt; lower: strong forces are
@@ -127,10 +127,10 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
     cause_ = fault;
   } else if (fault == GuardCause::panic && !has_panicked) {
     enter(Phase::falling, fault);
-  } else if (fault != GuardCause::none && (phase_ == Phase::ramp || phase_ == Phase::on || phase_ == Phase::letting_go)) {
+  } else if (fault != GuardCause::none && (phase_ == Phase::ramp || phase_ == Phase::on || phase_ == Phase::pausing)) {
     enter(Phase::falling, fault);
   } else if (pause != GuardCause::none && (phase_ == Phase::ramp || phase_ == Phase::on)) {
-    enter(Phase::letting_go, pause);
+    enter(Phase::pausing, pause);
   }
 
   switch (phase_) {
@@ -149,9 +149,9 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
       if (left == 0.0) enter(cause_ == GuardCause::panic ? Phase::off : Phase::waiting, cause_);
       return passed;
     }
-    case Phase::letting_go: {
+    case Phase::pausing: {
       in_phase_s_ += input.time_step_s;
-      const double left = std::max(0.0, 1.0 - in_phase_s_ / let_go_s);
+      const double left = std::max(0.0, 1.0 - in_phase_s_ / pause_fall_s);
       const Passed passed{
           .command_n = within(left * falls_from_n_, limit_n(input.time_step_s)), .state = GuardState::falling, .cause = cause_};
       if (left == 0.0) enter(Phase::waiting, cause_);

@@ -52,7 +52,7 @@ class Guard {
   const GuardOptions& options() const noexcept { return options_; }
 
  private:
-  enum class Phase : std::uint8_t { waiting, ramp, on, letting_go, falling, off };
+  enum class Phase : std::uint8_t { waiting, ramp, on, pausing, falling, off };
 
   GuardCause fault_of(const GuardInput& input) noexcept;
   GuardCause pause_of(const GuardInput& input) const noexcept;

@@ -97,7 +97,7 @@ TickFrame GuardedSession::State::tick(TickFrame frame, const Probe& probe) noexc
   if (probe.velocity_m_per_s) frame.result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
   shape(frame, probe);
   frame.result.energy.work_on_hand_j = dot(held_command_n, frame.result.probe_step_m);
-  frame.result.energy.held_back_j = dot(held_force_n - held_command_n, frame.result.probe_step_m);
+  frame.result.energy.withheld_j = dot(held_force_n - held_command_n, frame.result.probe_step_m);
   held_force_n = frame.result.force_n;
   held_command_n = frame.command_n;
   return frame;
@@ -116,7 +116,7 @@ void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept
     const bool is_released = std::ranges::any_of(
         session->events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
     const Vec3 falling_n =
-        shaper.release.shape(passed.command_n, is_released, by_hand_n, frame.dt_s, felt.energy.let_go_j > 0.0);
+        shaper.release.shape(passed.command_n, is_released, by_hand_n, frame.dt_s, felt.energy.released_j > 0.0);
     frame.snap_n = shaper.release.snap_n();
     const GuardOptions& options = guard.options();
     const double fade_n = options.max_force_n * frame.dt_s / options.ramp_s;
@@ -138,7 +138,7 @@ void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept
                                          .usable = usable,
                                          .buttons = frame.buttons,
                                          .circumstances = frame.circumstances,
-                                         .gained_j = felt.energy.ticks_j + felt.energy.damper_j});
+                                         .gained_j = felt.energy.sampling_j + felt.energy.damper_j});
   frame.command_n = sent.command_n;
   if (!(sent.state == GuardState::pass && passed.state == GuardState::limited)) frame.guard = sent.state;
   frame.guard_cause = sent.cause;

@@ -251,19 +251,19 @@ const LiveView& LiveLoop::latest() noexcept { return state_->views.take(); }
 
 LoopStatistics LiveLoop::statistics() const {
   const State& s = *state_;
-  LoopStatistics account{.ticks = s.ticks.load(),
-                         .missed = s.missed_ticks.load(),
-                         .unrecorded = s.unrecorded.load(),
-                         .scenes = s.scenes.load(),
-                         .late = times_of(s.late),
-                         .period = times_of(s.period),
-                         .tick = times_of(s.tick_time),
-                         .modes = {}};
+  LoopStatistics made{.ticks = s.ticks.load(),
+                      .missed = s.missed_ticks.load(),
+                      .unrecorded = s.unrecorded.load(),
+                      .scenes = s.scenes.load(),
+                      .late = times_of(s.late),
+                      .period = times_of(s.period),
+                      .tick = times_of(s.tick_time),
+                      .modes = {}};
   const auto rehearsals = static_cast<double>(std::max<std::int64_t>(1, s.rehearsals.load()));
   const Scene scene = s.scene.scene();
   for (std::size_t m = 0; m < std::min(scene.modes().size(), State::most_modes); ++m)
-    account.modes.push_back({scene.modes()[m].name, 1e-3 * static_cast<double>(s.spent_ns[m].load()) / rehearsals});
-  return account;
+    made.modes.push_back({scene.modes()[m].name, 1e-3 * static_cast<double>(s.spent_ns[m].load()) / rehearsals});
+  return made;
 }
 
 }  // namespace palpa

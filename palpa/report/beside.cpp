@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t most_stretches = 20;  // [1] listed, the largest first. More: a longer page; fewer: causes are missed
+constexpr std::size_t most_intervals = 20;  // [1] listed, the largest first. More: a longer page; fewer: causes are missed
 // Smallest distance of drawn points of the hand's path [mm]. More: bends are cut; less: a larger page.
 constexpr double drawn_apart_mm = 0.3;
 constexpr palpa::CurveColor first_color = palpa::CurveColor::blue, second_color = palpa::CurveColor::vermilion;
@@ -78,7 +78,7 @@ std::size_t count_of(const Recorded& recorded, const char* kind) {
 }
 
 /// Verdict whether the difference is perceptible, and further facts, one sentence each.
-std::vector<std::string> words_of(const Pair& pair) {
+std::vector<std::string> format_pair(const Pair& pair) {
   const FeltDifference& d = pair.difference;
   std::vector<std::string> words;
   if (d.in_contact == 0) return {"No force reached the hand in either trace, so there is nothing to compare."};
@@ -86,16 +86,17 @@ std::vector<std::string> words_of(const Pair& pair) {
   const double largest_n = d.difference_n[d.largest];
   if (largest_n == 0.0) {
     words.push_back("The two forces are identical, to the bit, in every tick.");
-  } else if (d.stretches.empty()) {
+  } else if (d.intervals.empty()) {
     words.push_back("A hand would not tell the two apart: the forces never differ by more than the discrimination threshold.");
   } else {
-    const ToldStretch& longest = *std::max_element(d.stretches.begin(), d.stretches.end(), [&](const auto& x, const auto& y) {
-      return pair.a(x.last).t_s - pair.a(x.first).t_s < pair.a(y.last).t_s - pair.a(y.first).t_s;
-    });
+    const NoticeableInterval& longest =
+        *std::max_element(d.intervals.begin(), d.intervals.end(), [&](const auto& x, const auto& y) {
+          return pair.a(x.last).t_s - pair.a(x.first).t_s < pair.a(y.last).t_s - pair.a(y.first).t_s;
+        });
     words.push_back(
         text("A hand would tell the two apart in %.1f %% of the time with contact in either, in %zu %s; the longest is from "
              "%.3f to %.3f s.",
-             100.0 * d.told_share, d.stretches.size(), d.stretches.size() == 1 ? "interval" : "intervals",
+             100.0 * d.noticeable_share, d.intervals.size(), d.intervals.size() == 1 ? "interval" : "intervals",
              pair.a(longest.first).t_s, pair.a(longest.last).t_s));
   }
   if (largest_n > 0.0) {
@@ -141,7 +142,7 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
       over_time(ticks, "in strength", palpa::CurveColor::black, Stroke::solid,
                 [&](std::size_t i) { return std::abs(norm(pair.a(i).command_n) - norm(pair.b(i).command_n)); }),
       over_time(ticks, "discrimination threshold", palpa::CurveColor::grey, Stroke::dashed,
-                [&](std::size_t i) { return told_apart_above_n(pair.a(i).command_n, pair.b(i).command_n); })};
+                [&](std::size_t i) { return discrimination_threshold_n(pair.a(i).command_n, pair.b(i).command_n); })};
   TimePlot direction{.id = "direction",
                      .plot = {.title = "Angle between the forces", .x_label = "time / s", .y_label = "angle / \u00b0"},
                      .label = "The angle between the two forces over time.",
@@ -151,14 +152,16 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
   direction.plot.series = {over_time(ticks, "between first and second", palpa::CurveColor::green, Stroke::solid,
                                      [&](std::size_t i) { return turned_deg(pair.a(i).command_n, pair.b(i).command_n); }),
                            over_time(ticks, "discrimination threshold", palpa::CurveColor::grey, Stroke::dashed,
-                                     [](std::size_t) { return told_apart_deg; })};
+                                     [](std::size_t) { return discrimination_deg; })};
   return {force, difference, direction};
 }
 
 /// Difference of the forces at a point of the hand's path, least first.
-enum class Shade : std::uint8_t { same, other, told };
+enum class Shade : std::uint8_t { same, other, noticeable };
 Shade shade_of(const FeltDifference& difference, std::size_t i) {
-  return difference.told[i] != 0 ? Shade::told : difference.difference_n[i] > contact_force_n ? Shade::other : Shade::same;
+  return difference.noticeable[i] != 0                  ? Shade::noticeable
+         : difference.difference_n[i] > contact_force_n ? Shade::other
+                                                        : Shade::same;
 }
 
 constexpr double view_width_px = 380.0, view_height_px = 400.0;  // of one of the three views of the path
@@ -185,7 +188,7 @@ std::string way_along(const Pair& pair, const char* title, const Vec3& right, co
     int width_px;
   };
   for (const Look& look :
-       {Look{Shade::same, "#787878", 1}, Look{Shade::other, "#3e9cd1", 2}, Look{Shade::told, "#d55e00", 3}}) {
+       {Look{Shade::same, "#787878", 1}, Look{Shade::other, "#3e9cd1", 2}, Look{Shade::noticeable, "#d55e00", 3}}) {
     std::vector<std::array<double, 2>> line;  // [mm]
     const auto draw = [&] {
       if (line.size() > 1) {
@@ -249,19 +252,19 @@ std::string where_markup(const Pair& pair, const ReportOptions& options) {
                            "The path of the hand: grey where the forces agree to 1 mN, light blue where they differ by less "
                            "than the discrimination threshold, red where by more; a ring at the largest difference.");
 
-  std::vector<ToldStretch> largest = pair.difference.stretches;
-  const auto by_size = [&](const ToldStretch& a, const ToldStretch& b) {
+  std::vector<NoticeableInterval> largest = pair.difference.intervals;
+  const auto by_size = [&](const NoticeableInterval& a, const NoticeableInterval& b) {
     return pair.difference.difference_n[a.largest] > pair.difference.difference_n[b.largest];
   };
   std::stable_sort(largest.begin(), largest.end(), by_size);
   if (largest.empty()) return out;
-  const bool cut = largest.size() > most_stretches;
-  largest.resize(std::min(largest.size(), most_stretches));
+  const bool cut = largest.size() > most_intervals;
+  largest.resize(std::min(largest.size(), most_intervals));
   std::vector<std::vector<std::string>> rows;
-  for (const ToldStretch& stretch : largest) {
-    const FeltTick &a = pair.a(stretch.largest), &b = pair.b(stretch.largest);
-    rows.push_back({seconds(pair.a(stretch.first).t_s) + " \u2013 " + seconds(pair.a(stretch.last).t_s),
-                    newtons(pair.difference.difference_n[stretch.largest]), newtons(norm(a.command_n)),
+  for (const NoticeableInterval& interval : largest) {
+    const FeltTick &a = pair.a(interval.largest), &b = pair.b(interval.largest);
+    rows.push_back({seconds(pair.a(interval.first).t_s) + " \u2013 " + seconds(pair.a(interval.last).t_s),
+                    newtons(pair.difference.difference_n[interval.largest]), newtons(norm(a.command_n)),
                     newtons(norm(b.command_n)), text("%.0f\u00b0", turned_deg(a.command_n, b.command_n)), seconds(a.t_s),
                     place_words(a.probe_m)});
   }
@@ -357,7 +360,7 @@ std::string origin_markup(const Pair& pair) {
 std::string title_of(const Pair& pair, const std::vector<SceneDifference>& differences) {
   if (differences.empty()) return pair.first.name + " beside " + pair.second.name + ": one scene, recorded twice";
   if (differences.size() > 1) return text("%zu values of the scene differ", differences.size());
-  return words_of(differences.front());
+  return format_difference(differences.front());
 }
 
 std::string scenes_of(const Pair& pair) {
@@ -371,7 +374,7 @@ std::string differences_markup(const std::vector<SceneDifference>& differences) 
   constexpr std::size_t most = 12;  // [1] listed. More: a long list on top; fewer: causes are missed
   std::string out = "<ul class=\"felt\">\n";
   for (std::size_t i = 0; i < std::min(most, differences.size()); ++i)
-    out += "<li>" + escaped(words_of(differences[i])) + "</li>\n";
+    out += "<li>" + escaped(format_difference(differences[i])) + "</li>\n";
   if (differences.size() > most) out += text("<li>and %zu more</li>\n", differences.size() - most);
   return out + "</ul>\n";
 }
@@ -418,7 +421,7 @@ std::string beside_html(const fs::path& folder, const ReportOptions& options) {
       page.begin_with(notice(side->name + " is incomplete. The comparison covers the recorded part."));
   }
   std::string words = "<ul class=\"felt\">\n";
-  for (const std::string& sentence : words_of(pair)) words += "<li>" + escaped(sentence) + "</li>\n";
+  for (const std::string& sentence : format_pair(pair)) words += "<li>" + escaped(sentence) + "</li>\n";
   page.section("felt", "Differences", words + "</ul>\n" + how_it_is_judged);
   const std::vector<TimePlot> over_time = plots_of(pair);
   page.section("plots", "Over time", plots_markup(over_time, false, options));

@@ -107,7 +107,7 @@ TimePlot energy_plot(const Recorded& recorded) {
   cumulated("work of the hand", palpa::CurveColor::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
   cumulated("dissipated by the modes", palpa::CurveColor::green, Stroke::solid,
             [](const Energy& e) { return e.dissipated_j - e.injected_j; });
-  cumulated("lost at releases", palpa::CurveColor::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
+  cumulated("lost at releases", palpa::CurveColor::vermilion, Stroke::dashed, [](const Energy& e) { return e.released_j; });
   made.plot.series.push_back(over_time(recorded.ticks, "stored in the spring", palpa::CurveColor::blue, Stroke::dotted,
                                        [&](std::size_t i) { return 1e3 * recorded.ticks[i].result.energy.stored_j; }));
   made.plot.marks = marks_of(recorded);

@@ -101,7 +101,7 @@ Recorded read_recorded(const fs::path& folder) {
   Recorded recorded;
   recorded.header = reader.header();
   recorded.scene_text = reader.scene_text();
-  recorded.tells_energy = reader.tells_energy();
+  recorded.has_energy = reader.has_energy();
   for (const TraceTick& tick : reader.ticks()) recorded.ticks.push_back(tick.frame);
 
   each_row(folder / "timing.csv", {"tick", "late_us", "tick_us", "device_us"}, [&](const Row& row) {

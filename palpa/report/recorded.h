@@ -39,7 +39,7 @@ struct Recorded {
   std::vector<std::vector<ModeForce>> pushes;  ///< [mode][tick], as long as `ticks`
   std::vector<RecordedEvent> events;
   Summary summary;
-  bool tells_energy = true;  ///< false: recorded by a version with an incomplete energy ledger
+  bool has_energy = true;  ///< false: recorded by a version with an incomplete energy ledger
 };
 
 /// Reads the trace in `folder`. Throws LoadError on a folder that is no trace, and on an unreadable file.

@@ -182,14 +182,15 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   if (!recorded.header.complete) page.begin_with(notice("This recording is incomplete. The report covers the recorded part."));
 
   std::string words = "<ul class=\"felt\">\n";
-  for (const std::string& sentence : words_of(recorded)) words += "<li>" + escaped(names.in_text(sentence)) + "</li>\n";
+  for (const std::string& sentence : format_recorded(recorded)) words += "<li>" + escaped(names.in_text(sentence)) + "</li>\n";
   page.section("felt", "Overview", words + "</ul>\n");
 
   std::string no_scene, no_primitives;
   const std::optional<LoadedScene> loaded = scene_of(trace, recorded, options, no_scene);
   tell(options, 0.2);
   const Scene* const scene = loaded ? &loaded->scene : nullptr;
-  if (const std::string why = why_little_is_felt(recorded, scene); !why.empty()) page.begin_with(notice(names.in_text(why)));
+  if (const std::string why = explain_little_contact(recorded, scene); !why.empty())
+    page.begin_with(notice(names.in_text(why)));
   const std::vector<RecordedMoment> moments = moments_of(trace, recorded, scene, options, no_primitives);
   tell(options, 0.5);
   std::string view = no_scene.empty() ? "" : notice("No picture: " + names.in_text(no_scene));

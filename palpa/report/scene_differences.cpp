@@ -74,7 +74,7 @@ std::vector<SceneDifference> scene_differences(std::string_view first, std::stri
   return differences;
 }
 
-std::string words_of(const SceneDifference& difference) {
+std::string format_difference(const SceneDifference& difference) {
   const auto said = [](const std::string& value) { return value.empty() ? std::string("not set") : shortened(value, 60); };
   return difference.key + ": " + said(difference.first) + " / " + said(difference.second);
 }

@@ -18,6 +18,6 @@ struct SceneDifference {
 std::vector<SceneDifference> scene_differences(std::string_view first, std::string_view second);
 
 /// "law.method: exact / paper-2005"; "not said" for an empty value.
-std::string words_of(const SceneDifference& difference);
+std::string format_difference(const SceneDifference& difference);
 
 }  // namespace palpa::detail

@@ -19,7 +19,7 @@ void add_events(const Recorded& recorded, std::size_t& next, std::int64_t number
     const std::string& kind = recorded.events[next].kind;
     tick.onset |= kind == "onset";
     tick.broke_through |= kind == "break_through";
-    tick.told |= kind == "fault" || kind == "warning";
+    tick.other_event |= kind == "fault" || kind == "warning";
   }
 }
 
@@ -131,23 +131,24 @@ std::string steps_markup(const Signal& signal) {
       largest_n = std::max(largest_n, step.excess_n);
     }
     if (count == 0) continue;
-    rows.push_back({name_of(cause), is_told(cause) ? "yes" : "no", grouped(count), text("%.2f", count / duration_s(signal.run)),
-                    text("%.3f N", largest_n)});
+    rows.push_back({name_of(cause), has_event(cause) ? "yes" : "no", grouped(count),
+                    text("%.2f", count / duration_s(signal.run)), text("%.3f N", largest_n)});
   }
   out += "Steps without an event come from nothing that the scene names.</p>\n" +
          table({"cause", "has an event", "steps", "per second", "largest excess"}, rows, 2);
 
-  std::vector<ExcessStep> untold;
-  std::copy_if(signal.steps.begin(), signal.steps.end(), std::back_inserter(untold),
-               [](const ExcessStep& step) { return !is_told(step.cause); });
-  if (untold.empty()) return out;
-  std::stable_sort(untold.begin(), untold.end(), [](const auto& a, const auto& b) { return a.excess_n > b.excess_n; });
-  untold.resize(std::min(untold.size(), most_steps));
+  std::vector<ExcessStep> unexplained;
+  std::copy_if(signal.steps.begin(), signal.steps.end(), std::back_inserter(unexplained),
+               [](const ExcessStep& step) { return !has_event(step.cause); });
+  if (unexplained.empty()) return out;
+  std::stable_sort(unexplained.begin(), unexplained.end(),
+                   [](const auto& a, const auto& b) { return a.excess_n > b.excess_n; });
+  unexplained.resize(std::min(unexplained.size(), most_steps));
   out +=
       "<p>The largest of those without an event:</p>\n<div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">time</th>"
       "<th scope=\"col\">cause</th><th scope=\"col\">mode that changed most</th><th scope=\"col\" class=\"number\">step</th>"
       "<th scope=\"col\" class=\"number\">excess</th></tr></thead>\n<tbody>\n";
-  for (const ExcessStep& step : untold) {
+  for (const ExcessStep& step : unexplained) {
     const std::string mode = step.mode < 0 ? "none" : signal.run.modes[static_cast<std::size_t>(step.mode)].name;
     out += text("<tr><td><a href=\"#view\" data-time=\"%.6f\">%.3f s</a></td><td>%s</td><td>", step.t_s, step.t_s,
                 name_of(step.cause)) +

@@ -80,7 +80,7 @@ std::string summary_markup(const Recorded& recorded) {
 }
 
 std::string energy_markup(const Recorded& recorded) {
-  if (!recorded.tells_energy) {
+  if (!recorded.has_energy) {
     return "<p>This recording is of an older version and lacks part of each tick's energy. <code>palpa replay --json</code> "
            "computes the table.</p>\n";
   }
@@ -103,7 +103,7 @@ std::string energy_markup(const Recorded& recorded) {
     out += text(
         " The zero-order hold of the force added energy, at most %.3f mJ: the interaction is passive if the hand adds at least "
         "%.3f N\u00b7s/m of damping.",
-        1e3 * energy.ticks_bound_j, energy.covering_damping_ns_per_m);
+        1e3 * energy.sampling_bound_j, energy.covering_damping_ns_per_m);
   }
   return out + "</p>\n";
 }

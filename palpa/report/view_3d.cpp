@@ -92,11 +92,11 @@ bool usable(const TickFrame& frame) {
 /// Both paths, in gapless pieces; omitted ticks contribute their largest force.
 Json json_of_paths(const Recorded& recorded, std::size_t most_points) {
   const std::size_t stride = recorded.ticks.size() / most_points + 1;
-  Json stretches = Json::array(), stretch = Json::array();
+  Json segments = Json::array(), segment = Json::array();
   double force_n = 0.0;
   const auto end_stretch = [&] {
-    if (stretch.size() > 1) stretches.push_back(std::move(stretch));
-    stretch = Json::array();
+    if (segment.size() > 1) segments.push_back(std::move(segment));
+    segment = Json::array();
   };
   for (std::size_t i = 0; i < recorded.ticks.size(); ++i) {
     const TickFrame& frame = recorded.ticks[i];
@@ -106,11 +106,11 @@ Json json_of_paths(const Recorded& recorded, std::size_t most_points) {
     }
     if (is_finite(frame.command_n)) force_n = std::max(force_n, norm(frame.command_n));
     if (i % stride != 0 && i + 1 != recorded.ticks.size()) continue;
-    stretch.push_back({rounded(frame.t_s, 7), mm(frame.result.probe_m), mm(frame.result.proxy_m), rounded(force_n, 4)});
+    segment.push_back({rounded(frame.t_s, 7), mm(frame.result.probe_m), mm(frame.result.proxy_m), rounded(force_n, 4)});
     force_n = 0.0;
   }
   end_stretch();
-  return stretches;
+  return segments;
 }
 
 /// True for a primitive of a level that cannot be pressed through: recorded with a strength above any spring force.
@@ -138,12 +138,12 @@ Json json_of(const Recorded& recorded, const RecordedMoment& moment, const Scene
     if (primitive.drag_ns_per_m > 0.0) primitives.back()["drag"] = rounded(primitive.drag_ns_per_m, 4);
   }
   const auto newtons = [](const Vec3& f_n) -> Json { return {rounded(f_n.x, 4), rounded(f_n.y, 4), rounded(f_n.z, 4)}; };
-  Json told = {{"t", rounded(frame.t_s, 8)},        {"valid", usable(frame)},
-               {"probe", mm(frame.result.probe_m)}, {"proxy", mm(frame.result.proxy_m)},
-               {"force", newtons(frame.command_n)}, {"modes", modes},
-               {"primitives", primitives}};
-  if (frame.guard == GuardState::limited) told["asked"] = rounded(norm(frame.result.force_n), 4);
-  return told;
+  Json row = {{"t", rounded(frame.t_s, 8)},        {"valid", usable(frame)},
+              {"probe", mm(frame.result.probe_m)}, {"proxy", mm(frame.result.proxy_m)},
+              {"force", newtons(frame.command_n)}, {"modes", modes},
+              {"primitives", primitives}};
+  if (frame.guard == GuardState::limited) row["asked"] = rounded(norm(frame.result.force_n), 4);
+  return row;
 }
 
 /// Marks of onsets, break-throughs, limits and faults, at the proxy.
@@ -174,11 +174,11 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
   Json layers = Json::array(), bars = Json::array();
   bool medical = false;
   if (scene) {
-    std::vector<Vec3> felt_m;
+    std::vector<Vec3> path_m;
     for (const TickFrame& frame : recorded.ticks) {
-      if (usable(frame)) felt_m.push_back(frame.result.proxy_m);
+      if (usable(frame)) path_m.push_back(frame.result.proxy_m);
     }
-    const SceneShapes shapes = scene_shapes(*scene, worth_showing(*scene, felt_m), scene->time.at(0.0), options.most_triangles);
+    const SceneShapes shapes = scene_shapes(*scene, worth_showing(*scene, path_m), scene->time.at(0.0), options.most_triangles);
     for (const Shape& shape : shapes.shapes) layers.push_back(json_of(shape));
     for (const ColorBar& bar : shapes.bars) bars.push_back(json_of(bar));
     view["cloud"] = shapes.has_cloud;

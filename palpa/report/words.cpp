@@ -53,7 +53,7 @@ std::string subtitle_of(const Recorded& recorded) {
          (hand.empty() ? "" : " under the hand " + hand) + ", recorded by palpa " + header.palpa_version + ".";
 }
 
-std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
+std::string explain_little_contact(const Recorded& recorded, const Scene* scene) {
   const double share = recorded.summary.contact_share;
   if (recorded.ticks.empty() || share >= little_contact) return {};
   std::string warned;
@@ -79,7 +79,7 @@ std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
   const bool left_there = std::any_of(arguments.begin(), arguments.end(), [](const std::string& one) {
     return one.starts_with("--hand-place") || one.starts_with("--hand-fit") || one.starts_with("--hand-center");
   });
-  return words + " " + palpa::why_little_is_felt(Reach(*scene), places_m, left_there ? "--hand-place fitted" : "");
+  return words + " " + palpa::explain_little_contact(Reach(*scene), places_m, left_there ? "--hand-place fitted" : "");
 }
 
 std::string level_of(const Recorded& recorded, const RecordedEvent& event) {
@@ -107,7 +107,7 @@ bool was_in_real_time(const Recorded& recorded) {
   return std::any_of(recorded.ticks.begin(), recorded.ticks.end(), [](const TickFrame& tick) { return tick.late_us > 0.0; });
 }
 
-std::vector<std::string> words_of(const Recorded& recorded) {
+std::vector<std::string> format_recorded(const Recorded& recorded) {
   const Summary& s = recorded.summary;
   std::vector<std::string> words;
   const auto say = [&](const std::string& sentence) {
@@ -153,7 +153,7 @@ std::vector<std::string> words_of(const Recorded& recorded) {
   if (s.contact_share > 0.0)
     say("The modes dissipated " + millijoules(s.energy.dissipated_j) + " of the hand's energy" +
         (drives ? " and injected " + injected + "." : "."));
-  if (s.energy.moved_j != 0.0) say("Moving data added " + millijoules(s.energy.moved_j) + ".");
+  if (s.energy.data_motion_j != 0.0) say("Moving data added " + millijoules(s.energy.data_motion_j) + ".");
   const auto share = [&](std::int64_t ticks) {
     return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";
   };

@@ -10,7 +10,7 @@
 namespace palpa::detail {
 
 /// Sentences without markup, most important first. Each number has its unit.
-std::vector<std::string> words_of(const Recorded& recorded);
+std::vector<std::string> format_recorded(const Recorded& recorded);
 
 /// Line under the title: duration, hand, version of palpa.
 std::string subtitle_of(const Recorded& recorded);
@@ -18,7 +18,7 @@ std::string subtitle_of(const Recorded& recorded);
 /// For a trace with hardly any contact: that fact, the run's warnings, and, with the scene, positions with contact. Empty:
 /// enough contact.
 /// \param scene  nullptr: no data
-std::string why_little_is_felt(const Recorded& recorded, const Scene* scene);
+std::string explain_little_contact(const Recorded& recorded, const Scene* scene);
 
 /// Reason of an event, with unit: "the force fell by 0.20 N"; empty for onsets and break-throughs, which a level explains.
 std::string why_of(const RecordedEvent& event);

@@ -53,7 +53,7 @@ constexpr std::array<KindWords, 20> kind_words{{
     {ParameterKind::rows, "list", "a list", array},
 }};
 
-const KindWords& words_of(ParameterKind kind) noexcept { return *std::ranges::find(kind_words, kind, &KindWords::kind); }
+const KindWords& kind_words_of(ParameterKind kind) noexcept { return *std::ranges::find(kind_words, kind, &KindWords::kind); }
 
 std::string with_count(std::string_view words, std::size_t count) {
   std::string out(words);
@@ -91,22 +91,22 @@ std::string form_of(const Key& key) {
     for (const std::string& choice : key.choices) words += (words.empty() ? "" : " or ") + toml_string(choice);
     return words;
   }
-  const std::string form = with_count(words_of(key.kind).form, key.count), range = sentence_of(key.range);
-  if ((words_of(key.kind).values & any_number) == 0) return form;
+  const std::string form = with_count(kind_words_of(key.kind).form, key.count), range = sentence_of(key.range);
+  if ((kind_words_of(key.kind).values & any_number) == 0) return form;
   return form + unit_of(key.name) + (range.empty() ? "" : ", " + range);
 }
 
 std::string expected(const Key& key) {
-  std::string out = with_count(words_of(key.kind).expected, key.count);
+  std::string out = with_count(kind_words_of(key.kind).expected, key.count);
   if (key.kind == ParameterKind::optional_number && !key.choices.empty()) out = in_quotes(key.choices.front()) + " or " + out;
   if (key.kind == ParameterKind::whole_numbers) out += ", each " + sentence_of(key.range);
-  if (key.or_kind) out += " or " + with_count(words_of(*key.or_kind).expected, key.count);
+  if (key.or_kind) out += " or " + with_count(kind_words_of(*key.or_kind).expected, key.count);
   return out;
 }
 
 unsigned values_of(const Key& key) noexcept {
-  unsigned values = words_of(key.kind).values;
-  if (key.or_kind) values |= words_of(*key.or_kind).values;
+  unsigned values = kind_words_of(key.kind).values;
+  if (key.or_kind) values |= kind_words_of(*key.or_kind).values;
   if (key.kind == ParameterKind::optional_number && !key.choices.empty()) values |= text_value;
   return values;
 }

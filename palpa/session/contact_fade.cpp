@@ -39,7 +39,7 @@ void ContactFade::keep(std::size_t mode, const PrimitiveSet& placed) noexcept {
   }
 }
 
-bool ContactFade::let_go(Samples& samples) noexcept {
+bool ContactFade::begin_fade_out(Samples& samples) noexcept {
   if (level_.field < 0) return false;
   const Primitive& plane = last_[static_cast<std::size_t>(plane_)];
   const DataTime now = samples.time(), before = samples.came_from();

@@ -25,7 +25,7 @@ class ContactFade {
   /// Stores the mode's primitives.
   void keep(std::size_t mode, const PrimitiveSet& placed) noexcept;
   /// Begins to fade out the stored primitives; false if none of them stands on a level.
-  bool let_go(Samples& samples) noexcept;
+  bool begin_fade_out(Samples& samples) noexcept;
   /// Adds the fading primitives to the set of a sub-step that begins at `start_m` [m].
   void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
   /// Disables events of the mode's field during the fade; a proxy then beyond the level counts as across.

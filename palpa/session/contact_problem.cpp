@@ -88,7 +88,7 @@ void ContactProblem::find_contacts() noexcept {
       stands->line = static_cast<std::int32_t>(i);
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
-      contact.own = p;
+      contact.plane_as_placed = p;
       const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.contacts().offset_m(p.id);
       contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
@@ -140,7 +140,7 @@ bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {
   });
 }
 
-const LevelEstimate& ContactProblem::look(LevelContact& contact, const Vec3& x_m) noexcept {
+const LevelEstimate& ContactProblem::estimate_at(LevelContact& contact, const Vec3& x_m) noexcept {
   if (x_m == contact.start.at_m) return contact.start;
   if (x_m != contact.last.at_m) contact.last = seen_from(contact, x_m);
   return contact.last;
@@ -160,7 +160,7 @@ Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
 double ContactProblem::depth_m(const Vec3& x_m) noexcept {
   double deepest_m = 0.0;
   for (LevelContact& contact : contacts_) {
-    if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, foot_m(contact, x_m)).signed_distance_m);
+    if (holds(contact)) deepest_m = std::max(deepest_m, -estimate_at(contact, foot_m(contact, x_m)).signed_distance_m);
   }
   return deepest_m;
 }
@@ -169,7 +169,7 @@ Vec3 ContactProblem::put_back(const Vec3& x_m) noexcept {
   Vec3 on_levels = x_m;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || !contact.is_rigid()) continue;
-    const LevelEstimate at = look(contact, on_levels);
+    const LevelEstimate at = estimate_at(contact, on_levels);
     if (at.signed_distance_m < 0.0) on_levels = at.foot_m;
   }
   return on_levels;
@@ -182,7 +182,7 @@ const Vec3& ContactProblem::find_feasible_point() noexcept {
   Vec3 carried_m;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const LevelEstimate& there = contact.is_rigid() ? look(contact, start_m_) : contact.start;
+    const LevelEstimate& there = contact.is_rigid() ? estimate_at(contact, start_m_) : contact.start;
     start_depth_m_ = std::max(start_depth_m_, -there.signed_distance_m);
     if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
   }
@@ -202,11 +202,11 @@ double ContactProblem::gain_j(const Vec3& to_m, bool on_levels, const Vec3& prob
     if (!holds(contact) || contact.is_rigid()) continue;
     Vec3 foot = foot_m(contact, to_m);
     if (on_levels) {
-      const LevelEstimate& at = look(contact, foot);
+      const LevelEstimate& at = estimate_at(contact, foot);
       if (at.signed_distance_m < 0.0) foot = at.foot_m;
     }
     const Vec3 before_m = witness_of(contact) - from_m, after_m = foot - to_m;
-    gain_j += 0.5 * contact.own.stiffness_n_per_m * dot(before_m - after_m, before_m + after_m);
+    gain_j += 0.5 * contact.plane_as_placed.stiffness_n_per_m * dot(before_m - after_m, before_m + after_m);
   }
   return gain_j;
 }
@@ -231,8 +231,8 @@ bool ContactProblem::accepts(const Vec3& end_m, double deepest, const Vec3& bala
 bool ContactProblem::comes_out(const Vec3& end_m) noexcept {
   return std::ranges::all_of(contacts_, [&](LevelContact& contact) {
     if (!holds(contact)) return true;
-    const double before = (contact.is_rigid() ? look(contact, start_m_) : contact.start).behind;
-    const LevelEstimate& at = look(contact, foot_m(contact, end_m));
+    const double before = (contact.is_rigid() ? estimate_at(contact, start_m_) : contact.start).behind;
+    const LevelEstimate& at = estimate_at(contact, foot_m(contact, end_m));
     return -at.signed_distance_m <= piercing * spacing_m_ || at.behind < before;
   });
 }
@@ -250,16 +250,16 @@ void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
   if (prediction_ == Prediction::reverted || !learnt_.empty()) return;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    Primitive plane = contact.own;
-    LevelEstimate there = look(contact, foot_m(contact, end_m));
+    Primitive plane = contact.plane_as_placed;
+    LevelEstimate there = estimate_at(contact, foot_m(contact, end_m));
     Vec3 turn = there.normal - contact.start.normal;
     plane.direction = normalized(plane.direction + turn);
     // The foot on an elastic level needs the normal at its own position: sample again there.
     const Vec3 foot_m = end_m + dot(plane.direction, there.foot_m - end_m) * plane.direction;
     if (!contact.is_rigid() && distance(foot_m, there.at_m) > turned * spacing_m_) {
-      there = look(contact, foot_m);
+      there = estimate_at(contact, foot_m);
       turn = there.normal - contact.start.normal;
-      plane.direction = normalized(contact.own.direction + turn);
+      plane.direction = normalized(contact.plane_as_placed.direction + turn);
     }
     plane.position_m = there.foot_m;
     find_feasible_point();
@@ -283,7 +283,7 @@ Contact ContactProblem::contact_at(std::size_t row, const Vec3& proxy_m, const B
   double stiffness_n_per_m = 0.0;
   if (held && held->is_shut && !held->is_rigid() && now.state == PrimitiveState::stick) {
     now.offset_m = held->start.at_m - proxy_m;  // held as it is
-    stiffness_n_per_m = held->own.stiffness_n_per_m;
+    stiffness_n_per_m = held->plane_as_placed.stiffness_n_per_m;
   } else if (p.is_elastic() && !(held && now.state == PrimitiveState::slip && held->can_break)) {
     now.offset_m = way_to_foot_m(set_.primitives(), row, proxy_m);
     stiffness_n_per_m = p.stiffness_n_per_m;
@@ -292,7 +292,7 @@ Contact ContactProblem::contact_at(std::size_t row, const Vec3& proxy_m, const B
   return now;
 }
 
-bool ContactProblem::refine(const Vec3& end_m) noexcept {
+bool ContactProblem::repredict_once(const Vec3& end_m) noexcept {
   const auto gives_way = [this](const LevelContact& contact) { return !contact.is_rigid() && holds(contact); };
   if (prediction_ != Prediction::made || std::ranges::none_of(contacts_, gives_way)) return false;
   prediction_ = Prediction::refined;
@@ -303,7 +303,7 @@ bool ContactProblem::refine(const Vec3& end_m) noexcept {
 bool ContactProblem::revert_prediction() noexcept {
   if (prediction_ != Prediction::made && prediction_ != Prediction::refined) return false;
   for (const LevelContact& contact : contacts_) {
-    if (!contact.is_shut) stand_on(contact, contact.own);
+    if (!contact.is_shut) stand_on(contact, contact.plane_as_placed);
   }
   prediction_ = Prediction::reverted;
   return true;
@@ -313,7 +313,7 @@ double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {
   double furthest_m = 0.0;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
-    const LevelEstimate at = look(contact, foot_m(contact, end_m));
+    const LevelEstimate at = estimate_at(contact, foot_m(contact, end_m));
     if (std::abs(at.signed_distance_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
     for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
       furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
@@ -327,7 +327,7 @@ bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
   for (std::size_t c = contacts_.size(); c-- > 0;) {  // backwards: earlier rows keep the indices of the law's forces
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
-    const LevelEstimate at = look(contact, foot_m(contact, end_m));
+    const LevelEstimate at = estimate_at(contact, foot_m(contact, end_m));
     if (at.signed_distance_m >= 0.0) continue;
     // A facet that excludes less than half the depth of this end is not added: a nearer end yields a better one.
     const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_of(contact))) * at.normal;
@@ -377,7 +377,8 @@ void ContactProblem::remove_facet(LevelContact& contact, std::size_t row) noexce
 bool ContactProblem::shut() noexcept {
   bool any = false;
   for (LevelContact& contact : contacts_) {
-    if (!holds(contact) || !(look(contact, foot_m(contact, refused_m_)).signed_distance_m < -contact_tolerance * spacing_m_))
+    if (!holds(contact) ||
+        !(estimate_at(contact, foot_m(contact, refused_m_)).signed_distance_m < -contact_tolerance * spacing_m_))
       continue;
     close(contact);
     any = true;
@@ -391,7 +392,8 @@ void ContactProblem::close(LevelContact& contact) noexcept {
   contact.is_shut = true;
   while (contact.facets > 1) remove_facet(contact, contact.first + contact.facets - 1);
   const Vec3 here_m = start_m_ + modes_.carried_m(contact.id.mode);
-  set_.replace(contact.first, {PrimitiveKind::point, contact.id, here_m, {}, contact.own.strength_n}, contact.level);
+  set_.replace(contact.first, {PrimitiveKind::point, contact.id, here_m, {}, contact.plane_as_placed.strength_n},
+               contact.level);
 }
 
 void ContactProblem::configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {

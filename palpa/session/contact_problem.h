@@ -31,10 +31,10 @@ struct LevelContact {
   bool is_shut = false;                          ///< its feasible set is the proxy's position alone: a point of its strength
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
-  Primitive own{};                               ///< its plane as the mode placed it
+  Primitive plane_as_placed{};                   ///< its plane as the mode placed it
   LevelEstimate start{};  ///< at the start of the move: at the proxy, or at its foot if the level is elastic
   LevelEstimate last{};   ///< of the most recent sample
-  bool is_rigid() const noexcept { return !own.is_elastic(); }
+  bool is_rigid() const noexcept { return !plane_as_placed.is_elastic(); }
 };
 
 /// Primitives of a move and their balance. The modes' primitives stay unchanged during the move. A level is sampled again
@@ -64,7 +64,7 @@ class ContactProblem {
   /// levels that turn fast or whose plane would exclude the witness by more than `shallow`. Samples.
   void predict_planes(const Vec3& end_m) noexcept;
   /// Predicts once more, from the end found. False if done before, if nothing was predicted, or if no elastic level holds.
-  bool refine(const Vec3& end_m) noexcept;
+  bool repredict_once(const Vec3& end_m) noexcept;
   /// Linearises planes at the proxy again for the rest of the move. False without a prediction.
   bool revert_prediction() noexcept;
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
@@ -122,7 +122,7 @@ class ContactProblem {
   // Of the planes in this move.
   enum class Prediction : std::uint8_t { none, made, refined, reverted };
 
-  const LevelEstimate& look(LevelContact& contact, const Vec3& x_m) noexcept;
+  const LevelEstimate& estimate_at(LevelContact& contact, const Vec3& x_m) noexcept;
   LevelEstimate seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
     work_.spend(modes_.samples().work_of_look(contact.level.field));
     return estimate_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);

@@ -41,11 +41,11 @@ class Ledger {
   std::size_t modes_;
   std::unique_ptr<double[]> works_j_;
   Vec3 start_m_;
-  double moved_j_ = 0.0;
+  double data_motion_j_ = 0.0;
   double elastic_j_ = 0.0, elastic_before_j_ = 0.0;
-  Vec3 probe_m_;            // of the last move
-  double left_m2_ = 0.0;    // square of the motion of probe and data not yet followed
-  double let_go_m2_ = 0.0;  // twice over the stiffness
+  Vec3 probe_m_;              // of the last move
+  double left_m2_ = 0.0;      // square of the motion of probe and data not yet followed
+  double released_m2_ = 0.0;  // twice over the stiffness
 };
 
 }  // namespace palpa

@@ -60,7 +60,7 @@ class ModeRuntime {
       const Carried carried = samples_->carried(part.inputs.main_field, at_m, from, to);
       const bool is_known = carried.known && samples_->carried(part.inputs.main_field, at_m, from, tick_end).known;
       if (fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
-      if (!is_known && !fade.is_leaving() && fade.let_go(*samples_)) jumped(m);
+      if (!is_known && !fade.is_leaving() && fade.begin_fade_out(*samples_)) jumped(m);
       part.carried_m = is_known && !fade.is_leaving() ? carried.position_m - at_m : Vec3{};
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }

@@ -369,7 +369,7 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
       return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
     };
     if (accepts(still)) return true;
-    if (model_.refine(reached) || model_.revert_prediction() || model_.add_cutting_planes(reached))
+    if (model_.repredict_once(reached) || model_.revert_prediction() || model_.add_cutting_planes(reached))
       return event_.crossings.clear(), false;
     if (accepts(shallow)) return true;
     event_.crossings.clear();

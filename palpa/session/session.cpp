@@ -95,7 +95,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
     reset();
-    result.energy.let_go_j = std::exchange(held_j, 0.0);
+    result.energy.released_j = std::exchange(held_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
     if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
     path.put(result.proxy_m);
@@ -114,7 +114,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const CouplingForce::Update force = coupling_force.update(walk, p, scene.coupling, dt);
   result.energy = ledger.end(walk.proxy_m, p, force.probe_step_m, scene.coupling.stiffness_n_per_m, path.sub_steps(),
                              path.placed(), path.contacts());
-  result.energy.let_go_j += lost_j;
+  result.energy.released_j += lost_j;
   result.energy.damper_j = force.damper_j;
   held_j = result.energy.stored_j + result.energy.elastic_j;
 
@@ -133,13 +133,13 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
 
 // Totals of the tick. Forces by mode are computed on demand.
 void Session::State::gather(const Walk& walk, Tick& result) noexcept {
-  result.status = walk.is_complete ? TickStatus::resting : TickStatus::waiting;
+  result.status = walk.is_complete ? TickStatus::complete : TickStatus::waiting;
   result.work = walk.work;
   result.sub_steps = static_cast<int>(path.sub_steps().size());
   for (const SubStep& step : path.sub_steps()) {
     result.error_bound_m = std::max(result.error_bound_m, step.balance.error_bound_m);
     result.iterations += step.balance.iterations;
-    if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::resting)
+    if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::complete)
       result.status = TickStatus::capped;
     if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
   }

@@ -22,9 +22,9 @@ struct Probe {
 };
 
 enum class TickStatus : std::uint8_t {
-  resting,    ///< converged: the proxy is at the balance for this probe position
+  complete,   ///< converged: the proxy is at the balance for this probe position
   waiting,    ///< work budget exhausted: rest of the probe's path queued, no force from it
-  capped,     ///< resting, but a balance's error bound is above `exact_bound_m`
+  capped,     ///< complete, but a balance's error bound is above `exact_bound_m`
   bad_input,  ///< unusable probe or time step; the proxy stayed, the force is zero
 };
 
@@ -41,12 +41,12 @@ struct Tick {
   double error_bound_m = 0.0;  ///< largest of the sub-steps
   int sub_steps = 0;
   int iterations = 0;  ///< of all sub-steps
-  TickStatus status = TickStatus::resting;
+  TickStatus status = TickStatus::complete;
   int dropped = 0;  ///< primitives refused
   /// [N] part of the spring force that the primitives do not balance: stiffness times the distance of the proxy from its last
   /// balance. Imperceptible at rest; larger where the path stopped before the balance. 0 in a `waiting` tick.
   double unborne_n = 0.0;
-  Energy energy;  ///< the loop fills in work_on_hand_j and held_back_j
+  Energy energy;  ///< the loop fills in work_on_hand_j and withheld_j
   int work = 0;   ///< [1] units, counted alike on every machine (docs/contracts/session.md)
 };
 

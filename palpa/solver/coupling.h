@@ -25,18 +25,18 @@ const char* problem_with(const CouplingOptions& options) noexcept;
 /// elastic levels belongs to no mode: a mode is charged with the work of their forces less the change of V. Summed over ticks,
 /// with −Δp·force as the hand's input, this is the table of a run (`palpa report`); docs/theory.md 7.7.
 struct Energy {
-  double stored_j = 0.0;        ///< S_m, in the spring after the tick
-  double elastic_j = 0.0;       ///< V, in elastic levels after the tick
-  double dissipated_j = 0.0;    ///< by modes: −Σ of the modes' works below zero
-  double injected_j = 0.0;      ///< by modes: Σ of the modes' works above zero
-  double path_j = 0.0;          ///< I − ΣW + V − V₀ − moved: error of the path's sub-steps (ΣW: works of modes)
-  double damper_j = 0.0;        ///< work on the hand of the held force less k (proxy − probe): damper, withheld extension
-  double moved_j = 0.0;         ///< work of the data's motion
-  double work_on_hand_j = 0.0;  ///< work of the command held since the last tick
-  double let_go_j = 0.0;        ///< released by the springs: the proxy moved further than hand and data
-  double held_back_j = 0.0;     ///< work on the hand of the force less the command: withheld by the guard
-  double ticks_j = 0.0;         ///< sampling error (zero-order hold): path + k/2 |Δp|² + let go
-  double ticks_bound_j = 0.0;   ///< k/2 |Δp|²: upper bound of the sampling error of a single balance
+  double stored_j = 0.0;            ///< S_m, in the spring after the tick
+  double elastic_j = 0.0;           ///< V, in elastic levels after the tick
+  double dissipated_j = 0.0;        ///< by modes: −Σ of the modes' works below zero
+  double injected_j = 0.0;          ///< by modes: Σ of the modes' works above zero
+  double path_and_release_j = 0.0;  ///< I − ΣW + V − V₀ − moved: error of the path's sub-steps (ΣW: works of modes)
+  double damper_j = 0.0;            ///< work on the hand of the held force less k (proxy − probe): damper, withheld extension
+  double data_motion_j = 0.0;       ///< work of the data's motion
+  double work_on_hand_j = 0.0;      ///< work of the command held since the last tick
+  double released_j = 0.0;          ///< released by the springs: the proxy moved further than hand and data
+  double withheld_j = 0.0;          ///< work on the hand of the force less the command: withheld by the guard
+  double sampling_j = 0.0;          ///< sampling error (zero-order hold): path + k/2 |Δp|² + let go
+  double sampling_bound_j = 0.0;    ///< k/2 |Δp|²: upper bound of the sampling error of a single balance
 };
 
 }  // namespace palpa

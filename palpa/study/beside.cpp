@@ -18,18 +18,18 @@ constexpr double bridged_s = 0.05;
 
 }  // namespace
 
-double told_apart_above_n(const Vec3& first_n, const Vec3& second_n) noexcept {
-  return std::max(told_apart_n, told_apart_share * 0.5 * (norm(first_n) + norm(second_n)));
+double discrimination_threshold_n(const Vec3& first_n, const Vec3& second_n) noexcept {
+  return std::max(discrimination_min_n, discrimination_share * 0.5 * (norm(first_n) + norm(second_n)));
 }
 
 double turned_deg(const Vec3& first_n, const Vec3& second_n) noexcept {
-  if (norm(first_n) <= told_apart_n || norm(second_n) <= told_apart_n) return 0.0;
+  if (norm(first_n) <= discrimination_min_n || norm(second_n) <= discrimination_min_n) return 0.0;
   return std::atan2(norm(cross(first_n, second_n)), dot(first_n, second_n)) * 180.0 / std::numbers::pi;
 }
 
-bool are_told_apart(const Vec3& first_n, const Vec3& second_n) noexcept {
-  return std::abs(norm(first_n) - norm(second_n)) > told_apart_above_n(first_n, second_n) ||
-         turned_deg(first_n, second_n) > told_apart_deg;
+bool are_distinguishable(const Vec3& first_n, const Vec3& second_n) noexcept {
+  return std::abs(norm(first_n) - norm(second_n)) > discrimination_threshold_n(first_n, second_n) ||
+         turned_deg(first_n, second_n) > discrimination_deg;
 }
 
 std::string where_hands_part(const FeltRun& first, const FeltRun& second) {
@@ -50,26 +50,26 @@ FeltDifference compare_felt(const FeltRun& first, const FeltRun& second) {
   FeltDifference difference;
   const std::size_t count = std::min(first.ticks.size(), second.ticks.size());
   double squares = 0.0;
-  std::size_t told = 0;
+  std::size_t noticeable = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const FeltTick &a = first.ticks[i], &b = second.ticks[i];
     const bool pushes = a.usable && std::max(norm(a.command_n), norm(b.command_n)) > contact_force_n;
     difference.difference_n.push_back(pushes ? distance(a.command_n, b.command_n) : 0.0);
-    difference.told.push_back(pushes && are_told_apart(a.command_n, b.command_n));
+    difference.noticeable.push_back(pushes && are_distinguishable(a.command_n, b.command_n));
     if (difference.difference_n[i] > difference.difference_n[difference.largest]) difference.largest = i;
     if (!pushes) continue;
     ++difference.in_contact;
     squares += difference.difference_n[i] * difference.difference_n[i];
-    if (difference.told[i] == 0) continue;
-    ++told;
-    std::vector<ToldStretch>& all = difference.stretches;
+    if (difference.noticeable[i] == 0) continue;
+    ++noticeable;
+    std::vector<NoticeableInterval>& all = difference.intervals;
     if (all.empty() || a.t_s - first.ticks[all.back().last].t_s > bridged_s) all.push_back({i, i, i});
     all.back().last = i;
     if (difference.difference_n[i] > difference.difference_n[all.back().largest]) all.back().largest = i;
   }
   if (difference.in_contact > 0) {
     difference.rms_n = std::sqrt(squares / static_cast<double>(difference.in_contact));
-    difference.told_share = static_cast<double>(told) / static_cast<double>(difference.in_contact);
+    difference.noticeable_share = static_cast<double>(noticeable) / static_cast<double>(difference.in_contact);
   }
   return difference;
 }

@@ -36,7 +36,7 @@ constexpr double right_way = 0.7;
 
 constexpr double spring_n_per_m = 60.0, spring_ramp_s = 0.5, swing_s = 6.0;
 // Least speed of a released handle. Slower: the hand's tremor counts; faster: the start is lost.
-constexpr double let_go_m_per_s = 0.05;
+constexpr double release_speed_m_per_s = 0.05;
 constexpr double at_rest_m_per_s = 0.004;
 constexpr double piece_s = 0.03;  // of the swing, for the balance of energy. Shorter: noise; longer: fewer equations
 constexpr std::size_t least_pieces = 6;
@@ -209,12 +209,12 @@ std::optional<Mechanics> solved(const std::array<std::array<double, 3>, 3>& a, c
 std::optional<Mechanics> mechanics_of(const std::vector<Sample>& samples, double delay_s) {
   const auto delay = static_cast<std::size_t>(std::lround(delay_s / step_s));
   std::size_t n = delay + 2;
-  while (n + 2 < samples.size() && norm(velocity_at(samples, n)) < let_go_m_per_s) ++n;
+  while (n + 2 < samples.size() && norm(velocity_at(samples, n)) < release_speed_m_per_s) ++n;
   std::array<std::array<double, 3>, 3> a{};
   std::array<double, 3> b{};
   std::size_t pieces = 0;
   const auto length = static_cast<std::size_t>(piece_s / step_s);
-  for (double fastest = let_go_m_per_s; n + length + 2 < samples.size() && fastest > at_rest_m_per_s; n += length) {
+  for (double fastest = release_speed_m_per_s; n + length + 2 < samples.size() && fastest > at_rest_m_per_s; n += length) {
     std::array<double, 3> row{};
     double work_j = 0.0;
     fastest = 0.0;
@@ -249,12 +249,12 @@ bool find_place(Rhythm& rhythm, DeviceCalibration& result) {
     state = rhythm.device().read();
     rhythm.device().write({});
   } while (!(state.valid && state.fault == nullptr) && rhythm.clock().now_s() < end_s);
-  result.knows_its_place = state.valid && state.fault == nullptr;
-  result.findings.push_back(result.knows_its_place
+  result.has_valid_position = state.valid && state.fault == nullptr;
+  result.findings.push_back(result.has_valid_position
                                 ? "The position is valid."
                                 : std::string("No measurement: ") +
                                       (state.fault != nullptr ? state.fault : "the device has no valid position") + ".");
-  return result.knows_its_place;
+  return result.has_valid_position;
 }
 
 bool measure_positions(Rhythm& rhythm, DeviceCalibration& result) {

@@ -14,7 +14,7 @@ namespace palpa {
 
 /// Result of a calibration. None: not measurable.
 struct DeviceCalibration {
-  bool knows_its_place = false;
+  bool has_valid_position = false;
   bool pushes_rightly = false;           ///< along each axis, to the commanded side
   std::optional<double> encoder_step_m;  ///< smallest steps of its positions in slow motion
   std::optional<double> velocity_lag_s;  ///< of its velocity behind its positions

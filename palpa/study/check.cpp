@@ -6,13 +6,13 @@
 
 #include "palpa/study/check_judge.h"
 #include "palpa/study/feeler.h"
-#include "palpa/study/let_go.h"
+#include "palpa/study/released_device.h"
 
 namespace palpa {
 namespace {
 
 constexpr double period_s = 1e-3;
-constexpr Trial all_trials[] = {{Act::let_go},
+constexpr Trial all_trials[] = {{Act::released},
                                 {Act::lean},
                                 {Act::hold, Hold::relaxed},
                                 {Act::hold, Hold::firm},
@@ -20,12 +20,12 @@ constexpr Trial all_trials[] = {{Act::let_go},
                                 {Act::stroke, Hold::firm},
                                 {Act::press, Hold::relaxed},
                                 {Act::press, Hold::firm},
-                                {Act::let_go, Hold::relaxed, sure_friction},
+                                {Act::released, Hold::relaxed, sure_friction},
                                 {Act::lean, Hold::relaxed, sure_friction}};
-constexpr Trial quick_trials[] = {{Act::let_go},
+constexpr Trial quick_trials[] = {{Act::released},
                                   {Act::lean},
                                   {Act::hold, Hold::relaxed},
-                                  {Act::let_go, Hold::relaxed, sure_friction},
+                                  {Act::released, Hold::relaxed, sure_friction},
                                   {Act::lean, Hold::relaxed, sure_friction}};
 
 /// Reports the device's limits as changes from the file's values.
@@ -85,9 +85,9 @@ constexpr double softest_n_per_m = 40.0, stiffest_n_per_m = 2e4;
 /// Whether a device alone on a wall comes to rest after a knock beyond its friction.
 bool rests_on_wall(const DevicePlant& plant, double stiffness_n_per_m, double damping_ns_per_m) {
   constexpr double knock = 3.0, frictionless_m = 3e-4;
-  const LetGoOptions options{.plant = plant,
-                             .damping_ns_per_m = damping_ns_per_m,
-                             .start_depth_m = frictionless_m + knock * plant.coulomb_friction_n / stiffness_n_per_m};
+  const ReleasedDeviceOptions options{.plant = plant,
+                                      .damping_ns_per_m = damping_ns_per_m,
+                                      .start_depth_m = frictionless_m + knock * plant.coulomb_friction_n / stiffness_n_per_m};
   return comes_to_rest(options, stiffness_n_per_m);
 }
 

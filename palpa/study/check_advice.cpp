@@ -9,7 +9,7 @@
 #include "palpa/base/printed.h"
 #include "palpa/study/check.h"
 #include "palpa/study/feeler.h"
-#include "palpa/study/let_go.h"
+#include "palpa/study/released_device.h"
 
 namespace palpa {
 namespace {
@@ -35,11 +35,11 @@ Grade grade_of(const CheckReport& report, std::string_view key) {
 
 /// Whether the device rests at all places, released and in hands; released also with a fraction of its friction.
 bool rests(const Scene& scene, const CheckReport& report) {
-  constexpr Trial trials[] = {{Act::let_go},
+  constexpr Trial trials[] = {{Act::released},
                               {Act::lean},
                               {Act::hold, Hold::relaxed},
                               {Act::hold, Hold::firm},
-                              {Act::let_go, Hold::relaxed, sure_friction},
+                              {Act::released, Hold::relaxed, sure_friction},
                               {Act::lean, Hold::relaxed, sure_friction}};
   std::vector<char> moves(std::size(trials) * report.places.size());
   detail::in_parallel(detail::feeling_threads(), static_cast<int>(moves.size()), [&](std::size_t, int number) {
@@ -193,7 +193,7 @@ void detail::draw_map(const Scene& scene, CheckReport& report, const std::functi
         point.damping_ns_per_m = most_damping * (number / columns) / (rows - 1.0);
         const Scene tried = with_coupling(scene, point.stiffness_n_per_m, point.damping_ns_per_m);
         for (const CheckPlace& place : report.places) {
-          for (const Act act : {Act::let_go, Act::lean})
+          for (const Act act : {Act::released, Act::lean})
             point.grade = std::max(point.grade, grade_of_rest(try_at(tried, report.plant, place, {act})));
         }
       },

@@ -26,7 +26,7 @@ const TrialMade* worst_of(const std::vector<TrialMade>& all, std::initializer_li
 }
 
 std::string where_of(const TrialMade& made, const CheckPlace& place) {
-  return words_of(made.trial) + " at the " + place.why +
+  return format_trial(made.trial) + " at the " + place.why +
          text(" place (%+.0f, %+.0f, %+.0f mm)", 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z);
 }
 
@@ -55,7 +55,7 @@ class Judge {
   /// Tests for rest at much less than the device's assumed friction.
   void margin() {
     const TrialMade* worst = worst_of(
-        all_, {Act::let_go, Act::lean}, [](const TrialFigures& f) { return f.hum_m_per_s2; }, sure_friction);
+        all_, {Act::released, Act::lean}, [](const TrialFigures& f) { return f.hum_m_per_s2; }, sure_friction);
     if (!worst) return;
     const double k = report_.coupling.stiffness_n_per_m, hum = worst->figures.hum_m_per_s2;
     const bool rests = detail::grade_of_rest(worst->figures) == Grade::fine;
@@ -87,19 +87,20 @@ class Judge {
         worst);
   }
   void noise() {
-    const TrialMade* worst = worst_of(all_, moving, [](const TrialFigures& f) { return f.untold_jumps / f.duration_s; });
+    const TrialMade* worst = worst_of(all_, moving, [](const TrialFigures& f) { return f.unexplained_jumps / f.duration_s; });
     if (!worst) return;
-    const double per_s = worst->figures.untold_jumps / worst->figures.duration_s;
+    const double per_s = worst->figures.unexplained_jumps / worst->figures.duration_s;
     const std::string whose = worst->figures.jump_mode.empty() ? "" : " by '" + worst->figures.jump_mode + "'";
     add({.key = "noise",
-         .grade = worst->figures.untold_jumps > 0 ? Grade::warn : Grade::fine,
+         .grade = worst->figures.unexplained_jumps > 0 ? Grade::warn : Grade::fine,
          .measured = per_s,
          .threshold = 0.0,
          .unit = "1/s",
-         .words = worst->figures.untold_jumps > 0 ? text("%.1f unexplained force steps a second above %.0f mN%s: strength or "
-                                                         "direction varies faster than the proxy moves",
-                                                         per_s, 1e3 * felt_step_n, whose.c_str())
-                                                  : text("no unexplained force steps above %.0f mN", 1e3 * felt_step_n)},
+         .words = worst->figures.unexplained_jumps > 0
+                      ? text("%.1f unexplained force steps a second above %.0f mN%s: strength or "
+                             "direction varies faster than the proxy moves",
+                             per_s, 1e3 * felt_step_n, whose.c_str())
+                      : text("no unexplained force steps above %.0f mN", 1e3 * felt_step_n)},
         worst);
   }
   void ripple() {
@@ -185,7 +186,7 @@ class Judge {
 
  private:
   static constexpr std::initializer_list<Act> moving = {Act::hold, Act::stroke, Act::press};
-  static constexpr std::initializer_list<Act> everything = {Act::let_go, Act::lean, Act::hold, Act::stroke, Act::press};
+  static constexpr std::initializer_list<Act> everything = {Act::released, Act::lean, Act::hold, Act::stroke, Act::press};
   void add(CheckFinding finding, const TrialMade* made) {
     if (made) finding.where = where_of(*made, report_.places[made->place]);
     report_.findings.push_back(std::move(finding));
@@ -229,7 +230,7 @@ Grade detail::grade_of_rest(const TrialFigures& figures) noexcept {
 void detail::judge(const Scene& scene, const std::vector<TrialMade>& all, CheckReport& report) {
   Judge judge(scene, report, all);
   if (!all.empty()) {
-    judge.rest("let_go", {Act::let_go, Act::lean});
+    judge.rest("let_go", {Act::released, Act::lean});
     judge.rest("held", {Act::hold});
     judge.jump();
     judge.noise();

@@ -6,8 +6,8 @@
 #include "palpa/base/printed.h"
 #include "palpa/device/front.h"
 #include "palpa/study/feeler.h"
-#include "palpa/study/let_go.h"
 #include "palpa/study/movement.h"
+#include "palpa/study/released_device.h"
 #include "palpa/study/spectrum.h"
 #include "palpa/study/unyielding.h"
 
@@ -36,12 +36,12 @@ struct Set {
 Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial) {
   const double depth_m = place.met.depth_m + place.deeper_n / arm_of(trial.hold).stiffness_n_per_m;
   switch (trial.act) {
-    case Act::let_go:
+    case Act::released:
     case Act::lean: {
       const double most_n = (trial.act == Act::lean ? leans_n : lies_n) + plant.coulomb_friction_n;
       DevicePlant with_finger = plant;
       if (trial.act == Act::lean) with_finger.damping_ns_per_m += finger_ns_per_m;
-      return {let_go(with_finger, place.front_m - falls_m * place.inwards, most_n * place.inwards), landed_s,
+      return {released_device(with_finger, place.front_m - falls_m * place.inwards, most_n * place.inwards), landed_s,
               landed_s + watched_s};
     }
     case Act::hold:
@@ -59,7 +59,7 @@ Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial
   return {};
 }
 
-bool is_without_hand(Act act) { return act == Act::let_go || act == Act::lean; }
+bool is_without_hand(Act act) { return act == Act::released || act == Act::lean; }
 
 /// A device without a hand may slide off its place, out of contact: the rest is unrelated to the place. Cuts the run where the
 /// device is beside or behind it, or, if thrown back, before it returns.
@@ -83,8 +83,8 @@ void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figu
       figures.jump_s = step.t_s;
       figures.jump_cause = step.cause;
     }
-    if (is_told(step.cause)) continue;
-    ++figures.untold_jumps;
+    if (has_event(step.cause)) continue;
+    ++figures.unexplained_jumps;
     if (step.mode >= 0) figures.jump_mode = run.modes[static_cast<std::size_t>(step.mode)].name;
   }
 }
@@ -110,7 +110,7 @@ void find_overfull(const Scene& scene, const FeltRun& run, TrialFigures& figures
 
 const char* name_of(Act act) noexcept {
   switch (act) {
-    case Act::let_go: return "released";
+    case Act::released: return "released";
     case Act::lean: return "leaned on";
     case Act::hold: return "held";
     case Act::stroke: return "stroked";
@@ -119,9 +119,9 @@ const char* name_of(Act act) noexcept {
   return "";
 }
 
-std::string words_of(const Trial& trial) {
+std::string format_trial(const Trial& trial) {
   if (trial.friction < 1.0)
-    return words_of({trial.act, trial.hold}) + detail::text(", with %g of its friction", trial.friction);
+    return format_trial({trial.act, trial.hold}) + detail::text(", with %g of its friction", trial.friction);
   if (is_without_hand(trial.act)) return name_of(trial.act);
   return std::string(name_of(trial.act)) + (trial.hold == Hold::firm ? ", firm" : ", relaxed");
 }
@@ -138,7 +138,7 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& presumed, const Check
                        .saturated = saturated_share(run),
                        .over_budget = static_cast<double>(summary.waiting_ticks) / static_cast<double>(summary.ticks),
                        .unborne_n = summary.unborne_max_n,
-                       .ticks_gained_j = summary.ticks_gained_j};
+                       .sampling_gained_j = summary.sampling_gained_j};
   for (const ModeSummary& mode : summary.modes) {
     figures.injected_j.push_back(mode.injected_j);
     figures.dissipated_j.push_back(mode.dissipated_j);

@@ -12,11 +12,11 @@ namespace palpa {
 
 /// Motion at a place.
 enum class Act : std::uint8_t {
-  let_go,  ///< the released device falls by one to two millimetres onto the place, pushed by its friction and 0.3 N
-  lean,    ///< likewise with 1.5 N, a leaning finger, and that finger's damping
-  hold,    ///< in to the depth, then at rest
-  stroke,  ///< over the front at 5 cm/s
-  press,   ///< in to the depth and out again, at up to 0.1 m/s, repeatedly
+  released,  ///< the released device falls by one to two millimetres onto the place, pushed by its friction and 0.3 N
+  lean,      ///< likewise with 1.5 N, a leaning finger, and that finger's damping
+  hold,      ///< in to the depth, then at rest
+  stroke,    ///< over the front at 5 cm/s
+  press,     ///< in to the depth and out again, at up to 0.1 m/s, repeatedly
 };
 const char* name_of(Act act) noexcept;
 
@@ -26,12 +26,12 @@ inline constexpr double sure_friction = 0.5;
 
 /// Motion, and hold of the device: relaxed or firm; ignored for a released device.
 struct Trial {
-  Act act = Act::let_go;
+  Act act = Act::released;
   Hold hold = Hold::relaxed;
   double friction = 1.0;  ///< [1] share of the device's Coulomb friction
 };
 /// "held, firm".
-std::string words_of(const Trial& trial);
+std::string format_trial(const Trial& trial);
 
 /// Results of a trial.
 struct TrialFigures {
@@ -42,8 +42,8 @@ struct TrialFigures {
   double jump_n = 0.0;        ///< largest step of the force in a tick beyond the coupling's, of any cause
   double jump_s = 0.0;        ///< [s] time of that step
   StepCause jump_cause = StepCause::unknown;
-  int untold_jumps = 0;   ///< of more than `felt_step_n`, without an event
-  std::string jump_mode;  ///< mode of the largest change of force in the last of them; empty: none
+  int unexplained_jumps = 0;  ///< of more than `felt_step_n`, without an event
+  std::string jump_mode;      ///< mode of the largest change of force in the last of them; empty: none
   double duration_s = 0.0;
   double saturated = 0.0;            ///< [1] share of ticks with a limited force
   double overfull = 0.0;             ///< [1] share of ticks with a limited force and no dominant unyielding level
@@ -52,7 +52,7 @@ struct TrialFigures {
   double unborne_n = 0.0;            ///< largest force not borne by any strength (Tick::unborne_n)
   std::vector<double> injected_j;    ///< by mode
   std::vector<double> dissipated_j;  ///< by mode
-  double ticks_gained_j = 0.0;       ///< injected by holding each force for a tick
+  double sampling_gained_j = 0.0;    ///< injected by holding each force for a tick
 };
 
 /// Runs the trial on a simulated clock of 1 kHz. Allocates; any thread. Throws SceneError.

@@ -27,7 +27,7 @@ Json json_of(const StableStiffness& stable) {
 }  // namespace
 
 std::string to_table(const CheckReport& report) {
-  std::string out = report.verdict + "\n\n  device     " + report.plant.name + ": " + words_of(report.plant) + "\n";
+  std::string out = report.verdict + "\n\n  device     " + report.plant.name + ": " + format_plant(report.plant) + "\n";
   out += text("  coupling   k = %g N/m, D = %g N·s/m, at most %g N; the largest force was %.2f N\n",
               report.coupling.stiffness_n_per_m, report.coupling.damping_ns_per_m, report.coupling.max_force_n,
               report.most_force_n);

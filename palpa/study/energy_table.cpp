@@ -37,9 +37,9 @@ EnergyTable energy_table(const Summary& s) {
   const Energy& e = s.energy;
   EnergyTable table;
   table.in = {{"hand", "hand", 0.0 - e.work_on_hand_j},
-              {"guard_held_back", "withheld by the guard", 0.0 - e.held_back_j},
-              {"data", "moving data", e.moved_j},
-              {"ticks", "sampling (zero-order hold)", e.ticks_j}};
+              {"guard_held_back", "withheld by the guard", 0.0 - e.withheld_j},
+              {"data", "moving data", e.data_motion_j},
+              {"ticks", "sampling (zero-order hold)", e.sampling_j}};
   std::int64_t breaks = 0;
   for (const ModeSummary& mode : s.modes) {
     table.out.push_back({key_of_mode(mode.name), mode.name, mode.dissipated_j - mode.injected_j});
@@ -48,13 +48,13 @@ EnergyTable energy_table(const Summary& s) {
   const std::string times = breaks == 1  ? " (1 break-through)"
                             : breaks > 0 ? " (" + std::to_string(breaks) + " break-throughs)"
                                          : "";
-  table.out.push_back({"let_go", "released" + times, e.let_go_j});
+  table.out.push_back({"let_go", "released" + times, e.released_j});
   table.out.push_back({"damper", "damper", 0.0 - e.damper_j});
   table.out.push_back({"spring", "stored in the spring", e.stored_j});
   if (e.elastic_j > 0.0) table.out.push_back({"elastic_levels", "stored in elastic levels", e.elastic_j});
-  table.ticks_gained_j = s.ticks_gained_j;
-  table.ticks_bound_j = e.ticks_bound_j;
-  if (s.gaining_m2_per_s > 0.0) table.covering_damping_ns_per_m = s.ticks_gained_j / s.gaining_m2_per_s;
+  table.sampling_gained_j = s.sampling_gained_j;
+  table.sampling_bound_j = e.sampling_bound_j;
+  if (s.gaining_m2_per_s > 0.0) table.covering_damping_ns_per_m = s.sampling_gained_j / s.gaining_m2_per_s;
   return table;
 }
 
@@ -110,12 +110,12 @@ std::string to_table(const EnergyTable& given) {
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + '\n';
   }
-  const std::string gained = printed(1e3 * table.ticks_gained_j, decimals);
+  const std::string gained = printed(1e3 * table.sampling_gained_j, decimals);
   if (gained.find_first_of("123456789") == std::string::npos) return text;
-  double ticks_j = 0.0;
-  for (const EnergyEntry& entry : given.in) ticks_j += entry.key == "ticks" ? entry.energy_j : 0.0;
-  text += "  sampling: " + gained + " mJ added, " + printed(1e3 * (table.ticks_gained_j - ticks_j), decimals) +
-          " mJ removed; bound k/2 sum |step|^2 = " + printed(1e3 * table.ticks_bound_j, decimals) +
+  double sampling_j = 0.0;
+  for (const EnergyEntry& entry : given.in) sampling_j += entry.key == "ticks" ? entry.energy_j : 0.0;
+  text += "  sampling: " + gained + " mJ added, " + printed(1e3 * (table.sampling_gained_j - sampling_j), decimals) +
+          " mJ removed; bound k/2 sum |step|^2 = " + printed(1e3 * table.sampling_bound_j, decimals) +
           " mJ; passive if the hand adds damping b >= " + printed(table.covering_damping_ns_per_m, 3) + " N s/m\n";
   return text;
 }

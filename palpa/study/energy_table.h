@@ -22,10 +22,10 @@ struct EnergyTable {
   std::vector<EnergyEntry> in;
   std::vector<EnergyEntry> out;
   /// Energy injected by the ticks that inject. The entry `ticks` is smaller, by the energy removed in other ticks.
-  double ticks_gained_j = 0.0;
+  double sampling_gained_j = 0.0;
   /// k/2 Σ|Δp|²: upper bound for ticks of a single balance each (docs/theory.md 7.7).
-  double ticks_bound_j = 0.0;
-  /// [N·s/m] Damping of a hand that dissipates all of `ticks_gained_j`, in those ticks.
+  double sampling_bound_j = 0.0;
+  /// [N·s/m] Damping of a hand that dissipates all of `sampling_gained_j`, in those ticks.
   double covering_damping_ns_per_m = 0.0;
 
   double in_j() const noexcept;

@@ -71,12 +71,12 @@ FeltTick felt_tick(const TickFrame& frame) noexcept {
 
 void add_tick(FeltRun& run, const TickFrame& frame, const Session& session) {
   FeltTick tick = felt_tick(frame);
-  tick.told = frame.snap_n > 0.0;
+  tick.other_event = frame.snap_n > 0.0;
   for (const SessionEvent& event : session.events()) {
     const bool broke = event.kind == SessionEventKind::break_through;
     tick.onset |= event.kind == SessionEventKind::onset;
     tick.broke_through |= broke;
-    tick.told |= event.kind == SessionEventKind::fault || event.kind == SessionEventKind::warning;
+    tick.other_event |= event.kind == SessionEventKind::fault || event.kind == SessionEventKind::warning;
     if (broke) tick.broke_force_n = std::max(tick.broke_force_n, run.stiffness_n_per_m * event.depth_m);
   }
   run.ticks.push_back(tick);
@@ -119,7 +119,7 @@ FeltSignals quiet_signals_of(const FeltRun& run, double from_s, double to_s) {
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     const FeltTick& tick = run.ticks[i];
     if (norm(tick.command_n) <= contact_force_n) counts[i] = false;
-    if (!tick.onset && !tick.broke_through && !tick.told) continue;
+    if (!tick.onset && !tick.broke_through && !tick.other_event) continue;
     for (std::size_t j = i; tick.t_s - run.ticks[j].t_s <= after_break_through_s; --j) {
       counts[j] = false;
       if (j == 0) break;
@@ -164,7 +164,7 @@ const char* name_of(StepCause cause) noexcept {
   switch (cause) {
     case StepCause::break_through: return "break-through";
     case StepCause::onset: return "onset";
-    case StepCause::told: return "other event";
+    case StepCause::other_event: return "other event";
     case StepCause::edge: return "edge of data";
     case StepCause::directed: return "directed force";
     case StepCause::release: return "release";
@@ -175,17 +175,17 @@ const char* name_of(StepCause cause) noexcept {
   return "unknown";
 }
 
-bool is_told(StepCause cause) noexcept {
-  return cause == StepCause::break_through || cause == StepCause::onset || cause == StepCause::told;
+bool has_event(StepCause cause) noexcept {
+  return cause == StepCause::break_through || cause == StepCause::onset || cause == StepCause::other_event;
 }
 
 std::vector<ExcessStep> excess_steps(const FeltRun& run, const EdgesOfData* edges, double above_n) {
   std::vector<ExcessStep> steps;
-  double broke_s = -INFINITY, told_s = -INFINITY;
+  double broke_s = -INFINITY, event_s = -INFINITY;
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     const FeltTick& now = run.ticks[i];
     if (now.broke_through) broke_s = now.t_s;
-    if (now.told) told_s = now.t_s;
+    if (now.other_event) event_s = now.t_s;
     if (i == 0 || !is_step(run.ticks[i - 1], now)) continue;
     const FeltTick& before = run.ticks[i - 1];
     ExcessStep step{.tick = i, .t_s = now.t_s, .step_n = norm(now.command_n - before.command_n)};
@@ -196,8 +196,8 @@ std::vector<ExcessStep> excess_steps(const FeltRun& run, const EdgesOfData* edge
       step.cause = StepCause::break_through;
     } else if (now.onset || before.onset) {
       step.cause = StepCause::onset;
-    } else if (now.t_s - told_s <= after_break_through_s) {
-      step.cause = StepCause::told;
+    } else if (now.t_s - event_s <= after_break_through_s) {
+      step.cause = StepCause::other_event;
     } else if (edges && (edges->is_near(now.proxy_m) || edges->is_near(before.proxy_m))) {
       step.cause = StepCause::edge;
     } else if (step.mode >= 0) {

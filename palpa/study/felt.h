@@ -24,7 +24,7 @@ struct FeltTick {
   bool onset = false;          ///< contact with a level began
   bool broke_through = false;  ///< a level was broken through
   double broke_force_n = 0.0;  ///< largest spring force at a break-through
-  bool told = false;           ///< another event of this tick, recorded in the trace, explains it
+  bool other_event = false;    ///< another event of this tick, recorded in the trace, explains it
 };
 
 /// Tick without its events, live or from a recording, where values of an invalid probe need not be finite.
@@ -83,7 +83,7 @@ class EdgesOfData {
 enum class StepCause : std::uint8_t {
   break_through,  ///< break-through of a level, at most `after_break_through_s` earlier
   onset,          ///< contact with a level began
-  told,           ///< explained by another event, at most as much earlier
+  other_event,    ///< explained by another event, at most as much earlier
   edge,           ///< data end here
   directed,       ///< a directed force changed
   release,        ///< a mode released or began contact, without an event
@@ -91,12 +91,12 @@ enum class StepCause : std::uint8_t {
   turn,           ///< a mode's force rotated: the surface under the proxy has an edge
   unknown,
 };
-inline constexpr StepCause step_causes[] = {StepCause::break_through, StepCause::onset,    StepCause::told,
+inline constexpr StepCause step_causes[] = {StepCause::break_through, StepCause::onset,    StepCause::other_event,
                                             StepCause::edge,          StepCause::directed, StepCause::release,
                                             StepCause::strength,      StepCause::turn,     StepCause::unknown};
 const char* name_of(StepCause cause) noexcept;
 /// Whether a session's event explains a step of this cause.
-bool is_told(StepCause cause) noexcept;
+bool has_event(StepCause cause) noexcept;
 
 /// Step of the command larger than the spring's response to the hand's motion.
 struct ExcessStep {

@@ -72,7 +72,7 @@ void check_duration(const PreparedRun& prepared, const RunOptions& options) {
 }
 
 /// Formats the placement of a recording.
-std::string words_of(const RecordingPlacement& laid) {
+std::string format_placement(const RecordingPlacement& laid) {
   std::string words = "The recording was ";
   if (laid.scale != 1.0) {
     words += detail::text("made %.3g times smaller to fit a device's reach, and ", 1.0 / laid.scale);
@@ -89,7 +89,7 @@ Scene within(Scene scene, const DevicePlant& plant) {
   return scene;
 }
 
-std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
+std::string format_stiffness(const Scene& scene, const DevicePlant& plant) {
   return detail::text(
       "device: %s is rated for up to %g N/m, the scene's coupling has %g N/m; --set coupling.stiffness_n_per_m=%g",
       plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
@@ -97,7 +97,7 @@ std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
 }
 
 /// A sentence for each level stronger than the largest force at the hand, which never breaks.
-std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
+std::vector<std::string> format_unyielding(const Scene& scene, double device_max_force_n) {
   const double most_n = force_limit_n(scene, device_max_force_n);
   const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
   std::vector<std::string> sentences;
@@ -127,7 +127,7 @@ PreparedRun held(std::unique_ptr<Device> device, LoadedScene loaded, const RunOp
   prepared.real_device = std::move(device);
   prepared.device = options.device;
   const DeviceLimits limits = prepared.real_device->limits();
-  for (std::string& sentence : words_of_unyielding(prepared.loaded.scene, limits.max_force_n))
+  for (std::string& sentence : format_unyielding(prepared.loaded.scene, limits.max_force_n))
     prepared.notes.push_back(std::move(sentence));
   prepared.duration_s = options.duration_s.value_or(std::numeric_limits<double>::infinity());
   return prepared;
@@ -144,7 +144,7 @@ struct SoughtHand {
 Place place_of(const RunOptions& options, const Target& target) {
   if (options.place) return *options.place;
   if (options.recording.center) return *options.recording.center ? Place::centred : Place::as_recorded;
-  return target.knows_its_place() ? Place::as_recorded : Place::fitted;
+  return target.has_own_placement() ? Place::as_recorded : Place::fitted;
 }
 
 SoughtHand sought_hand(const RunOptions& options) {
@@ -190,18 +190,18 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
     const RecordingPlacement laid = prepared.reach->place_recording(prepared.target, hold);
     prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
     prepared.laid = laid;
-    prepared.notes.push_back(words_of(laid));
+    prepared.notes.push_back(format_placement(laid));
   }
-  if (!hand.motion && !options.target && !prepared.laid && !prepared.target->knows_its_place())
+  if (!hand.motion && !options.target && !prepared.laid && !prepared.target->has_own_placement())
     prepared.remedy = "--hand-place fitted";
-  prepared.goes_its_own_way = !hand.motion && hold == Hold::rigid;
+  prepared.is_rigid_hand = !hand.motion && hold == Hold::rigid;
   prepared.hand = hand_device(prepared.target, hold, hand.plant);
   if (!hand.plant.name.empty()) {
-    prepared.notes.push_back("The hand holds a device, " + hand.plant.name + ": " + words_of(hand.plant) + ".");
+    prepared.notes.push_back("The hand holds a device, " + hand.plant.name + ": " + format_plant(hand.plant) + ".");
     if (scene.coupling.stiffness_n_per_m > hand.plant.limits.max_stiffness_n_per_m)
-      prepared.loaded.warnings.push_back(words_of_stiffness(scene, hand.plant));
+      prepared.loaded.warnings.push_back(format_stiffness(scene, hand.plant));
   }
-  for (std::string& sentence : words_of_unyielding(scene, prepared.hand->limits().max_force_n))
+  for (std::string& sentence : format_unyielding(scene, prepared.hand->limits().max_force_n))
     prepared.notes.push_back(std::move(sentence));
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
@@ -248,7 +248,7 @@ const char* name_of(Place place) noexcept {
 }
 
 Place place_by_fit(const RunOptions& options, bool is_fitted) {
-  if (recorded_target(options.hand, options.recording)->knows_its_place()) return Place::as_recorded;
+  if (recorded_target(options.hand, options.recording)->has_own_placement()) return Place::as_recorded;
   return is_fitted ? Place::fitted : Place::centred;
 }
 
@@ -277,7 +277,7 @@ std::string forecast(const PreparedRun& prepared) {
   const double share = reach.felt_share(places_m);
   const std::string words = detail::text("About %.0f %% of the hand's path is in contact.", 100.0 * share);
   if (share >= little_contact) return words;
-  return (share > 0.0 ? words : "Nothing will be felt.") + " " + why_little_is_felt(reach, places_m, prepared.remedy);
+  return (share > 0.0 ? words : "Nothing will be felt.") + " " + explain_little_contact(reach, places_m, prepared.remedy);
 }
 
 }  // namespace palpa

@@ -60,12 +60,12 @@ std::optional<Nearest> Reach::nearest(std::span<const Vec3> places_m) const {
     for (int j = 0; j < across; ++j)
       for (int i = 0; i < across; ++i) {
         if (!lattice_->felt(i, j, k)) continue;
-        const Vec3 felt_m = ReachLattice::middle_m(i, j, k);
+        const Vec3 contact_m = ReachLattice::middle_m(i, j, k);
         for (const Vec3& place_m : places_m) {
-          const double away = norm_squared(felt_m - place_m);
+          const double away = norm_squared(contact_m - place_m);
           if (!(away < least)) continue;
           least = away;
-          best = Nearest{std::sqrt(away), felt_m - place_m};
+          best = Nearest{std::sqrt(away), contact_m - place_m};
         }
       }
   return best;
@@ -121,7 +121,7 @@ std::string why_empty(const Scene& scene) {
 
 }  // namespace
 
-std::string words_of(const Nearest& nearest) {
+std::string format_nearest(const Nearest& nearest) {
   std::string words = detail::text("%.0f mm away", 1e3 * nearest.distance_m);
   const std::pair<double, std::pair<const char*, const char*>> axes[] = {
       {nearest.direction.x, {"to the right", "to the left"}},
@@ -137,11 +137,11 @@ std::string words_of(const Nearest& nearest) {
   return words;
 }
 
-std::string why_little_is_felt(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy) {
+std::string explain_little_contact(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy) {
   if (reach.is_empty()) return why_empty(reach.scene());
   const auto nearest = reach.nearest(places_m);
   if (!nearest) return "The position of the hand is never known.";
-  std::string words = "The nearest contact for a hand that approaches from the user is " + words_of(*nearest) + ".";
+  std::string words = "The nearest contact for a hand that approaches from the user is " + format_nearest(*nearest) + ".";
   if (!remedy.empty()) words += " " + remedy + " moves the hand to the position with the longest contact.";
   return words;
 }

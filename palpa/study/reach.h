@@ -67,7 +67,7 @@ class Reach {
 };
 
 /// "34 mm away: 12 mm to the right, 31 mm up".
-std::string words_of(const Nearest& nearest);
+std::string format_nearest(const Nearest& nearest);
 
 /// [1] Share of contact below which a run reports reasons. More: sparse scenes explain themselves needlessly; less: misplaced
 /// hands are not noticed.
@@ -75,6 +75,6 @@ inline constexpr double little_contact = 0.05;
 /// Sentences for a person: the distance and direction of the nearest contact from these hand positions [m], and a setting that
 /// would help.
 /// \param remedy  option that places this hand in contact; empty: none
-std::string why_little_is_felt(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy);
+std::string explain_little_contact(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy);
 
 }  // namespace palpa

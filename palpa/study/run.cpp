@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 /// Whether the guard limited the force in more than a hundredth of the ticks.
 bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
-std::string words_of_limit(const Summary& summary) {
+std::string format_limit(const Summary& summary) {
   return detail::text(
       "The coupling requested up to %.1f N, of which %.1f N reached the hand: a rigid recording does not give way, as a hand "
       "does. --hand-hold firm lets the force move it.",
@@ -68,12 +68,12 @@ class Telling {
       summary.notes.push_back(sentence);
       if (writer) writer->add_note(sentence);
     };
-    if (prepared_.goes_its_own_way && often_limited(summary)) note(words_of_limit(summary));
+    if (prepared_.is_rigid_hand && often_limited(summary)) note(format_limit(summary));
     if (const double share = summary.contact_share; share < little_contact) {
       const std::string lead =
           share > 0.0 ? detail::text("Little was felt: in %.1f %% of the ticks.", 100.0 * share) : "Nothing was felt.";
       if (!prepared_.reach) prepared_.reach.emplace(prepared_.loaded.scene);
-      note(lead + " " + why_little_is_felt(*prepared_.reach, path_.places_m(), prepared_.remedy));
+      note(lead + " " + explain_little_contact(*prepared_.reach, path_.places_m(), prepared_.remedy));
     }
     return summary;
   }

@@ -81,7 +81,7 @@ struct PreparedRun {
   bool ends_with_row = false;              ///< the duration is a recording's: a tick at its very end has the last row
   std::optional<Reach> reach;              ///< contact in reach, if needed to place the hand
   std::optional<RecordingPlacement> laid;  ///< placement of the recording, if any
-  bool goes_its_own_way = false;           ///< the hand is a rigid recording
+  bool is_rigid_hand = false;              ///< the hand is a rigid recording
   std::string remedy;                      ///< option that would place the recording at most contact, if unused
   std::vector<std::string> notes;          ///< sentences: losses of a named filter, treatment of the hand, unyielding levels
 };

@@ -73,7 +73,7 @@ double Spectrum::band_rms(double low_hz, double high_hz) const noexcept {
   return std::sqrt(square);
 }
 
-Spectrum spectrum_of(std::span<const std::vector<Vec3>> stretches, double rate_hz) {
+Spectrum spectrum_of(std::span<const std::vector<Vec3>> segments, double rate_hz) {
   const std::size_t samples = window_samples(rate_hz);
   std::vector<double> weights(samples);
   double weights_squared = 0.0;
@@ -83,10 +83,10 @@ Spectrum spectrum_of(std::span<const std::vector<Vec3>> stretches, double rate_h
   }
   std::vector<double> sums(samples / 2 + 1);
   int windows = 0;
-  for (const std::vector<Vec3>& stretch : stretches) {
-    for (std::size_t begin = 0; begin + samples <= stretch.size(); begin += samples / 2, ++windows) {
+  for (const std::vector<Vec3>& segment : segments) {
+    for (std::size_t begin = 0; begin + samples <= segment.size(); begin += samples / 2, ++windows) {
       for (double Vec3::*component : {&Vec3::x, &Vec3::y, &Vec3::z}) {
-        std::vector<Complex> values = weighed(std::span(stretch).subspan(begin, samples), component, weights);
+        std::vector<Complex> values = weighed(std::span(segment).subspan(begin, samples), component, weights);
         transform(values);
         for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += std::norm(values[i]);
       }

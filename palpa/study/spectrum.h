@@ -28,9 +28,9 @@ struct Spectrum {
 
 /// Welch's estimate (1967): windows of about a quarter of a second that overlap by half, each detrended and weighted by Hann's
 /// window; over all intervals together. The sum over all frequencies is the signal's mean square (Parseval).
-/// \param stretches  in the signal's own unit; with gaps between them; those shorter than a window are ignored
+/// \param segments  in the signal's own unit; with gaps between them; those shorter than a window are ignored
 /// \param rate_hz    [Hz] > 0: samples per second
-Spectrum spectrum_of(std::span<const std::vector<Vec3>> stretches, double rate_hz);
+Spectrum spectrum_of(std::span<const std::vector<Vec3>> segments, double rate_hz);
 /// Spectrum of one interval.
 /// \param signal  in its own unit
 Spectrum spectrum_of(const std::vector<Vec3>& signal, double rate_hz);

@@ -109,17 +109,17 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
   energy.elastic_j = tick.energy.elastic_j;
   energy.dissipated_j += tick.energy.dissipated_j;
   energy.injected_j += tick.energy.injected_j;
-  energy.path_j += tick.energy.path_j;
+  energy.path_and_release_j += tick.energy.path_and_release_j;
   energy.damper_j += tick.energy.damper_j;
-  energy.moved_j += tick.energy.moved_j;
+  energy.data_motion_j += tick.energy.data_motion_j;
   energy.work_on_hand_j += tick.energy.work_on_hand_j;
-  energy.let_go_j += tick.energy.let_go_j;
-  energy.held_back_j += tick.energy.held_back_j;
-  energy.ticks_j += tick.energy.ticks_j;
-  energy.ticks_bound_j += tick.energy.ticks_bound_j;
+  energy.released_j += tick.energy.released_j;
+  energy.withheld_j += tick.energy.withheld_j;
+  energy.sampling_j += tick.energy.sampling_j;
+  energy.sampling_bound_j += tick.energy.sampling_bound_j;
   const bool known = tick.probe_valid && tick.status != TickStatus::bad_input;
-  if (known && last_probe_m_ && tick.energy.ticks_j > rounding * tick.energy.ticks_bound_j) {
-    summary_.ticks_gained_j += tick.energy.ticks_j;
+  if (known && last_probe_m_ && tick.energy.sampling_j > rounding * tick.energy.sampling_bound_j) {
+    summary_.sampling_gained_j += tick.energy.sampling_j;
     summary_.gaining_m2_per_s += norm_squared(tick.probe_m - *last_probe_m_) / frame.dt_s;
   }
   last_probe_m_ = known ? std::optional(tick.probe_m) : std::nullopt;
@@ -267,8 +267,8 @@ std::string to_json(const Summary& s) {
       {"faults", s.faults},
       {"dropped_primitives", s.dropped_primitives},
       {"energy_j", Json::parse(to_json(energy))},
-      {"ticks_gained_j", energy.ticks_gained_j},
-      {"ticks_bound_j", energy.ticks_bound_j},
+      {"ticks_gained_j", energy.sampling_gained_j},
+      {"ticks_bound_j", energy.sampling_bound_j},
       {"covering_damping_ns_per_m", energy.covering_damping_ns_per_m},
       {"modes", modes},
       {"notes", s.notes},

@@ -21,7 +21,7 @@ const char* name_of(GuardCause cause) noexcept {
                   "dead_man", "panic", "stops"},
                  static_cast<std::size_t>(cause));
 }
-const char* words_of(GuardCause cause) noexcept {
+const char* format_cause(GuardCause cause) noexcept {
   return name_in({"", "the session begins: keep the hand where nothing is felt", "the force is not finite",
                   "the device does not know where the hand is", "the device says that something is wrong",
                   "the device did not take the force", "ticks were missed", "the hand is too fast",
@@ -145,18 +145,18 @@ const Table<TickFrame>& ticks_table() {
       COLUMN(TickFrame, "stored_j", "", result.energy.stored_j, "energy in the coupling's spring after the tick"),
       COLUMN(TickFrame, "dissipated_j", "", result.energy.dissipated_j, "taken out by modes"),
       COLUMN(TickFrame, "injected_j", "", result.energy.injected_j, "brought in by modes"),
-      COLUMN(TickFrame, "path_j", "", result.energy.path_j, "price of walking the path in sub-steps"),
+      COLUMN(TickFrame, "path_j", "", result.energy.path_and_release_j, "price of walking the path in sub-steps"),
       COLUMN(TickFrame, "damper_j", "", result.energy.damper_j, "work on the hand of the held damper force, and of what waits"),
-      COLUMN(TickFrame, "moved_j", "", result.energy.moved_j, "work of the data's own motion"),
+      COLUMN(TickFrame, "moved_j", "", result.energy.data_motion_j, "work of the data's own motion"),
       COLUMN(TickFrame, "work_on_hand_j", "", result.energy.work_on_hand_j,
              "work on the hand of the command that was held since the last tick"),
       COLUMN(TickFrame, "guard", "", guard, "pass, limited, fault, waiting, ramp, damped, falling or off (docs/safety.md)"),
       COLUMN(TickFrame, "buttons", "", buttons, "pressed buttons, one bit each"),
-      later(COLUMN(TickFrame, "let_go_j", "", result.energy.let_go_j,
+      later(COLUMN(TickFrame, "let_go_j", "", result.energy.released_j,
                    "lost by the spring where the proxy went further than hand and data took it")),
-      later(COLUMN(TickFrame, "held_back_j", "", result.energy.held_back_j, "work on the hand that the guard withheld")),
-      later(COLUMN(TickFrame, "ticks_j", "", result.energy.ticks_j, "brought in by holding the force for a tick")),
-      later(COLUMN(TickFrame, "ticks_bound_j", "", result.energy.ticks_bound_j, "k/2 of the probe's step, squared")),
+      later(COLUMN(TickFrame, "held_back_j", "", result.energy.withheld_j, "work on the hand that the guard withheld")),
+      later(COLUMN(TickFrame, "ticks_j", "", result.energy.sampling_j, "brought in by holding the force for a tick")),
+      later(COLUMN(TickFrame, "ticks_bound_j", "", result.energy.sampling_bound_j, "k/2 of the probe's step, squared")),
       later(COLUMN(TickFrame, "elastic_j", "", result.energy.elastic_j, "energy in elastic levels after the tick")),
       later(COLUMN(TickFrame, "guard_cause", "", guard_cause, "why the guard lets nothing or less through, else none")),
       later(COLUMN(

@@ -122,7 +122,7 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again, 
     });
     Compared compared = compare_file(recorded, again, table.file, names, there, complete, last_tick);
     result.same = compared.difference.empty();
-    result.where = detail::shown(compared.difference);  // cells of a trace are untrusted
+    result.where = detail::sanitized(compared.difference);  // cells of a trace are untrusted
     return compared.rows;
   };
   if (a.scene_text() != b.scene_text()) {

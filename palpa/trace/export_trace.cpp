@@ -172,7 +172,7 @@ std::string markups_of(const FeltPath& path) {
     curve.push_back(control_point(curve.size() + 1, "", moment(row), vector_in(proxy_m, row)));
   for (const FeltEvent& event : path.events) {
     if ((event.kind != "onset" && event.kind != "break_through") || places.size() == most_events) continue;
-    const std::string label = detail::shown(event.subject) + (event.kind == "onset" ? " holds" : " gives way");
+    const std::string label = detail::sanitized(event.subject) + (event.kind == "onset" ? " holds" : " gives way");
     places.push_back(control_point(places.size() + 1, label, moment(event.row), vector_in(proxy_m, event.row)));
   }
   nlohmann::json all = nlohmann::json::array({markup("Curve", std::move(curve), false)});

@@ -30,7 +30,7 @@ bool write(hid_t file, const FeltColumn& column) {
   const auto components = static_cast<hsize_t>(column.components);
   const hsize_t lengths[2] = {column.values.size() / components, components};
   const Held space(H5Screate_simple(components > 1 ? 2 : 1, lengths, nullptr), H5Sclose);
-  std::string name = shown(column.name);
+  std::string name = sanitized(column.name);
   std::replace(name.begin(), name.end(), '/', '_');  // '/' would be a group
   const Held data(H5Dcreate2(file, name.c_str(), column.is_whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
                              H5P_DEFAULT, H5P_DEFAULT),

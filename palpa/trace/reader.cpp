@@ -39,7 +39,7 @@ TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder),
       detail::read_whole(detail::InputFile(folder / "scene.toml"), limit::scene_bytes, "a trace holds the scene that was felt");
 }
 
-bool TraceReader::tells_energy() const {
+bool TraceReader::has_energy() const {
   const detail::Table<TickFrame>& table = detail::ticks_table();
   detail::LineFile file(folder_ / table.file);
   std::string_view line;

@@ -52,7 +52,7 @@ constexpr std::uint32_t bit_of(Circumstance circumstance) noexcept { return 1u <
 const char* name_of(GuardState state) noexcept;
 const char* name_of(GuardCause cause) noexcept;
 /// Formats the cause as half a sentence.
-const char* words_of(GuardCause cause) noexcept;
+const char* format_cause(GuardCause cause) noexcept;
 const char* name_of(TickStatus status) noexcept;
 const char* name_of(Stop stop) noexcept;
 const char* name_of(SessionEventKind kind) noexcept;
@@ -154,7 +154,7 @@ class TraceReader {
   /// file and line on any other missing column or a bad number.
   std::vector<TraceTick> ticks() const;
   /// Whether its ticks have all columns of an energy table: older recordings do not. Throws as `ticks`.
-  bool tells_energy() const;
+  bool has_energy() const;
 
  private:
   std::filesystem::path folder_;

@@ -256,7 +256,7 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
       const bool fault = frame.guard == GuardState::fault;
       const char* why = frame.guard == GuardState::limited  ? "the force is above the limit"
                         : frame.guard == GuardState::damped ? "more energy came out than went in"
-                                                            : words_of(frame.guard_cause);
+                                                            : format_cause(frame.guard_cause);
       files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.guard), why);
       files.last_guard = frame.guard;
       files.last_cause = frame.guard_cause;

@@ -186,8 +186,9 @@ std::string length_words(double length_m, double like_m, double file_unit_m) {
 }
 
 std::string number_words(double value, double step) {
-  const double told = step > 0.0 && value != 0.0 ? std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step)) : 0.0;
-  const int digits = static_cast<int>(std::clamp(1.0 + told, 3.0, 15.0));
+  const double orders =
+      step > 0.0 && value != 0.0 ? std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step)) : 0.0;
+  const int digits = static_cast<int>(std::clamp(1.0 + orders, 3.0, 15.0));
   // %g switches to exponents from 1000 on; whole numbers are legible up to a hundred thousand.
   if (std::abs(value) >= 999.5 && std::abs(value) < 1e5 && !(step > 0.0 && step < 1.0)) return text("%.0f", value);
   return text("%.*g", digits, value == 0.0 ? 0.0 : value);

@@ -38,7 +38,7 @@ using detail::View;
 constexpr std::size_t most_path_points = 4000;
 // Smallest extent assumed for a path. Less: the tremor of a resting hand fills the picture; more: small motions are hard to
 // see.
-constexpr double least_felt_m = 0.02;
+constexpr double min_path_radius_m = 0.02;
 constexpr Color probe_color{detail::probe_color[0], detail::probe_color[1], detail::probe_color[2]};
 constexpr Color limited_color{0.25, 0.80, 1.0};
 
@@ -274,9 +274,9 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   if (!data.any() && !felt.any()) data.add(view, Box{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}});
 
   // All of the data if that leaves the path large enough, otherwise its surroundings.
-  const double felt_m = felt.any() ? std::max(felt.radius_m(), least_felt_m) : 0.0;
+  const double path_radius_m = felt.any() ? std::max(felt.radius_m(), min_path_radius_m) : 0.0;
   const auto around_felt = [&] {
-    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * felt_m, 5.0 * felt_m);
+    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * path_radius_m, 5.0 * path_radius_m);
     const Vec3 centre = felt.centre();
     Seen around = felt;
     around.low = {std::max(data.low.x, centre.x - radius_m), std::max(data.low.y, centre.y - radius_m), felt.low.z};
@@ -284,7 +284,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
     return around;
   };
   const bool close = moment && options.half_height_m > 0.0;
-  const bool all_data = !close && (!felt.any() || data.radius_m() <= 7.0 * felt_m);
+  const bool all_data = !close && (!felt.any() || data.radius_m() <= 7.0 * path_radius_m);
   Seen shown = close ? now : all_data ? data : around_felt();
   if (felt.any() && !close) shown.add(felt);
 

@@ -185,7 +185,7 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
   return shapes;
 }
 
-Box worth_showing(const Scene& scene, const std::vector<Vec3>& felt_m) {
+Box worth_showing(const Scene& scene, const std::vector<Vec3>& path_m) {
   const auto join = [](Box& box, const Vec3& p) {
     box.low_m = {std::min(box.low_m.x, p.x), std::min(box.low_m.y, p.y), std::min(box.low_m.z, p.z)};
     box.high_m = {std::max(box.high_m.x, p.x), std::max(box.high_m.y, p.y), std::max(box.high_m.z, p.z)};
@@ -198,9 +198,9 @@ Box worth_showing(const Scene& scene, const std::vector<Vec3>& felt_m) {
     join(data, box.low_m);
     join(data, box.high_m);
   }
-  if (felt_m.empty()) return data;
-  Box felt{felt_m.front(), felt_m.front()};
-  for (const Vec3& p : felt_m) join(felt, p);
+  if (path_m.empty()) return data;
+  Box felt{path_m.front(), path_m.front()};
+  for (const Vec3& p : path_m) join(felt, p);
   const double reach_m = 6.0 * std::max(largest_component(felt.size_m()), 2.0 * least_felt_m);
   const Vec3 reach{reach_m, reach_m, reach_m};
   return shared_part(data, {felt.centre_m() - reach, felt.centre_m() + reach});

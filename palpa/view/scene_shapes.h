@@ -40,6 +40,6 @@ struct SceneShapes {
 SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles);
 
 /// Box to show, hand frame: the part of the scene's layers around the felt positions.
-Box worth_showing(const Scene& scene, const std::vector<Vec3>& felt_m);
+Box worth_showing(const Scene& scene, const std::vector<Vec3>& path_m);
 
 }  // namespace palpa::detail

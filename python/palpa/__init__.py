@@ -69,7 +69,7 @@ _reader = _pathlib.Path(__file__).absolute().parents[2] / "bin" / "palpa-read"
 if _reader.exists():
     _os.environ.setdefault("PALPA_READER", str(_reader))
 
-from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, Here, LoadError, Mask, ModeForce, Out,
+from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, ModeContext, LoadError, Mask, ModeForce, PrimitiveSink,
                      MouseHand, ScalarSample, SceneError, Session, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
                      plane_field, ring_vortex, sphere_field, wing_wake)
 from ._device import Device
@@ -100,3 +100,11 @@ for _name, _thing in list(vars().items()):  # public names in messages
         except (AttributeError, TypeError):
             pass
 __all__ = sorted(name for name in vars() if not name.startswith("_"))
+
+
+def __getattr__(name):
+    """Names of 0.1."""
+    renamed = {"Here": ModeContext, "Out": PrimitiveSink}
+    if name in renamed:
+        return renamed[name]
+    raise AttributeError(f"module 'palpa' has no attribute '{name}'")

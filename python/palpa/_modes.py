@@ -26,7 +26,7 @@ class Mode:
                 if sample.inside:
                     out.point(0, here.proxy_m, here.newtons(self.strength_n))
 
-    `here` is a palpa.Here, `out` a palpa.Out. An invalid primitive (a direction that is not of unit length, NaN, a negative
+    `here` is a palpa.ModeContext, `out` a palpa.PrimitiveSink. An invalid primitive (a direction that is not of unit length, NaN, a negative
     strength, a drag away from here.proxy_m) raises ValueError, with the mode's name; with `strict = False` in the class it is
     dropped, counted in Tick.dropped and reported once in Session.events, as for a mode in C++.
     Usable in a Session and in palpa.run, not in real time: for that a palpa.CFunction takes a C function.
@@ -35,7 +35,7 @@ class Mode:
     fields: tuple[str, ...] = ()
     strict: bool = True
 
-    def place(self, here: _palpa.Here, out: _palpa.Out) -> None:
+    def place(self, here: _palpa.ModeContext, out: _palpa.PrimitiveSink) -> None:
         raise NotImplementedError(f"{type(self).__name__} has no method 'place(self, here, out)'")
 
     def _to_part(self):

@@ -6,7 +6,7 @@ internal = r"\b(detail|phantom|scene_file)\b|namespace\s*$"
 knows_toml = ("palpa/scene/set_path.h", "palpa/scene/toml_section.h")
 # Functions of more than 60 lines, by file: most are one list of fields, keys, widgets, cases of a switch or bindings.
 longer = {
-    "palpa/report/words.cpp": "words_of",
+    "palpa/report/words.cpp": "format_recorded",
     "palpa/scene/first_flow.cpp": "vortices_of",
     "palpa/solver/problem.cpp": "pose",
     "palpa/study/check_places.cpp": "check_places",

@@ -355,7 +355,7 @@ TEST_F(RecordedHand, GivenPositionsAreThoseOfTheirTicks) {
   for (int n = 0; n < 20'000; ++n) path_m.push_back({1e-3 * std::sin(0.1 * n), 1e-6 * n, 0.7});
   for (const double dt_s : {1e-3, 1.0 / 3000.0, 0.37e-3}) {
     const auto hand = hand_device(sampled_target(path_m, dt_s), Hold::rigid);
-    EXPECT_TRUE(sampled_target(path_m, dt_s)->knows_its_place());
+    EXPECT_TRUE(sampled_target(path_m, dt_s)->has_own_placement());
     for (const Vec3& row_m : path_m) {
       const DeviceState state = hand->read();
       ASSERT_TRUE(state.valid);

@@ -131,7 +131,7 @@ TEST_F(StandIn, ReadersThatTalkNonsense) {
 
 TEST_F(StandIn, WhatReadersSaySteersNothing) {
   const std::string text = error("no sentence");
-  EXPECT_EQ(text, detail::shown(text));
+  EXPECT_EQ(text, detail::sanitized(text));
   EXPECT_NE(text.find("is not liked'; "), std::string::npos) << text;
   EXPECT_LE(error("long sentence").size(), 2000U);
   file_ = write("a\u202e\x1b.nrrd", "any bytes");
@@ -140,7 +140,7 @@ TEST_F(StandIn, WhatReadersSaySteersNothing) {
     read();
     ADD_FAILURE() << "no error";
   } catch (const LoadError& problem) {
-    EXPECT_EQ(std::string(problem.what()), detail::shown(problem.what())) << "the name of a file steers nothing either";
+    EXPECT_EQ(std::string(problem.what()), detail::sanitized(problem.what())) << "the name of a file steers nothing either";
   }
 }
 

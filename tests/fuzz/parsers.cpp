@@ -174,7 +174,7 @@ std::string broken_by_target(const Target& target) {
   const double duration_s = target.duration_s();
   if (!std::isfinite(duration_s) || duration_s < 0.0) return "a recorded hand has a length";
   for (const std::string& warning : target.warnings()) {
-    if (warning != detail::shown(warning)) return "a warning is one line in words";
+    if (warning != detail::sanitized(warning)) return "a warning is one line in words";
   }
   constexpr double beyond_m = 2100.0;  // the longest admitted distance, between ends of a box, with rounding
   for (int n = -2; n <= 34; ++n) {
@@ -246,13 +246,13 @@ std::string broken_by_trace(std::string_view bytes, const fs::path& folder) {
     if (!(trace.header().dt_s > 0.0)) return "a trace has a time step";
     if (!std::isfinite(trace.header().hand_to_world.scale)) return "a trace has a map from hand to world";
     const std::vector<TraceTick> ticks = trace.ticks();
-    trace.tells_energy();
+    trace.has_energy();
     return ticks.size() <= std::max<std::size_t>(sound_ticks, bytes.size()) ? std::string() : "a tick is a row";
   });
   const auto compared = [&](const fs::path& a, const fs::path& b) {
     return unless_refused([&]() -> std::string {
       const TraceDifference difference = compare_traces(a, b);
-      if (difference.where != detail::shown(difference.where)) return "where traces differ is said in one line";
+      if (difference.where != detail::sanitized(difference.where)) return "where traces differ is said in one line";
       // Values may be missing, but none may differ from itself.
       if (a == b && difference.where.find(" against ") != std::string::npos)
         return "a trace is the same as itself: " + difference.where;
@@ -296,8 +296,8 @@ std::string broken_by_packet(std::string_view bytes, const fs::path&) {
 
 std::string broken_by_refusal(std::string_view text) {
   constexpr std::size_t longest = 3000;  // [1] bytes
-  const auto with = [&](const char* promise) { return std::string(promise) + ": " + detail::shown(text.substr(0, 300)); };
-  if (text != detail::shown(text)) return with("a refusal steers nothing");
+  const auto with = [&](const char* promise) { return std::string(promise) + ": " + detail::sanitized(text.substr(0, 300)); };
+  if (text != detail::sanitized(text)) return with("a refusal steers nothing");
   if (text.find("; ") == std::string_view::npos) return with("a refusal says what would be right");
   if (text.size() > longest) return with("a refusal can be read");
   return {};

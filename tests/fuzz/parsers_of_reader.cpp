@@ -45,8 +45,8 @@ std::string broken_by(Open open, const char* name, std::string_view bytes, const
     source->read(room.fields, to);
     source->check_files();
   } catch (const LoadError& error) {
-    return broken_by_refusal(detail::shown(error.what()));  // as its caller shows it
-  } catch (const std::bad_alloc&) {                         // palpa-read has a message for it
+    return broken_by_refusal(detail::sanitized(error.what()));  // as its caller shows it
+  } catch (const std::bad_alloc&) {                             // palpa-read has a message for it
   }
   return {};
 }

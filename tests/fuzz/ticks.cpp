@@ -89,10 +89,24 @@ class AnyHand {
 /// A hash of a tick's result, to the bit, for the traced quantities.
 std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
   const Tick& t = frame.result;
-  const std::array numbers{t.proxy_m.x,       t.proxy_m.y,           t.proxy_m.z,         t.force_n.x,        t.force_n.y,
-                           t.force_n.z,       frame.command_n.x,     frame.command_n.y,   frame.command_n.z,  t.error_bound_m,
-                           t.energy.stored_j, t.energy.dissipated_j, t.energy.injected_j, t.energy.elastic_j, t.energy.path_j,
-                           t.energy.moved_j,  t.energy.ticks_j,      t.energy.held_back_j};
+  const std::array numbers{t.proxy_m.x,
+                           t.proxy_m.y,
+                           t.proxy_m.z,
+                           t.force_n.x,
+                           t.force_n.y,
+                           t.force_n.z,
+                           frame.command_n.x,
+                           frame.command_n.y,
+                           frame.command_n.z,
+                           t.error_bound_m,
+                           t.energy.stored_j,
+                           t.energy.dissipated_j,
+                           t.energy.injected_j,
+                           t.energy.elastic_j,
+                           t.energy.path_and_release_j,
+                           t.energy.data_motion_j,
+                           t.energy.sampling_j,
+                           t.energy.withheld_j};
   for (const double number : numbers) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &number, sizeof bits);
@@ -104,9 +118,9 @@ std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
 
 bool is_finite_all(const Energy& e) {
   return std::isfinite(e.stored_j) && std::isfinite(e.elastic_j) && std::isfinite(e.dissipated_j) &&
-         std::isfinite(e.injected_j) && std::isfinite(e.path_j) && std::isfinite(e.damper_j) && std::isfinite(e.moved_j) &&
-         std::isfinite(e.work_on_hand_j) && std::isfinite(e.let_go_j) && std::isfinite(e.held_back_j) &&
-         std::isfinite(e.ticks_j) && std::isfinite(e.ticks_bound_j);
+         std::isfinite(e.injected_j) && std::isfinite(e.path_and_release_j) && std::isfinite(e.damper_j) &&
+         std::isfinite(e.data_motion_j) && std::isfinite(e.work_on_hand_j) && std::isfinite(e.released_j) &&
+         std::isfinite(e.withheld_j) && std::isfinite(e.sampling_j) && std::isfinite(e.sampling_bound_j);
 }
 
 /// Inputs for which docs/contracts/session.md excludes bad_input.
@@ -136,7 +150,7 @@ const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double 
 /// may have no balance; then the proxy oscillates.
 const char* broken_by_standing(const Tick& before, const Tick& t) {
   constexpr double still_m = 1e-12, led_m = 1e-6;
-  if (t.status != TickStatus::resting || before.status != TickStatus::resting) return nullptr;
+  if (t.status != TickStatus::complete || before.status != TickStatus::complete) return nullptr;
   const bool stands = distance(before.proxy_m, t.proxy_m) <= still_m && norm(t.probe_step_m) > led_m;
   return stands && t.unborne_n > 0.01 * norm(t.force_n) + 1e-3 ? "a proxy that stands is held by strengths" : nullptr;
 }

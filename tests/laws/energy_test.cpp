@@ -73,7 +73,7 @@ double stiffness_of(const fs::path& trace) {
 
 /// Loss of each tick's moves where the proxy outran the hand and the data took the energy, from balances.csv and, for moving
 /// data, works.csv (docs/trace.md, Energy).
-std::map<std::int64_t, double> let_go_j(const fs::path& trace) {
+std::map<std::int64_t, double> released_j(const fs::path& trace) {
   std::map<std::pair<std::int64_t, std::int64_t>, double> carried_m;
   if (fs::exists(trace / "works.csv")) {
     for (test::CsvRows works(trace / "works.csv"); works.next();) {
@@ -82,17 +82,17 @@ std::map<std::int64_t, double> let_go_j(const fs::path& trace) {
     }
   }
   std::map<std::int64_t, double> lost_j;
-  Vec3 walked_m;
+  Vec3 last_probe_m;
   double left_m2 = 0.0;
   std::int64_t tick = -1;
   for (test::CsvRows balances(trace / "balances.csv"); balances.next();) {
     const Vec3 probe_m = balances.vector("probe", "m"), start_m = balances.vector("start", "m");
     const Vec3 proxy_m = balances.vector("proxy", "m"), balance_m = balances.vector("balance", "m");
-    if (tick < 0) walked_m = probe_m;
+    if (tick < 0) last_probe_m = probe_m;
     if (balances.integer("tick") != tick) left_m2 = 0.0;
-    if (probe_m != walked_m) left_m2 = norm_squared(probe_m - walked_m);
+    if (probe_m != last_probe_m) left_m2 = norm_squared(probe_m - last_probe_m);
     tick = balances.integer("tick");
-    walked_m = probe_m;
+    last_probe_m = probe_m;
     const double way_m =
         std::sqrt(left_m2) + balances.number("move_fraction") * carried_m[{tick, balances.integer("sub_step")}];
     const double moved_m2 = std::max(0.0, 2.0 * dot(proxy_m - start_m, balance_m - 0.5 * (start_m + proxy_m)));
@@ -107,7 +107,7 @@ std::map<std::int64_t, double> let_go_j(const fs::path& trace) {
 Table worked_out(const fs::path& trace) {
   const double k = stiffness_of(trace);
   const bool primitives = fs::exists(trace / "balances.csv");
-  std::map<std::int64_t, double> let_go = primitives ? let_go_j(trace) : std::map<std::int64_t, double>{};
+  std::map<std::int64_t, double> released = primitives ? released_j(trace) : std::map<std::int64_t, double>{};
 
   Table table;
   table.in = {{"hand", 0.0}, {"guard_held_back", 0.0}, {"data", 0.0}, {"ticks", 0.0}};
@@ -128,8 +128,8 @@ Table worked_out(const fs::path& trace) {
     const double took_j = row.elastic_j - (goes_on ? last->elastic_j : 0.0);
     double snapped_j = ticks.number("let_go_j") - lost_j;
     if (primitives) {
-      EXPECT_NEAR(snapped_j, let_go[tick], 1e-15) << ticks.place();
-      snapped_j = let_go[tick];
+      EXPECT_NEAR(snapped_j, released[tick], 1e-15) << ticks.place();
+      snapped_j = released[tick];
     }
     table.out["let_go"] += lost_j + snapped_j;
     table.out["spring"] = row.stored_j;
@@ -197,7 +197,7 @@ TEST_P(EnergyOfScene, ClosesAndIsThatOfTheFilesAlone) {
       const double in_j = sum_of(claimed.in), out_j = sum_of(claimed.out), largest_j = largest_of(claimed);
       std::printf("%-13s %-11s %7.0f | %10.4f %10.4f %9.1e | %9.4f %9.4f %9.4f\n", GetParam().c_str(), name.c_str(), rate_hz,
                   1e3 * in_j, 1e3 * out_j, std::abs(in_j - out_j), 1e3 * claimed.in.at("ticks"),
-                  1e3 * energy_table(summary).ticks_bound_j, 1e3 * claimed.out.at("let_go"));
+                  1e3 * energy_table(summary).sampling_bound_j, 1e3 * claimed.out.at("let_go"));
       EXPECT_NEAR(in_j, out_j, 1e-9 + 1e-6 * largest_j);
       EXPECT_NEAR(sum_of(found.in), sum_of(found.out), 1e-9 + 1e-6 * largest_j);
       for (const auto& [ours, theirs] : {std::pair{&claimed.in, &found.in}, std::pair{&claimed.out, &found.out}}) {

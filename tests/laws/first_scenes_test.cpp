@@ -92,9 +92,9 @@ TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
       if (tick.status == TickStatus::waiting) continue;
       const double force_n = norm(tick.force_n);
       felt += force_n > 0.1;
-      const double untold_n = is_driven(scene_) ? 0.1 * unborne_felt_n : 1e-3;
+      const double unexplained_n = is_driven(scene_) ? 0.1 * unborne_felt_n : 1e-3;
       worst_n = std::max(worst_n, tick.unborne_n);
-      ASSERT_LE(tick.unborne_n, 0.01 * force_n + untold_n) << probe_m.x << ", " << probe_m.y << ", " << probe_m.z;
+      ASSERT_LE(tick.unborne_n, 0.01 * force_n + unexplained_n) << probe_m.x << ", " << probe_m.y << ", " << probe_m.z;
       // A level stronger than the output limit holds a rigid hand at any depth: there the limiter acts.
       ASSERT_LE(force_n, 1.01 * met_n(session) + 1e-3) << probe_m.x << ", " << probe_m.y << ", " << probe_m.z;
     }

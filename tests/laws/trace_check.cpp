@@ -234,7 +234,7 @@ void check_works(const std::filesystem::path& trace, const std::function<void(co
       checked.exact = balances.text("status") == "exact";
       checked.work_j = dot(force_n, step - fraction * carried_m);
       checked.claimed_j = moved ? works->number("work_j") : checked.work_j;
-      checked.moved_j = dot(force_n, fraction * carried_m);
+      checked.data_motion_j = dot(force_n, fraction * carried_m);
       checked.carried_m = norm(carried_m);
       checked.may_bring_j = norm(force_n) * distance(primitives.vector("position", "m"), start + carried_m);
       visit(checked);

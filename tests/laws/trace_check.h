@@ -76,9 +76,9 @@ struct CheckedWork {
   std::string_view mode;
   bool directed = false;
   bool exact = false;
-  double claimed_j = 0.0;  ///< work_j of the trace; without a row, recomputed
-  double work_j = 0.0;     ///< force · (proxy − start − move_fraction · carried)
-  double moved_j = 0.0;    ///< force · move_fraction · carried
+  double claimed_j = 0.0;      ///< work_j of the trace; without a row, recomputed
+  double work_j = 0.0;         ///< force · (proxy − start − move_fraction · carried)
+  double data_motion_j = 0.0;  ///< force · move_fraction · carried
   double carried_m = 0.0;
   double may_bring_j = 0.0;  ///< at most: |force| |position − start − carried|
 };

@@ -32,7 +32,7 @@ TEST_P(Works, AreThoseThatTheLedgerBooks) {
 
   const bool moving = GetParam().starts_with("beat");
   std::map<std::pair<std::int64_t, std::string>, double> works_j;
-  std::map<std::int64_t, double> moved_j;
+  std::map<std::int64_t, double> data_motion_j;
   int primitives = 0, carried = 0;
   test::check_works(folder_, [&](const test::CheckedWork& w) {
     ASSERT_NEAR(w.claimed_j, w.work_j, 1e-18 + 1e-12 * std::abs(w.work_j)) << "tick " << w.tick;
@@ -40,7 +40,7 @@ TEST_P(Works, AreThoseThatTheLedgerBooks) {
       ASSERT_LE(w.work_j, w.may_bring_j + 1e-15) << "tick " << w.tick << ", sub-step " << w.sub_step << ", mode " << w.mode;
     }
     works_j[{w.tick, std::string(w.mode)}] += w.work_j;
-    moved_j[w.tick] += w.moved_j;
+    data_motion_j[w.tick] += w.data_motion_j;
     ++primitives;
     carried += w.carried_m > 0.0;
   });
@@ -58,7 +58,7 @@ TEST_P(Works, AreThoseThatTheLedgerBooks) {
   const auto held = test::elastic_energies(folder_);
   for (test::CsvRows ticks(folder_ / "ticks.csv"); ticks.next();) {
     const std::int64_t tick = ticks.integer("tick");
-    ASSERT_NEAR(ticks.number("moved_j"), moved_j[tick], 1e-15) << ticks.place();
+    ASSERT_NEAR(ticks.number("moved_j"), data_motion_j[tick], 1e-15) << ticks.place();
     const double now_j = ticks.number("elastic_j");
     const auto found = held.find(tick);
     const test::ElasticEnergy levels = found != held.end() ? found->second : test::ElasticEnergy{};

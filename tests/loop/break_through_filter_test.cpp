@@ -222,7 +222,7 @@ Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
     pressed.fastest_fall_n = std::max(pressed.fastest_fall_n, before.command_n.z - frame.command_n.z);
     const Energy& e = frame.result.energy;
     const double given_j = dot(before.result.force_n, frame.result.probe_step_m);
-    pressed.unbooked_j = std::max(pressed.unbooked_j, std::abs(given_j - e.work_on_hand_j - e.held_back_j));
+    pressed.unbooked_j = std::max(pressed.unbooked_j, std::abs(given_j - e.work_on_hand_j - e.withheld_j));
     before = frame;
   }
   return pressed;

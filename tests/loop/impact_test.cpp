@@ -182,8 +182,8 @@ TEST(Impact, IsBookedAsTheWorkThatItDoes) {
       const Vec3& step_m = both.felt.result.probe_step_m;
       const Energy& e = both.felt.result.energy;
       worked_j += dot(pulse_before_n, step_m);
-      booked_j -= e.held_back_j - both.plain.result.energy.held_back_j;
-      ASSERT_NEAR(dot(force_before_n, step_m), e.work_on_hand_j + e.held_back_j, 1e-15);
+      booked_j -= e.withheld_j - both.plain.result.energy.withheld_j;
+      ASSERT_NEAR(dot(force_before_n, step_m), e.work_on_hand_j + e.withheld_j, 1e-15);
       pulse_before_n = both.pulse_n();
       force_before_n = both.felt.result.force_n;
     }

@@ -46,7 +46,7 @@ TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
     }
     EXPECT_TRUE(all.sides.is_watched(near.front()));
     EXPECT_FALSE(all.sides.is_watched({0, 0.5 * (value(7) + value(8))}));
-    const Searched::Met one = all.search_as_told(from, to), other = few.search_as_told(from, to);
+    const Searched::Met one = all.search_as_configured(from, to), other = few.search_as_configured(from, to);
     EXPECT_EQ(one.share, other.share);
     EXPECT_EQ(one.stopped, other.stopped);
     ASSERT_EQ(all.crossings.empty(), few.crossings.empty());
@@ -85,14 +85,14 @@ TEST(FirstCrossing, IsWhatManySamplesShow) {
         };
         const int at_start = sides(0.0);
         const double length = distance(from, to);
-        const double hair = 1e-12 / length;  // a billionth of the spacing
+        const double tolerance = 1e-12 / length;  // a billionth of the spacing
         if (met.stopped) {
           ++found;
           ASSERT_NE(sides(met.share), at_start);
           ASSERT_FALSE(s.crossings.empty());
-          ASSERT_TRUE(met.share <= hair || sides(met.share - hair) == at_start) << n;
+          ASSERT_TRUE(met.share <= tolerance || sides(met.share - tolerance) == at_start) << n;
         }
-        const double end = met.share - hair;
+        const double end = met.share - tolerance;
         const int steps = static_cast<int>(end * length / 1e-5);
         for (int i = 1; i < steps; ++i) missed += sides(end * i / steps) != at_start;
       }
@@ -195,7 +195,7 @@ TEST(FirstCrossing, RoundingOnTheLevelStopsNothing) {
       s.forget();
       s.policy.clear();
       s.sides.configure_events(s.policy, {0, here.value}, CrossingRule::leaves_down);
-      const Searched::Met met = s.search_as_told(from, to);
+      const Searched::Met met = s.search_as_configured(from, to);
       ASSERT_TRUE(!met.stopped || met.share > 1e-6) << n << ": " << met.share;
     }
   }

@@ -25,7 +25,7 @@ TEST(CrossingRule, HeldCrossesNothingAndLeaveOnlyOnce) {
   s.forget();
   s.policy.clear();
   s.sides.configure_events(s.policy, {0, 2.0}, CrossingRule::held);
-  Searched::Met met = s.search_as_told(from, to);
+  Searched::Met met = s.search_as_configured(from, to);
   EXPECT_NEAR(x(met), 3.5e-3, 1e-12);
   ASSERT_EQ(s.crossings.size(), 1u);
   EXPECT_EQ(s.crossings[0].value, 3.5);
@@ -33,7 +33,7 @@ TEST(CrossingRule, HeldCrossesNothingAndLeaveOnlyOnce) {
   s.forget();
   s.policy.clear();
   s.sides.configure_events(s.policy, {0, 2.0}, CrossingRule::leaves_up);
-  met = s.search_as_told(from, {3e-3, 5e-4, 5e-4});
+  met = s.search_as_configured(from, {3e-3, 5e-4, 5e-4});
   EXPECT_FALSE(met.stopped);
   ASSERT_EQ(s.crossings.size(), 1u);
   EXPECT_TRUE(s.crossings[0].up);
@@ -42,7 +42,7 @@ TEST(CrossingRule, HeldCrossesNothingAndLeaveOnlyOnce) {
   s.policy.clear();
   s.sides.configure_events(s.policy, {0, 2.0}, CrossingRule::leaves_up);
   s.sides.configure_events(s.policy, {0, 3.5}, CrossingRule::held);
-  met = s.search_as_told(from, to);
+  met = s.search_as_configured(from, to);
   EXPECT_NEAR(x(met), 6e-3, 1e-12) << "what was left is met again";
   ASSERT_EQ(s.crossings.size(), 2u);
   EXPECT_TRUE(s.crossings[0].up);
@@ -171,7 +171,7 @@ TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
     s.sides.configure_events(s.policy, {0, 3.0}, CrossingRule::leaves_up);
     s.sides.configure_events(s.policy, {0, 5.0}, CrossingRule::held);
     s.policy.fields[0].allowed.max = most;
-    const Searched::Met met = s.search_as_told(from, to);
+    const Searched::Met met = s.search_as_configured(from, to);
     EXPECT_EQ(s.event.kind, most < 7.0 ? Event::Kind::pierced : Event::Kind::none);
     EXPECT_NEAR(met.share, std::min(1.0, (most - 2.0) / 5.0), 1e-12);
     EXPECT_EQ(s.crossings.size(), most > 3.0 ? 1u : 0u);
@@ -179,7 +179,7 @@ TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
     s.policy.clear();
     for (const double level : {3.0, 5.0}) s.sides.configure_events(s.policy, {0, level}, CrossingRule::held);
     s.policy.fields[0].allowed.min = most;
-    EXPECT_NEAR(s.search_as_told(to, from).share, std::clamp((7.0 - most) / 5.0, 0.0, 1.0), 1e-12);
+    EXPECT_NEAR(s.search_as_configured(to, from).share, std::clamp((7.0 - most) / 5.0, 0.0, 1.0), 1e-12);
   }
 }
 

@@ -75,9 +75,9 @@ struct Searched {
   }
   Met search(const Vec3& from_m, const Vec3& to_m) {
     policy.clear();
-    return search_as_told(from_m, to_m);
+    return search_as_configured(from_m, to_m);
   }
-  Met search_as_told(const Vec3& from_m, const Vec3& to_m) {
+  Met search_as_configured(const Vec3& from_m, const Vec3& to_m) {
     for (const std::int32_t field : edges) policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
     WorkBudget pieces(most_pieces);
     sides.first_event(from_m, to_m, policy, samples, pieces, event);

@@ -220,14 +220,16 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
     for (std::size_t m = 0; m < modes.size(); ++m) {
       booked.works_differ_j = std::max(booked.works_differ_j, std::abs(modes[m].injected_j - modes[m].dissipated_j - works[m]));
     }
-    const double path_j = k * dot(tick.proxy_m - x0, 0.5 * (tick.proxy_m + x0) - probe) - spring_work_j;
+    const double path_and_release_j = k * dot(tick.proxy_m - x0, 0.5 * (tick.proxy_m + x0) - probe) - spring_work_j;
     const double rounding_j = 1e-9 * forces_j;  // forces and k (b − p) agree to the balance's bound only
-    booked.largest_path_j = std::max(booked.largest_path_j, tick.energy.path_j);
-    booked.path_differs_j = std::max(booked.path_differs_j, std::abs(tick.energy.path_j - path_j) - rounding_j);
-    booked.path_beyond_j = std::max(booked.path_beyond_j, tick.energy.path_j - path_limit_j - rounding_j);
+    booked.largest_path_j = std::max(booked.largest_path_j, tick.energy.path_and_release_j);
+    booked.path_differs_j =
+        std::max(booked.path_differs_j, std::abs(tick.energy.path_and_release_j - path_and_release_j) - rounding_j);
+    booked.path_beyond_j = std::max(booked.path_beyond_j, tick.energy.path_and_release_j - path_limit_j - rounding_j);
     if (i > 0) {
       const Vec3 step = probe - probe_before;
-      const double gained_j = tick.energy.injected_j - tick.energy.dissipated_j + tick.energy.path_j + tick.energy.moved_j;
+      const double gained_j =
+          tick.energy.injected_j - tick.energy.dissipated_j + tick.energy.path_and_release_j + tick.energy.data_motion_j;
       const double left_j = k * dot(proxy_before - probe_before, step);
       const double right_j = stored_before_j - tick.energy.stored_j + 0.5 * k * norm_squared(step) + gained_j;
       booked.identity_differs_j = std::max(booked.identity_differs_j, std::abs(left_j - right_j));
@@ -261,9 +263,9 @@ void measure_closed_loop(const Scene& scene, int ticks, double reach_m, Random& 
       loop.arm_work_j += std::abs(dot(arm_n, h * v));
     }
     tick = session.tick({.position_m = x}, dt);
-    allowed_j += tick.energy.injected_j - tick.energy.dissipated_j + tick.energy.moved_j;
+    allowed_j += tick.energy.injected_j - tick.energy.dissipated_j + tick.energy.data_motion_j;
     loop.injected_j += tick.energy.injected_j;
-    loop.path_j += std::max(0.0, tick.energy.path_j);
+    loop.path_and_release_j += std::max(0.0, tick.energy.path_and_release_j);
     loop.gained_j = std::max(loop.gained_j, held_j() - allowed_j - floor_j);
   }
 }

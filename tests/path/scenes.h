@@ -60,8 +60,8 @@ struct Booked {
   std::int64_t waiting = 0;            ///< ticks that reached the cap
   std::int64_t primitives_beyond = 0;  ///< of exact balances, by more than 1e-15 J
   double works_differ_j = 0.0;         ///< a mode's work against the sum over its primitives
-  double path_differs_j = 0.0;         ///< path_j against its value from the recorded balances
-  double path_beyond_j = 0.0;          ///< path_j beyond k Σ|x_j − x₀||δp_j|
+  double path_differs_j = 0.0;         ///< path_and_release_j against its value from the recorded balances
+  double path_beyond_j = 0.0;          ///< path_and_release_j beyond k Σ|x_j − x₀||δp_j|
   double identity_differs_j = 0.0;     ///< f₀·Δp = S₀ − S_m + k/2 |Δp|² + I
   double largest_path_j = 0.0;
 };
@@ -75,7 +75,7 @@ struct ClosedLoop {
                             ///< moving data's work, as it is booked
   double arm_work_j = 0.0;  ///< taken and given, for comparison
   double injected_j = 0.0;
-  double path_j = 0.0;
+  double path_and_release_j = 0.0;
 };
 void measure_closed_loop(const Scene& scene, int ticks, double reach_m, Random& random, ClosedLoop& loop);
 

@@ -32,7 +32,7 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 }
 
 // The sub-step of a break-through in the last tick.
-const SubStep& letting_go(const Session& session, const SessionEvent& event) {
+const SubStep& break_through_step(const Session& session, const SessionEvent& event) {
   const auto off_m = [&](const SubStep& step) {
     return std::abs(distance(step.balance.position_m, step.probe_m) - event.depth_m);
   };
@@ -260,14 +260,14 @@ class GrooveRun {
 
   void audit(const Tick& tick) {
     Groove& found = ticks_->groove;
-    if (tick.status == TickStatus::resting && found.ticks % 5 == 0 && norm(tick.force_n) > felt_n) {
+    if (tick.status == TickStatus::complete && found.ticks % 5 == 0 && norm(tick.force_n) > felt_n) {
       ++found.audited;
       found.false_rests += could_be_nearer(*field_, groove_voxel_m, tick.proxy_m, tick.probe_m, *tries_);
     }
     for (const SessionEvent& event : session_.events()) {
       if (event.kind != SessionEventKind::break_through) continue;
       ++found.break_throughs;
-      const SubStep& step = letting_go(session_, event);
+      const SubStep& step = break_through_step(session_, event);
       const bool still_on_it = field_->scalar(step.proxy_m).value < 0.02 * groove_voxel_m;
       const Vec3& stood_m = still_on_it ? step.proxy_m : step.start_m;
       found.false_break_throughs += could_be_nearer(*field_, groove_voxel_m, stood_m, step.probe_m, *tries_);

@@ -222,26 +222,26 @@ Held measure_held_walls(const WallCase& wanted) {
   return held;
 }
 
-LetGo measure_weak_walls(const WallCase& wanted) {
+WeakWallCounts measure_weak_walls(const WallCase& wanted) {
   Random random(wanted.seed);
-  LetGo let_go;
-  while (let_go.strokes < wanted.strokes) {
+  WeakWallCounts counts;
+  while (counts.strokes < wanted.strokes) {
     const Wall wall = random_wall(random, wanted.kind == WallKind::shell_formula);
     const FieldPtr field = field_of(wall, wanted.kind);
     Session session(wall_scene(field, k * random.uniform(0.1e-3, 4e-3)));
-    for (int i = 0; i < strokes_per_wall && let_go.strokes < wanted.strokes; ++i, ++let_go.strokes) {
+    for (int i = 0; i < strokes_per_wall && counts.strokes < wanted.strokes; ++i, ++counts.strokes) {
       MiddleCrossings crossings;
       Contact contact;
       feel(session, random_stroke(random, wall), [&](const Session& felt) {
         crossings.take(wall, *field, felt);
         contact.take(felt);
       });
-      let_go.break_throughs += contact.break_throughs;
-      let_go.without_onset += contact.without_onset;
-      let_go.missing += crossings.solid > 0 && contact.break_throughs == 0;
+      counts.break_throughs += contact.break_throughs;
+      counts.without_onset += contact.without_onset;
+      counts.missing += crossings.solid > 0 && contact.break_throughs == 0;
     }
   }
-  return let_go;
+  return counts;
 }
 
 BreakThrough measure_break_through(int strokes) {

@@ -31,13 +31,13 @@ struct Held {
 };
 Held measure_held_walls(const WallCase& wanted);
 
-struct LetGo {
+struct WeakWallCounts {
   int strokes = 0;
   int break_throughs = 0;
   int without_onset = 0;
   int missing = 0;  ///< through the solid without a break-through in the trace
 };
-LetGo measure_weak_walls(const WallCase& wanted);
+WeakWallCounts measure_weak_walls(const WallCase& wanted);
 
 /// A ball from a formula, pressed through at any angle and 0.1 to 10 m/s.
 struct BreakThrough {

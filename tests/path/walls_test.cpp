@@ -23,10 +23,10 @@ TEST_P(Walls, HoldWhateverIsWeaker) {
 }
 
 TEST_P(Walls, SayWhenTheyLetGo) {
-  const LetGo let_go = measure_weak_walls({.kind = GetParam(), .strokes = 100});
-  EXPECT_GT(let_go.break_throughs, 20);
-  EXPECT_EQ(let_go.without_onset, 0);
-  EXPECT_EQ(let_go.missing, 0);
+  const WeakWallCounts counts = measure_weak_walls({.kind = GetParam(), .strokes = 100});
+  EXPECT_GT(counts.break_throughs, 20);
+  EXPECT_EQ(counts.without_onset, 0);
+  EXPECT_EQ(counts.missing, 0);
 }
 
 TEST(BreakThroughs, HappenWhereStiffnessTimesDepthIsTheStrength) {

@@ -214,7 +214,7 @@ TEST_F(Locale, WordsOfChecksLawsAndDevices) {
     all["laws"] = to_markdown(compare_laws(options("", 0.25), laws));
     all["check"] = to_table(report);
     all["check.json"] = to_json(report);
-    all["device"] = words_of(device_plant("touch,coulomb_friction_n=0.125"));
+    all["device"] = format_plant(device_plant("touch,coulomb_friction_n=0.125"));
     all["notes"] = [&] {
       std::string words;
       RunOptions unreal = options("", 0.25);

@@ -58,8 +58,8 @@ TEST(Signal, ListsStepsWithTheirCauseAndMode) {
   for (std::size_t i = 1000; i < recorded.ticks.size(); ++i)
     recorded.ticks[i].command_n = recorded.pushes[0][i].force_n = {0, 0, 0.5};
   recorded.modes[0] = "wall <b>";
-  const std::string untold = steps_markup(signal_of(recorded, nullptr));
-  for (const char* words : {"strength", "wall &lt;b&gt;", "data-time=\"1.000000\""}) EXPECT_THAT(untold, HasSubstr(words));
+  const std::string unexplained = steps_markup(signal_of(recorded, nullptr));
+  for (const char* words : {"strength", "wall &lt;b&gt;", "data-time=\"1.000000\""}) EXPECT_THAT(unexplained, HasSubstr(words));
   recorded.events.push_back({.tick = 1000, .t_s = 1.0, .kind = "break_through", .subject = "wall", .value = "0"});
   const std::string told = steps_markup(signal_of(recorded, nullptr));
   EXPECT_THAT(told, HasSubstr("break-through"));

@@ -38,7 +38,7 @@ TEST_P(Allocation, NoneInABadTickEither) {
       for (const double dt : {1e-3, 0.0, nan, 10.0}) {
         const Tick tick = session.tick({.position_m = {bad, 0.01, 0.02}, .velocity_m_per_s = Vec3{0, bad, 0}}, dt);
         ASSERT_TRUE(is_finite(tick.force_n) && is_finite(tick.proxy_m) && is_finite(tick.proxy_velocity_m_per_s));
-        ASSERT_TRUE(std::isfinite(tick.error_bound_m) && std::isfinite(tick.energy.path_j) &&
+        ASSERT_TRUE(std::isfinite(tick.error_bound_m) && std::isfinite(tick.energy.path_and_release_j) &&
                     std::isfinite(tick.energy.stored_j));
       }
     }
@@ -53,17 +53,17 @@ TEST_P(Allocation, NoneInATickOfDataThatMove) {
   const test::Wander hand(random, 0.09);
   const long before = test::allocations;
   int jumps = 0;
-  double moved_j = 0.0;
+  double data_motion_j = 0.0;
   for (int i = 0; i < 5000; ++i) {
     const Tick tick = session.tick({.position_m = hand.at(1e-3 * i), .valid = i % 997 != 996}, 1e-3);
-    moved_j += std::abs(tick.energy.moved_j);
+    data_motion_j += std::abs(tick.energy.data_motion_j);
     for (const SessionEvent& e : session.events()) jumps += e.kind == SessionEventKind::warning;
     ASSERT_TRUE(is_finite(tick.force_n));
   }
   EXPECT_EQ(test::allocations, before);
   other.copy_state_from(session);
   EXPECT_EQ(test::allocations, before);
-  EXPECT_GT(moved_j, 1e-4);
+  EXPECT_GT(data_motion_j, 1e-4);
   EXPECT_GT(jumps, 0);
 }
 

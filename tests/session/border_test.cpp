@@ -90,7 +90,7 @@ void push_through(const Scene& scene, const Vec3& from_m, const Vec3& to_m, Felt
     const Tick tick = session.tick({.position_m = from_m + static_cast<double>(i) / ticks * (to_m - from_m)}, dt_s);
     const double speed = distance(tick.proxy_m, proxy_m) / dt_s, force_n = norm(tick.force_n);
     proxy_m = tick.proxy_m;
-    if (tick.status != TickStatus::resting) continue;
+    if (tick.status != TickStatus::complete) continue;
     ++felt.resting;
     felt.largest_n = std::max(felt.largest_n, force_n);
     felt.beyond_n = std::max(felt.beyond_n, force_n - 1.01 * strengths_n - drag_ns_per_m * speed);
@@ -246,7 +246,7 @@ TEST(Border, KeepsTheFeetOfElasticLevelsInTheData) {
         const Tick tick = session.tick({.position_m = from_m - Vec3{side * 0.025 * dt_s * std::min(i, moves), 0, 0}}, dt_s);
         const Vec3& f = tick.force_n;
         felt += norm(f) > 0.1;
-        if (tick.status != TickStatus::resting) continue;
+        if (tick.status != TickStatus::complete) continue;
         ++resting;
         unborne += tick.unborne_n > 0.01 * norm(f) + 1e-3;
         if (i < moves + 200) continue;

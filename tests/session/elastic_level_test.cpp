@@ -136,7 +136,7 @@ TEST(ElasticLevel, LeadsRoundASphereWithoutDrift) {
     for (int i = -per_turn / 4; i <= 3 * per_turn; ++i) {
       const double a = 2 * std::numbers::pi * i / per_turn, r = radius_m - (i < 0 ? 8.0 * i / per_turn + 1.0 : 1.0) * depth_m;
       const Tick tick = session.tick({.position_m = r * Vec3{std::sin(a), 0, std::cos(a)}}, dt);
-      EXPECT_EQ(tick.status, TickStatus::resting);
+      EXPECT_EQ(tick.status, TickStatus::complete);
       if (i < per_turn / 8) continue;
       EXPECT_NEAR(norm(tick.force_n), felt_n, as_grid ? 0.01 * felt_n : 1e-6);
       // A step is settled below a further move of 5e-4 of a spacing: the permitted turn of a force of this length.
@@ -186,7 +186,7 @@ TEST(ElasticLevel, BringsNothingIn) {
                   before_j - now_j + 0.5 * k * norm_squared(probe - probe_before) + rounding_j)
             << run << ", " << i;
         const double right_j = before_j - now_j + 0.5 * k * norm_squared(probe - probe_before) + energy.injected_j -
-                               energy.dissipated_j + energy.path_j + energy.moved_j;
+                               energy.dissipated_j + energy.path_and_release_j + energy.data_motion_j;
         EXPECT_NEAR(dot(force_before, probe - probe_before), right_j, 1e-12 + 1e-9 * before_j);
       }
       before_j = energy.stored_j + energy.elastic_j;

@@ -66,16 +66,16 @@ class Felt {
   void judge_energy(const Tick& t, bool waits, bool holds_back) {
     const Energy& e = t.energy;
     const double given_j = dot(last_.force_n, t.probe_step_m);
-    const double lost_j = last_.energy.stored_j - e.stored_j + e.ticks_bound_j + e.injected_j - e.dissipated_j + e.moved_j +
-                          e.path_j + e.damper_j;
-    const double all_j = last_.energy.stored_j + e.stored_j + e.ticks_bound_j + std::abs(e.path_j);
+    const double lost_j = last_.energy.stored_j - e.stored_j + e.sampling_bound_j + e.injected_j - e.dissipated_j +
+                          e.data_motion_j + e.path_and_release_j + e.damper_j;
+    const double all_j = last_.energy.stored_j + e.stored_j + e.sampling_bound_j + std::abs(e.path_and_release_j);
     EXPECT_NEAR(given_j, lost_j, 1e-12 * all_j + 1e-15) << "the books close";
     const double felt_j = 0.5 / k * norm_squared(t.force_n), rounded_j = 1e-12 * all_j + 1e-15;
     if (!waits) {
       EXPECT_LE(felt_j, e.stored_j + rounded_j) << "no more is felt than the spring holds";
     }
     if (holds_back && waits) {
-      EXPECT_LE(given_j, 0.5 / k * norm_squared(last_.force_n) - felt_j + e.ticks_bound_j + rounded_j);
+      EXPECT_LE(given_j, 0.5 / k * norm_squared(last_.force_n) - felt_j + e.sampling_bound_j + rounded_j);
     }
   }
 
@@ -234,7 +234,7 @@ TEST(GivenBack, IsBookedBeforeItIsFelt) {
                            : hand.from_m + random.in_cube(0.05);
       const Tick t = session.tick({.position_m = at_m}, 1e-3);
       given_j += dot(last.force_n, t.probe_step_m);
-      account_j += t.energy.ticks_j + t.energy.damper_j + t.energy.injected_j - t.energy.dissipated_j;
+      account_j += t.energy.sampling_j + t.energy.damper_j + t.energy.injected_j - t.energy.dissipated_j;
       const double felt_before_j = 0.5 / k * norm_squared(last.force_n), felt_j = 0.5 / k * norm_squared(t.force_n);
       if (t.status != TickStatus::waiting && t.probe_step_m == Vec3{} && felt_j > felt_before_j + 1e-9) {
         ++returns;

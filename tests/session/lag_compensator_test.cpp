@@ -44,15 +44,15 @@ TEST(LagCompensator, IsNoneWhereAllIsPaid) {
 TEST(LagCompensator, DoesNotPull) {
   Felt slack;
   const Vec3 followed_m{0, 0, 0.002}, step_m{0.0002, 0, -0.0001};
-  Vec3 probe_m, felt_m = slack.begin(followed_m);
-  double last_m = norm(felt_m);
+  Vec3 probe_m, applied_m = slack.begin(followed_m);
+  double last_m = norm(applied_m);
   for (int tick = 1; tick <= 60; ++tick) {
     probe_m += step_m;
-    felt_m = slack.applied_extension_m(followed_m - probe_m, followed_m, 1e-3 * tick, step_m);
-    EXPECT_LE(norm(felt_m), last_m);
-    EXPECT_NEAR(norm(felt_m), std::max(0.0, 1.0 - tick / 50.0) * norm(followed_m), 1e-15);
-    EXPECT_EQ(slack.withheld_m(), followed_m - probe_m - felt_m);
-    last_m = norm(felt_m);
+    applied_m = slack.applied_extension_m(followed_m - probe_m, followed_m, 1e-3 * tick, step_m);
+    EXPECT_LE(norm(applied_m), last_m);
+    EXPECT_NEAR(norm(applied_m), std::max(0.0, 1.0 - tick / 50.0) * norm(followed_m), 1e-15);
+    EXPECT_EQ(slack.withheld_m(), followed_m - probe_m - applied_m);
+    last_m = norm(applied_m);
   }
   EXPECT_TRUE(LagCompensator::has_faded(0.05));
   EXPECT_FALSE(LagCompensator::has_faded(0.049));
@@ -64,18 +64,18 @@ TEST(LagCompensator, BringsInNothing) {
   for (int run = 0; run < 200; ++run) {
     Felt slack;
     Vec3 proxy_m = random.in_cube(0.01), probe_m = random.in_cube(0.01);
-    Vec3 felt_m = slack.begin(proxy_m - probe_m);
+    Vec3 applied_m = slack.begin(proxy_m - probe_m);
     double waits_s = 0.0;
     for (int tick = 0; tick < 300; ++tick) {
       const Vec3 step_m = random.in_cube(0.001);
       probe_m += step_m;
       proxy_m += random.in_cube(0.003);
       waits_s = random.uniform(0, 1) < 0.9 ? random.uniform(1e-3, 0.06) : 0.0;
-      const Vec3 before_m = felt_m;
+      const Vec3 before_m = applied_m;
       const Vec3 followed_m = waits_s > 0.0 ? probe_m + random.in_cube(0.02) : probe_m;
-      felt_m = slack.applied_extension_m(proxy_m - probe_m, proxy_m - followed_m, waits_s, step_m);
+      applied_m = slack.applied_extension_m(proxy_m - probe_m, proxy_m - followed_m, waits_s, step_m);
       const double work_j = k * dot(before_m, step_m);
-      const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(felt_m));
+      const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(applied_m));
       ASSERT_LE(work_j, lost_j + 0.5 * k * norm_squared(step_m) + 1e-15);
     }
   }
@@ -113,16 +113,16 @@ TEST(LagCompensator, IsGivenBackInTime) {
     ASSERT_EQ(slack.withheld_m(), stretch_m);
     double passed_s = 0.0, largest_m = 0.0;
     int ticks = 0;
-    Vec3 felt_m;
+    Vec3 applied_m;
     while (slack.any() && ticks < 1000) {
-      slack.applied_extension_m(stretch_m, stretch_m, 0.0, felt_m);
+      slack.applied_extension_m(stretch_m, stretch_m, 0.0, applied_m);
       const Vec3 back_m = slack.give_back_m(dt_s, 1.0);
-      felt_m = stretch_m - slack.withheld_m();
+      applied_m = stretch_m - slack.withheld_m();
       largest_m = std::max(largest_m, norm(back_m));
       passed_s += dt_s;
       ++ticks;
     }
-    EXPECT_EQ(felt_m, stretch_m) << rate_hz;
+    EXPECT_EQ(applied_m, stretch_m) << rate_hz;
     EXPECT_LE(passed_s, std::max(0.02 * (1 + 1e-9), dt_s)) << rate_hz;
     EXPECT_GT(passed_s, 0.02 - dt_s) << rate_hz;
     EXPECT_NEAR(largest_m, norm(stretch_m) / ticks, 1e-12) << rate_hz;
@@ -134,16 +134,16 @@ TEST(LagCompensator, IsGivenBackInTimeHoweverTicksDiffer) {
   test::Random random(6);
   for (int run = 0; run < 300; ++run) {
     LagCompensator slack;
-    Vec3 probe_m = random.in_cube(0.01), proxy_m = random.in_cube(0.01), felt_m;
+    Vec3 probe_m = random.in_cube(0.01), proxy_m = random.in_cube(0.01), applied_m;
     slack.applied_extension_m(proxy_m - probe_m, {}, 0.01, {});
     for (double passed_s = 0.0; passed_s < 0.02;) {
       const double dt_s = std::min(random.uniform(1e-5, 0.008), 0.02 - passed_s);
       const Vec3 step_m = random.in_cube(0.002);
       probe_m += step_m;
       proxy_m += random.in_cube(0.002);
-      slack.applied_extension_m(proxy_m - probe_m, proxy_m - probe_m, 0.0, felt_m - step_m);
+      slack.applied_extension_m(proxy_m - probe_m, proxy_m - probe_m, 0.0, applied_m - step_m);
       slack.give_back_m(dt_s, 1.0);
-      felt_m = proxy_m - probe_m - slack.withheld_m();
+      applied_m = proxy_m - probe_m - slack.withheld_m();
       passed_s += dt_s;
     }
     EXPECT_FALSE(slack.any());
@@ -155,14 +155,14 @@ TEST(LagCompensator, IsGivenBackByNoMoreThanIsAllowed) {
   const Vec3 stretch_m{0.03, -0.04, 0.0};
   LagCompensator slack;
   slack.applied_extension_m(stretch_m, {}, 1e-3, {});
-  Vec3 felt_m;
+  Vec3 applied_m;
   int ticks = 0;
   for (; slack.any() && ticks < 1000; ++ticks) {
-    slack.applied_extension_m(stretch_m, stretch_m, 0.0, felt_m);
+    slack.applied_extension_m(stretch_m, stretch_m, 0.0, applied_m);
     EXPECT_LE(norm(slack.give_back_m(1e-3, 1e-3)), 1e-3 * (1 + 1e-12));
-    felt_m = stretch_m - slack.withheld_m();
+    applied_m = stretch_m - slack.withheld_m();
   }
-  EXPECT_EQ(felt_m, stretch_m);
+  EXPECT_EQ(applied_m, stretch_m);
   EXPECT_NEAR(ticks, 50, 1);
 }
 
@@ -171,9 +171,9 @@ TEST(LagCompensator, BringsInWhatItGivesBackAndNoMore) {
   test::Random random(7);
   for (int run = 0; run < 200; ++run) {
     LagCompensator slack;
-    Vec3 proxy_m = random.in_cube(0.01), probe_m = random.in_cube(0.01), felt_m = proxy_m - probe_m;
+    Vec3 proxy_m = random.in_cube(0.01), probe_m = random.in_cube(0.01), applied_m = proxy_m - probe_m;
     for (int tick = 0; tick < 300; ++tick) {
-      const Vec3 step_m = random.in_cube(0.001), before_m = felt_m;
+      const Vec3 step_m = random.in_cube(0.001), before_m = applied_m;
       probe_m += step_m;
       proxy_m += random.in_cube(0.003);
       const Vec3 stretch_m = proxy_m - probe_m;
@@ -181,13 +181,13 @@ TEST(LagCompensator, BringsInWhatItGivesBackAndNoMore) {
       const Vec3 to_followed_m = waits_s > 0.0 ? stretch_m + random.in_cube(0.02) : stretch_m;
       const Vec3 own_m = slack.applied_extension_m(stretch_m, to_followed_m, waits_s, before_m - step_m);
       if (waits_s == 0.0) slack.give_back_m(random.uniform(1e-4, 0.01), random.uniform(0, 0.005));
-      felt_m = stretch_m - slack.withheld_m();
-      const double given_back_j = 0.5 * k * (norm_squared(felt_m) - norm_squared(own_m));
+      applied_m = stretch_m - slack.withheld_m();
+      const double given_back_j = 0.5 * k * (norm_squared(applied_m) - norm_squared(own_m));
       ASSERT_GE(given_back_j, -1e-15);
-      const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(felt_m));
+      const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(applied_m));
       ASSERT_LE(k * dot(before_m, step_m), lost_j + 0.5 * k * norm_squared(step_m) + given_back_j + 1e-15);
       if (waits_s == 0.0) {
-        ASSERT_LE(norm(felt_m), norm(stretch_m) * (1 + 1e-12));
+        ASSERT_LE(norm(applied_m), norm(stretch_m) * (1 + 1e-12));
       } else {
         ASSERT_NEAR(given_back_j, 0.0, 1e-15);
       }

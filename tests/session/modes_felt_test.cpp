@@ -63,7 +63,7 @@ TEST(Follow, KeepsUpWithAHandFarFromThinCells) {
   Session session(scene_of(flow, Follow{.strength_n = 0.4}));
   for (int i = 0; i < 200; ++i) {
     const Tick t = session.tick({.position_m = {0.06, 0.02 + 0.4 * tick_s * i, 0.06}}, tick_s);
-    EXPECT_EQ(t.status, TickStatus::resting) << i;
+    EXPECT_EQ(t.status, TickStatus::complete) << i;
     EXPECT_LE(norm(t.force_n), 0.4 + 1e-9);
     EXPECT_NEAR(norm(t.proxy_m - t.probe_m), std::min(0.4 / 500, 0.4 * tick_s * i), 1e-9);
   }
@@ -93,7 +93,7 @@ TEST(Follow, GetsOnAlongJumpsOfTheData) {
     const Vec3 from_m = 0.025 * random.direction();
     for (int i = 0; i < 1000; ++i) {
       const Tick t = session.tick({.position_m = (1.0 - i / 500.0) * from_m}, tick_s);
-      waiting += t.status != TickStatus::resting;
+      waiting += t.status != TickStatus::complete;
       ++ticks;
       for (const SubStep& step : session.sub_steps()) jumps += step.stop == Stop::event;
     }
@@ -119,7 +119,7 @@ TEST(Follow, KeepsUpWithTheHandInNoise) {
       Session session(is_rail ? scene_of(noise, Follow{.strength_n = 3.0}) : scene_of(noise, FrontShape{.strength_n = 8.0}));
       const Vec3 from_m = 0.02 * random.direction();
       for (int i = 0; i < 1000; ++i) {
-        waiting += session.tick({.position_m = (1.0 - i / 500.0) * from_m}, tick_s).status != TickStatus::resting;
+        waiting += session.tick({.position_m = (1.0 - i / 500.0) * from_m}, tick_s).status != TickStatus::complete;
         ++ticks;
       }
     }

@@ -45,18 +45,19 @@ class Books {
     const double stiffness = session.scene().coupling.stiffness_n_per_m;
     const double gained_j = 0.5 * stiffness * (norm_squared(t.proxy_m - t.probe_m) - norm_squared(proxy_before_m - t.probe_m));
     const Energy& e = t.energy;
-    EXPECT_NEAR(gained_j, e.injected_j - e.dissipated_j + e.moved_j + e.path_j, 1e-15 + 1e-12 * std::abs(gained_j));
-    double path_j = stiffness * dot(t.proxy_m - proxy_before_m, 0.5 * (t.proxy_m + proxy_before_m) - t.probe_m);
+    EXPECT_NEAR(gained_j, e.injected_j - e.dissipated_j + e.data_motion_j + e.path_and_release_j,
+                1e-15 + 1e-12 * std::abs(gained_j));
+    double path_and_release_j = stiffness * dot(t.proxy_m - proxy_before_m, 0.5 * (t.proxy_m + proxy_before_m) - t.probe_m);
     for (const SubStep& s : session.sub_steps()) {
-      path_j -= stiffness * dot(s.balance.position_m - s.probe_m, s.proxy_m - s.start_m);
+      path_and_release_j -= stiffness * dot(s.balance.position_m - s.probe_m, s.proxy_m - s.start_m);
     }
-    EXPECT_NEAR(path_j, e.path_j, 1e-12);
-    moved_j += e.moved_j;
-    brought_j += std::max(0.0, e.moved_j);
+    EXPECT_NEAR(path_and_release_j, e.path_and_release_j, 1e-12);
+    data_motion_j += e.data_motion_j;
+    brought_j += std::max(0.0, e.data_motion_j);
     dissipated_j += e.dissipated_j;
     injected_j += e.injected_j;
   }
-  double moved_j = 0.0, brought_j = 0.0, dissipated_j = 0.0, injected_j = 0.0;
+  double data_motion_j = 0.0, brought_j = 0.0, dissipated_j = 0.0, injected_j = 0.0;
 };
 
 TEST(MovingWall, PushesAStillHandAsFarAsItGoes) {
@@ -71,7 +72,7 @@ TEST(MovingWall, PushesAStillHandAsFarAsItGoes) {
     for (int i = 0; i < static_cast<int>(offset_m / speed_m_per_s / dt) + 20; ++i) {
       t = session.tick({.position_m = hand}, dt);
       books.check(session, t, proxy);
-      EXPECT_EQ(t.status, TickStatus::resting);
+      EXPECT_EQ(t.status, TickStatus::complete);
       // The proxy is on the wall at every time.
       const double height_m = std::min(offset_m, speed_m_per_s * (i + 1) * dt);
       EXPECT_NEAR(t.proxy_m.z, std::max(hand.z, height_m), 1e-9) << i;
@@ -81,7 +82,7 @@ TEST(MovingWall, PushesAStillHandAsFarAsItGoes) {
     }
     EXPECT_NEAR(t.force_n.z, k * (offset_m - hand.z), 1e-6);
     // All energy in the spring is the wall's work.
-    EXPECT_NEAR(books.moved_j, 0.5 * k * std::pow(offset_m - hand.z, 2), 0.51 * k * offset_m * speed_m_per_s * dt);
+    EXPECT_NEAR(books.data_motion_j, 0.5 * k * std::pow(offset_m - hand.z, 2), 0.51 * k * offset_m * speed_m_per_s * dt);
     EXPECT_LT(books.injected_j, 1e-12 + k * std::pow(speed_m_per_s * dt, 2));
   }
 }
@@ -121,8 +122,8 @@ TEST(MovingWall, DragsTheHandAlongByFrictionUpToItsStrength) {
     EXPECT_NEAR(t.force_n.z, -k * hand.z, 1e-6);
   }
   // While it slides the wall works against friction: all its work is dissipated but the spring's part.
-  EXPECT_NEAR(books.moved_j, friction_n * speed_m_per_s * 0.4, 0.2 * books.moved_j);
-  EXPECT_GT(books.dissipated_j, 0.5 * books.moved_j);
+  EXPECT_NEAR(books.data_motion_j, friction_n * speed_m_per_s * 0.4, 0.2 * books.data_motion_j);
+  EXPECT_GT(books.dissipated_j, 0.5 * books.data_motion_j);
 }
 
 TEST(MovingTogether, WithTheHandGivesAConstantForce) {
@@ -219,7 +220,7 @@ TEST(TwoVolumes, MovingOppositelyThroughAStillHandHoldItBetweenThem) {
   EXPECT_NEAR(session.modes()[1].force_n.x, -0.4, 1e-6);
   // … and the motion's work is dissipated: each slides at its speed against the still proxy.
   EXPECT_NEAR(books.dissipated_j, (0.6 + 0.4) * speed_m_per_s * 0.9, 0.03 * books.dissipated_j);
-  EXPECT_NEAR(books.moved_j, books.dissipated_j + 0.5 * k * norm_squared(proxy), 0.01 * books.moved_j);
+  EXPECT_NEAR(books.data_motion_j, books.dissipated_j + 0.5 * k * norm_squared(proxy), 0.01 * books.data_motion_j);
 }
 
 TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
@@ -248,7 +249,7 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
       const Tick t = session.tick({.position_m = hand}, dt);
       books.check(session, t, proxy);
       for (const SessionEvent& e : session.events()) warnings += e.kind == SessionEventKind::warning;
-      EXPECT_EQ(t.status, TickStatus::resting);
+      EXPECT_EQ(t.status, TickStatus::complete);
       proxy = t.proxy_m;
       const double force_n = dot(map.turned_to_world(t.force_n), Vec3{1, 0, 0});
       if (i > 0) jump_n = std::max(jump_n, distance(t.force_n, before));
@@ -352,7 +353,7 @@ TEST(Time, IsNothingToAHandWhereItIsHeld) {
   for (int i = 0; i < 100; ++i) {
     const Tick t = session.tick({.position_m = {0, 0, 0.0055 - 2e-5 * i}}, dt);
     EXPECT_NEAR(t.proxy_m.z, std::max(0.005, t.probe_m.z), 1e-9);
-    EXPECT_EQ(t.energy.moved_j, 0.0);
+    EXPECT_EQ(t.energy.data_motion_j, 0.0);
   }
 }
 

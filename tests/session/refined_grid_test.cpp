@@ -106,7 +106,7 @@ TEST_P(RefinedGrid, AlongTheWallNothingWaits) {
   Session session(scene);
   for (int i = 0; i < 400; ++i) {
     const Tick t = session.tick({.position_m = {-0.04 + 0.1 * tick_s * i, -half_m + 1e-6, 0.0}}, tick_s);
-    ASSERT_EQ(t.status, TickStatus::resting) << i;
+    ASSERT_EQ(t.status, TickStatus::complete) << i;
   }
 }
 

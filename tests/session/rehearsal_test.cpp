@@ -57,7 +57,7 @@ void expect_same(const Tick& a, const Tick& b, int tick) {
   ASSERT_EQ(a.sub_steps, b.sub_steps) << tick;
   ASSERT_EQ(a.energy.injected_j, b.energy.injected_j) << tick;
   ASSERT_EQ(a.energy.dissipated_j, b.energy.dissipated_j) << tick;
-  ASSERT_EQ(a.energy.let_go_j, b.energy.let_go_j) << tick;
+  ASSERT_EQ(a.energy.released_j, b.energy.released_j) << tick;
 }
 
 TEST_P(Rehearsal, GoesOnAsTheFirstDoes) {

@@ -73,7 +73,7 @@ TEST(Tick, IsTheProbeItselfWithoutPrimitivesAndItsForceExactlyZero) {
     tick = session.tick({.position_m = 1.01 * p}, dt);
     EXPECT_EQ(tick.proxy_m, 1.01 * p);
     EXPECT_EQ(tick.force_n, Vec3{});
-    EXPECT_EQ(tick.status, TickStatus::resting);
+    EXPECT_EQ(tick.status, TickStatus::complete);
   }
 }
 
@@ -173,7 +173,7 @@ TEST(Surface, StaysOnTheSphereRoundManyTurns) {  // no drift of π v T per turn
     const double a = 2 * std::numbers::pi * i / per_turn;
     const Tick tick = session.tick({.position_m = {(radius - depth) * std::sin(a), 0, (radius - depth) * std::cos(a)}}, dt);
     worst = std::max(worst, std::abs(norm(tick.proxy_m) - radius));
-    EXPECT_EQ(tick.status, TickStatus::resting);
+    EXPECT_EQ(tick.status, TickStatus::complete);
   }
   EXPECT_LT(worst, 1e-6);
 }

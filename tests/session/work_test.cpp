@@ -183,7 +183,7 @@ TEST(Waiting, DoesNotPull) {
   EXPECT_LE(told, 3);
   Tick t;
   for (int i = 0; i < 300; ++i) t = session.tick({.position_m = {1e-5 * i, 0, 0}}, tick_s);
-  EXPECT_EQ(t.status, TickStatus::resting);
+  EXPECT_EQ(t.status, TickStatus::complete);
   EXPECT_NEAR(norm(t.force_n), 0.4, 1e-6) << "felt again";
 }
 
@@ -201,9 +201,9 @@ TEST(Waiting, TheLedgerCloses) {
       const Tick t = session.tick({.position_m = hand.next()}, tick_s);
       const Energy& e = t.energy;
       const double given_j = dot(before.force_n, t.probe_step_m);
-      const double lost_j = before.energy.stored_j - e.stored_j + e.ticks_bound_j + e.injected_j - e.dissipated_j + e.moved_j +
-                            e.path_j + before.energy.elastic_j - e.elastic_j + e.damper_j;
-      const double all_j = std::abs(before.energy.stored_j) + e.stored_j + e.ticks_bound_j + std::abs(e.path_j);
+      const double lost_j = before.energy.stored_j - e.stored_j + e.sampling_bound_j + e.injected_j - e.dissipated_j +
+                            e.data_motion_j + e.path_and_release_j + before.energy.elastic_j - e.elastic_j + e.damper_j;
+      const double all_j = std::abs(before.energy.stored_j) + e.stored_j + e.sampling_bound_j + std::abs(e.path_and_release_j);
       if (i > 0) {
         ASSERT_NEAR(given_j, lost_j, 1e-12 * all_j + 1e-15) << i;
       }

@@ -61,8 +61,8 @@ TEST(Balance, OfAStillHandMovesWhereItsPrimitivesDo) {
   problem.start_m = held;
   problem.primitives[0].direction = normalized({1, 0, 1});
   problem.primitives[0].strength_n = 0.1;
-  const Vec3 let_go = solve(problem).balance.position_m;
-  EXPECT_NEAR(distance(held, let_go), 0.002, 0.1 / 500 + 1e-9);
+  const Vec3 released_m = solve(problem).balance.position_m;
+  EXPECT_NEAR(distance(held, released_m), 0.002, 0.1 / 500 + 1e-9);
 }
 
 // The map x ← p + d(x)/k of a still hand: at rest where |∂d/∂x| < k, oscillating above.

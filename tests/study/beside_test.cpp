@@ -34,8 +34,8 @@ TEST(Beside, ARunBesideItselfDoesNotDiffer) {
   EXPECT_THAT(where_hands_part(run, run), IsEmpty());
   const FeltDifference difference = compare_felt(run, run);
   EXPECT_EQ(difference.rms_n, 0.0);
-  EXPECT_EQ(difference.told_share, 0.0);
-  EXPECT_THAT(difference.stretches, IsEmpty());
+  EXPECT_EQ(difference.noticeable_share, 0.0);
+  EXPECT_THAT(difference.intervals, IsEmpty());
   for (const double apart_n : difference.difference_n) EXPECT_EQ(apart_n, 0.0);
 }
 
@@ -44,26 +44,26 @@ TEST(Beside, ChangedPlacesTheyDifferByAsMuch) {
   const FeltRun b = run_with([](double t_s) { return turned(2.0 * t_s * t_s, 90.0 * t_s); });
   const FeltDifference ab = compare_felt(a, b), ba = compare_felt(b, a);
   EXPECT_EQ(ab.difference_n, ba.difference_n);
-  EXPECT_EQ(ab.told, ba.told);
+  EXPECT_EQ(ab.noticeable, ba.noticeable);
   EXPECT_EQ(ab.rms_n, ba.rms_n);
   EXPECT_EQ(ab.largest, ba.largest);
-  EXPECT_GT(ab.told_share, 0.0);
-  EXPECT_EQ(ab.stretches.size(), ba.stretches.size());
+  EXPECT_GT(ab.noticeable_share, 0.0);
+  EXPECT_EQ(ab.intervals.size(), ba.intervals.size());
 }
 
 TEST(Beside, StrengthsAreToldApartAboveSevenPercentAndThirtyMillinewtons) {
-  EXPECT_FALSE(are_told_apart({5.0, 0, 0}, {5.3, 0, 0}));
-  EXPECT_TRUE(are_told_apart({5.0, 0, 0}, {5.4, 0, 0}));
-  EXPECT_FALSE(are_told_apart({0.1, 0, 0}, {0.129, 0, 0})) << "29 % of nearly nothing";
-  EXPECT_TRUE(are_told_apart({0.1, 0, 0}, {0.131, 0, 0}));
-  EXPECT_FALSE(are_told_apart({}, {0.029, 0, 0}));
-  EXPECT_TRUE(are_told_apart({}, {0.031, 0, 0}));
+  EXPECT_FALSE(are_distinguishable({5.0, 0, 0}, {5.3, 0, 0}));
+  EXPECT_TRUE(are_distinguishable({5.0, 0, 0}, {5.4, 0, 0}));
+  EXPECT_FALSE(are_distinguishable({0.1, 0, 0}, {0.129, 0, 0})) << "29 % of nearly nothing";
+  EXPECT_TRUE(are_distinguishable({0.1, 0, 0}, {0.131, 0, 0}));
+  EXPECT_FALSE(are_distinguishable({}, {0.029, 0, 0}));
+  EXPECT_TRUE(are_distinguishable({}, {0.031, 0, 0}));
 }
 
 TEST(Beside, DirectionsAreToldApartAboveThirtyDegreesWhereBothAreFelt) {
-  EXPECT_FALSE(are_told_apart(turned(1.0, 0.0), turned(1.0, 29.0)));
-  EXPECT_TRUE(are_told_apart(turned(1.0, 0.0), turned(1.0, 31.0)));
-  EXPECT_FALSE(are_told_apart(turned(0.02, 0.0), turned(0.02, 180.0))) << "too weak to have a direction";
+  EXPECT_FALSE(are_distinguishable(turned(1.0, 0.0), turned(1.0, 29.0)));
+  EXPECT_TRUE(are_distinguishable(turned(1.0, 0.0), turned(1.0, 31.0)));
+  EXPECT_FALSE(are_distinguishable(turned(0.02, 0.0), turned(0.02, 180.0))) << "too weak to have a direction";
   EXPECT_NEAR(turned_deg(turned(0.5, 10.0), turned(2.0, 130.0)), 120.0, 1e-9);
   EXPECT_NEAR(turned_deg(turned(0.5, 0.0), turned(0.5, 180.0)), 180.0, 1e-9);
 }
@@ -77,12 +77,12 @@ TEST(Beside, StretchesAreWhereTheyDifferAndShortGapsAreBridged) {
     return Vec3{first ? 2.0 : second ? 3.0 : 1.0, 0, 0};
   });
   const FeltDifference difference = compare_felt(flat, other);
-  ASSERT_EQ(difference.stretches.size(), 2u);
-  EXPECT_EQ(difference.stretches[0].first, 200u);
-  EXPECT_EQ(difference.stretches[0].last, 299u);
-  EXPECT_EQ(difference.stretches[1].first, 600u);
-  EXPECT_EQ(difference.stretches[1].last, 649u);
-  EXPECT_DOUBLE_EQ(difference.told_share, 0.130);
+  ASSERT_EQ(difference.intervals.size(), 2u);
+  EXPECT_EQ(difference.intervals[0].first, 200u);
+  EXPECT_EQ(difference.intervals[0].last, 299u);
+  EXPECT_EQ(difference.intervals[1].first, 600u);
+  EXPECT_EQ(difference.intervals[1].last, 649u);
+  EXPECT_DOUBLE_EQ(difference.noticeable_share, 0.130);
   EXPECT_EQ(difference.largest, 600u);
   EXPECT_DOUBLE_EQ(difference.rms_n, std::sqrt((80 * 1.0 + 50 * 4.0) / 1000.0));
 }
@@ -92,7 +92,7 @@ TEST(Beside, OnlyTicksInWhichOneOfThemPushesCount) {
   const FeltRun late = run_with([](double t_s) { return t_s > 0.4995 ? Vec3{0, 1, 0} : Vec3{}; });
   const FeltDifference difference = compare_felt(none, late);
   EXPECT_EQ(difference.in_contact, 500u);
-  EXPECT_EQ(difference.told_share, 1.0);
+  EXPECT_EQ(difference.noticeable_share, 1.0);
   EXPECT_EQ(compare_felt(none, none).in_contact, 0u);
 }
 

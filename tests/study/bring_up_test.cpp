@@ -113,7 +113,7 @@ TEST(DeviceCalibration, FindsWhatTheDeviceIs) {
             .mass_kg = 0.5, .damping_ns_per_m = 1.0, .friction_n = 0.0, .encoder_step_m = 1e-5, .delay_ms = 8, .lag_ms = 20}}) {
     Bench bench(made);
     const DeviceCalibration found = measured(bench);
-    EXPECT_TRUE(found.knows_its_place);
+    EXPECT_TRUE(found.has_valid_position);
     EXPECT_TRUE(found.pushes_rightly) << testing::PrintToString(found.findings);
     EXPECT_NEAR(found.encoder_step_m.value_or(0), made.encoder_step_m, 1e-3 * made.encoder_step_m);
     EXPECT_NEAR(found.velocity_lag_s.value_or(1), 1e-3 * made.lag_ms, 1.01e-3);
@@ -141,14 +141,14 @@ TEST(DeviceCalibration, SeesADeviceThatPushesTheWrongWay) {
 TEST(DeviceCalibration, PushesNobodyByADeviceWithoutMotors) {
   Bench bench({.has_motors = false});
   const DeviceCalibration found = measured(bench);
-  EXPECT_TRUE(found.knows_its_place);
+  EXPECT_TRUE(found.has_valid_position);
   EXPECT_EQ(bench.written_n, 0.0);
 }
 
 TEST(DeviceCalibration, MeasuresNothingOfADeviceWithAFault) {
   Bench bench(Made{.fault = "the power supply is off: no force"});
   const DeviceCalibration found = measured(bench);
-  EXPECT_FALSE(found.knows_its_place);
+  EXPECT_FALSE(found.has_valid_position);
   EXPECT_EQ(bench.written_n, 0.0);
   EXPECT_THAT(found.findings, Contains(HasSubstr("power supply")));
 }

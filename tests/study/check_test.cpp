@@ -15,8 +15,8 @@
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/scene/change_text.h"
-#include "palpa/study/let_go.h"
 #include "palpa/study/movement.h"
+#include "palpa/study/released_device.h"
 
 namespace palpa {
 namespace check_test {
@@ -79,7 +79,8 @@ double growth_per_s(const Held& held, const Scene& scene, const DevicePlant& pla
   constexpr std::size_t settled_ticks = 50, half_ticks = 200;  // each half holds at least three swings of these masses
   const Similarity map = scene.hand_to_world();
   const Vec3 way = normalized(map.gradient_to_hand(held.way)), from_m = map.to_hand(held.from_m) - before_m * way;
-  const auto device = let_go(plant, from_m + (1.0 + knock) * push_n / scene.coupling.stiffness_n_per_m * way, push_n * way);
+  const auto device =
+      released_device(plant, from_m + (1.0 + knock) * push_n / scene.coupling.stiffness_n_per_m * way, push_n * way);
   Session session(scene);
   session.tick({.position_m = from_m}, tick_s);  // before the constraint, so that the proxy meets it
   std::vector<double> along_m;
@@ -209,10 +210,10 @@ TEST(Check, LetsADeviceGoBeforeALevelWhereverThatStands) {
     scene.workspace = {.scale = 1.0, .center_m = Vec3{0.0, 0.0, behind_m}};
     scene.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{20.0}}}});
     const CheckReport report = check_quickly(scene, smooth);
-    const auto let_go = std::find_if(report.findings.begin(), report.findings.end(),
-                                     [](const CheckFinding& finding) { return finding.key == "let_go"; });
-    ASSERT_NE(let_go, report.findings.end());
-    EXPECT_EQ(let_go->grade, Grade::stop) << behind_m << "\n" << to_table(report);
+    const auto released = std::find_if(report.findings.begin(), report.findings.end(),
+                                       [](const CheckFinding& finding) { return finding.key == "let_go"; });
+    ASSERT_NE(released, report.findings.end());
+    EXPECT_EQ(released->grade, Grade::stop) << behind_m << "\n" << to_table(report);
   }
 }
 

@@ -101,7 +101,7 @@ TEST(EnergyTable, OfFreeAirIsZeros) {
       },
       3.0);
   EXPECT_LT(felt.largest_j(), 1e-15);
-  EXPECT_GT(felt.table.ticks_bound_j, 1e-3) << "k/2 of every step, squared, is no loss";
+  EXPECT_GT(felt.table.sampling_bound_j, 1e-3) << "k/2 of every step, squared, is no loss";
   const std::string text = to_table(felt.table);
   EXPECT_EQ(text.find_first_of("123456789"), std::string::npos) << text;
   EXPECT_EQ(text.find("-0"), std::string::npos) << text;
@@ -224,7 +224,7 @@ TEST(EnergyTable, OneBalanceBringsInNoMoreThanItsBound) {
     ++single;
     // A balance is as exact as its proof, and forces do work over the whole path.
     const double rounding_j = 1e-15 + 1e-9 * norm(frame.result.force_n);
-    ASSERT_LE(e.ticks_j, e.ticks_bound_j + rounding_j) << "tick " << frame.tick;
+    ASSERT_LE(e.sampling_j, e.sampling_bound_j + rounding_j) << "tick " << frame.tick;
   });
   EXPECT_GT(single, 1000);
 }

@@ -73,13 +73,13 @@ TEST(ExcessSteps, HaveTheirCauseFromTheModeThatChanged) {
 
 TEST(ExcessSteps, HaveTheirCauseFromEventsBeforeAllElse) {
   FeltRun run = with_step({}, 0, {});
-  run.ticks[50].told = true;
-  EXPECT_EQ(only_cause(run), StepCause::told);
+  run.ticks[50].other_event = true;
+  EXPECT_EQ(only_cause(run), StepCause::other_event);
   run.ticks[49].onset = true;
   EXPECT_EQ(only_cause(run), StepCause::onset) << "met in the tick before";
   run.ticks[35].broke_through = true;
   EXPECT_EQ(only_cause(run), StepCause::break_through) << "its fall may last 20 ms";
-  EXPECT_TRUE(is_told(only_cause(run)));
+  EXPECT_TRUE(has_event(only_cause(run)));
   run.ticks[35].broke_through = false;
   run.ticks[20].broke_through = true;
   EXPECT_EQ(only_cause(run), StepCause::onset) << "that was 30 ms ago";
@@ -174,7 +174,7 @@ TEST(FeltRun, OfAWallThatBreaksTellsItsForceAndItsFall) {
   EXPECT_GT(steepest_fall_n_per_ms(run), 0.0);
   EXPECT_LE(steepest_fall_n_per_ms(run), 0.5 + 1e-9) << "it falls in milliseconds";
   EXPECT_EQ(saturated_share(run), 0.0);
-  for (const ExcessStep& step : excess_steps(run, nullptr)) EXPECT_TRUE(is_told(step.cause)) << name_of(step.cause);
+  for (const ExcessStep& step : excess_steps(run, nullptr)) EXPECT_TRUE(has_event(step.cause)) << name_of(step.cause);
   EXPECT_NEAR(duration_s(run), 0.2, 1e-9);
 }
 

@@ -181,7 +181,7 @@ TEST(Reach, TheNearestThingIsWhereItIs) {
   EXPECT_NEAR(nearest->distance_m, 0.04, 0.0125);  // from the second position, to within a cell: 10 x 10 x 5 mm
   EXPECT_LT(nearest->direction.x, -0.03);
   EXPECT_NEAR(norm(nearest->direction), nearest->distance_m, 1e-12);
-  EXPECT_THAT(words_of(*nearest), testing::AllOf(HasSubstr("mm away"), HasSubstr("to the left")));
+  EXPECT_THAT(format_nearest(*nearest), testing::AllOf(HasSubstr("mm away"), HasSubstr("to the left")));
   EXPECT_EQ(reach.felt_share(places_m), 0.0);
   const Vec3 within_m[] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.1}};
   EXPECT_EQ(reach.felt_share(within_m), 0.5);
@@ -193,10 +193,10 @@ TEST(Reach, WhereNothingCanBeFeltItSaysWhatWouldChangeThat) {
   const Reach reach(far);
   EXPECT_TRUE(reach.is_empty());
   EXPECT_FALSE(reach.nearest(std::vector<Vec3>{Vec3{}}));
-  EXPECT_THAT(why_little_is_felt(reach, {}, ""), HasSubstr("fit = \"ball\""));
+  EXPECT_THAT(explain_little_contact(reach, {}, ""), HasSubstr("fit = \"ball\""));
 
   Scene bare;
-  EXPECT_THAT(why_little_is_felt(Reach(bare), {}, ""), HasSubstr("[[mode]]"));
+  EXPECT_THAT(explain_little_contact(Reach(bare), {}, ""), HasSubstr("[[mode]]"));
 }
 
 TEST(Reach, SaysFromWhichSideSomethingIsFelt) {
@@ -207,11 +207,11 @@ TEST(Reach, SaysFromWhichSideSomethingIsFelt) {
   scene.add("wall", SurfaceAndFriction{.field = {"wall"},
                                        .solid = SurfaceAndFriction::Solid::low,
                                        .levels = {{.value = 0.0, .strength_n = Strength{1.0}}}});
-  EXPECT_THAT(why_little_is_felt(Reach(scene), {}, ""),
+  EXPECT_THAT(explain_little_contact(Reach(scene), {}, ""),
               testing::AllOf(HasSubstr("straight from the user"), HasSubstr("from behind")));
   Scene nothing = scene;
   nothing.workspace.center_m = Vec3{0.0, 0.0, 5.0};
-  EXPECT_THAT(why_little_is_felt(Reach(nothing), {}, ""), Not(HasSubstr("comes from")));
+  EXPECT_THAT(explain_little_contact(Reach(nothing), {}, ""), Not(HasSubstr("comes from")));
 }
 
 TEST(Reach, AsManyThreadsAsThereAreGiveTheSameAnswer) {

@@ -84,8 +84,8 @@ TEST_F(Trace, RecordingsFromBeforeTheEnergyTableAreStillRead) {
   }
   set_text(folder() / "old/ticks.csv", cut);
   const TraceReader old(folder() / "old");
-  EXPECT_FALSE(old.tells_energy());
-  EXPECT_TRUE(TraceReader(folder() / "new").tells_energy());
+  EXPECT_FALSE(old.has_energy());
+  EXPECT_TRUE(TraceReader(folder() / "new").has_energy());
   ASSERT_EQ(old.ticks().size(), 5u);
   EXPECT_EQ(old.ticks()[3].frame.result.proxy_m, TraceReader(folder() / "new").ticks()[3].frame.result.proxy_m);
   EXPECT_TRUE(compare_traces(folder() / "old", folder() / "new").same);

@@ -140,11 +140,11 @@ TEST_F(Trace, WhatStrangersWroteInItSteersNothing) {
   set_text(folder("b") / "modes.csv", text);
   const std::string where = compare_traces(folder("a"), folder("b")).where;
   EXPECT_THAT(where, HasSubstr("skin against \\u001B[31m"));
-  EXPECT_EQ(where, detail::shown(where));
+  EXPECT_EQ(where, detail::sanitized(where));
   set_text(folder("b") / "trace.toml", "format = 1\ndt_s = 0.001\nsets = [\"two\\nlines\"]\n");
   const std::string error = error_of([&] { TraceReader{folder("b")}; });
   EXPECT_THAT(error, HasSubstr("has no '='; "));
-  EXPECT_EQ(error, detail::shown(error));
+  EXPECT_EQ(error, detail::sanitized(error));
 }
 
 TEST_F(Trace, WithoutPrimitivesThereAreNoFilesOfThem) {
@@ -272,11 +272,13 @@ TEST_F(Trace, TicksReadBackToTheBit) {
     ASSERT_EQ(p.status, q.status);
     ASSERT_EQ(p.dropped, q.dropped);
     ASSERT_TRUE(same_bits(p.energy.stored_j, q.energy.stored_j) && same_bits(p.energy.dissipated_j, q.energy.dissipated_j));
-    ASSERT_TRUE(same_bits(p.energy.injected_j, q.energy.injected_j) && same_bits(p.energy.path_j, q.energy.path_j));
-    ASSERT_TRUE(same_bits(p.energy.damper_j, q.energy.damper_j) && same_bits(p.energy.moved_j, q.energy.moved_j));
+    ASSERT_TRUE(same_bits(p.energy.injected_j, q.energy.injected_j) &&
+                same_bits(p.energy.path_and_release_j, q.energy.path_and_release_j));
+    ASSERT_TRUE(same_bits(p.energy.damper_j, q.energy.damper_j) && same_bits(p.energy.data_motion_j, q.energy.data_motion_j));
     ASSERT_TRUE(same_bits(p.energy.work_on_hand_j, q.energy.work_on_hand_j));
-    ASSERT_TRUE(same_bits(p.energy.let_go_j, q.energy.let_go_j) && same_bits(p.energy.held_back_j, q.energy.held_back_j));
-    ASSERT_TRUE(same_bits(p.energy.ticks_j, q.energy.ticks_j) && same_bits(p.energy.ticks_bound_j, q.energy.ticks_bound_j));
+    ASSERT_TRUE(same_bits(p.energy.released_j, q.energy.released_j) && same_bits(p.energy.withheld_j, q.energy.withheld_j));
+    ASSERT_TRUE(same_bits(p.energy.sampling_j, q.energy.sampling_j) &&
+                same_bits(p.energy.sampling_bound_j, q.energy.sampling_bound_j));
     ASSERT_EQ(a.guard, b.guard);
     ASSERT_EQ(a.buttons, b.buttons);
   }

@@ -15,7 +15,7 @@
 #include "palpa/baseline/law.h"
 #include "palpa/data/field.h"
 #include "palpa/solver/solver.h"
-#include "palpa/study/let_go.h"
+#include "palpa/study/released_device.h"
 
 namespace py = pybind11;
 

@@ -1,5 +1,5 @@
 // A mass in a sampled loop: the closed form of its largest stiffness.
-#include "palpa/study/let_go.h"
+#include "palpa/study/released_device.h"
 
 #include <gtest/gtest.h>
 
@@ -20,11 +20,11 @@ double bound_n_per_m(double mass_kg, double damping_ns_per_m, double tick_s, boo
   return (1.0 - a) / (half + std::sqrt(half * half + c0 * c0 * (1.0 - a)));
 }
 
-TEST(LetGo, IsStableUpToTheBoundOfTheSampledLoop) {
+TEST(ReleasedDevice, IsStableUpToTheBoundOfTheSampledLoop) {
   for (const int delay_ticks : {0, 1}) {
     for (const DevicePlant& plant : {DevicePlant{.mass_kg = 0.05, .damping_ns_per_m = 0.2, .delay_ticks = delay_ticks},
                                      DevicePlant{.mass_kg = 0.2, .damping_ns_per_m = 0.8, .delay_ticks = delay_ticks}}) {
-      const LetGoOptions options{.plant = plant};
+      const ReleasedDeviceOptions options{.plant = plant};
       const double found = largest_stable_stiffness_n_per_m([&](double k) { return comes_to_rest(options, k); }, 20.0, 5000.0);
       const double bound = bound_n_per_m(plant.mass_kg, plant.damping_ns_per_m, 1e-3, delay_ticks == 1);
       EXPECT_NEAR(found / bound, 1.0, 0.03) << plant.mass_kg << " kg, " << delay_ticks << " ticks late: " << bound << " N/m";
@@ -33,11 +33,11 @@ TEST(LetGo, IsStableUpToTheBoundOfTheSampledLoop) {
 }
 
 // An encoder makes a stable loop toggle by a few of its steps at single stiffnesses; these are no end of stability.
-TEST(LetGo, MoreDampingNeverHasASmallerLargestStiffnessUnderAnEncoder) {
+TEST(ReleasedDevice, MoreDampingNeverHasASmallerLargestStiffnessUnderAnEncoder) {
   for (const char* name : {"touch", "desktop", "omega"}) {
     double before = 0.0;
     for (const double damping : {0.5, 1.0, 2.0}) {
-      LetGoOptions options{.plant = device_plant(name), .damping_ns_per_m = damping, .rest_steps = 3.5};
+      ReleasedDeviceOptions options{.plant = device_plant(name), .damping_ns_per_m = damping, .rest_steps = 3.5};
       options.plant.coulomb_friction_n = 0.0;
       options.plant.damping_ns_per_m = 0.1;
       options.plant.delay_ticks = 1;
@@ -50,15 +50,15 @@ TEST(LetGo, MoreDampingNeverHasASmallerLargestStiffnessUnderAnEncoder) {
   }
 }
 
-TEST(LetGo, TheBoundIsHalfATickOfDelayOrOneAndAHalf) {
+TEST(ReleasedDevice, TheBoundIsHalfATickOfDelayOrOneAndAHalf) {
   EXPECT_NEAR(bound_n_per_m(0.2, 0.2, 1e-3, false), 2.0 * 0.2 / 1e-3, 2.0);
   EXPECT_NEAR(bound_n_per_m(0.2, 0.2, 1e-3, true), 0.2 / 1.5e-3, 2.0);
 }
 
-TEST(LetGo, FallsAsAMassAndStaysWhereFrictionHoldsIt) {
+TEST(ReleasedDevice, FallsAsAMassAndStaysWhereFrictionHoldsIt) {
   const DevicePlant plant{.mass_kg = 0.5, .coulomb_friction_n = 0.2};
-  const auto held = let_go(plant, {}, {0, -0.19, 0});
-  const auto falls = let_go(plant, {}, {0, -1.2, 0});
+  const auto held = released_device(plant, {}, {0, -0.19, 0});
+  const auto falls = released_device(plant, {}, {0, -1.2, 0});
   for (int i = 0; i < 100; ++i) {
     for (SimulatedDevice* device : {held.get(), falls.get()}) {
       device->write({});
@@ -69,8 +69,8 @@ TEST(LetGo, FallsAsAMassAndStaysWhereFrictionHoldsIt) {
   EXPECT_NEAR(falls->read().position_m.y, -0.5 * (1.0 / 0.5) * 0.1 * 0.1, 2e-5);
 }
 
-TEST(LetGo, FeelsAForceSoManyTicksLater) {
-  const auto device = let_go({.mass_kg = 0.1, .delay_ticks = 3}, {}, {});
+TEST(ReleasedDevice, FeelsAForceSoManyTicksLater) {
+  const auto device = released_device({.mass_kg = 0.1, .delay_ticks = 3}, {}, {});
   for (int i = 0; i < 5; ++i) {
     device->write({1, 0, 0});
     device->advance(1e-3);

@@ -14,21 +14,21 @@ namespace palpa {
 /// `advance`, each by backward Euler. `plant.mass_kg` must be above 0. Measures no velocity and never ends.
 /// \param start_m  [m] initial position, at rest
 /// \param push_n   [N] the constant force
-std::unique_ptr<SimulatedDevice> let_go(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n);
+std::unique_ptr<SimulatedDevice> released_device(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n);
 
 /// Test of a released device on a wall for rest.
-struct LetGoOptions {
+struct ReleasedDeviceOptions {
   DevicePlant plant;
   double damping_ns_per_m = 0.0;  ///< D of the coupling
   double push_n = 0.5;            ///< constant force onto the wall, > 0
   double start_depth_m = 0.0003;  ///< initial depth below its rest position
-  bool tells_encoder = true;      ///< the session uses the encoder's step
+  bool uses_encoder = true;       ///< the session uses the encoder's step
   double rate_hz = 1000.0;        ///< of the loop, > 0
   double rest_steps = 1.5;        ///< [1] encoder steps of a swing at rest; 3.5: toggles of a stable loop are no hum
 };
 /// Whether the device is at rest after two seconds, or converging: in the last half second it moves by no more than
 /// `rest_steps`, or less than in the half second before.
-bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m);
+bool comes_to_rest(const ReleasedDeviceOptions& options, double stiffness_n_per_m);
 
 /// Largest stiffness [N/m] between `low_n_per_m` and `high_n_per_m` up to which `is_stable` holds, to one part in 100, by
 /// bisection of their ratio; 0 if it does not hold at the lowest. \param low_n_per_m  [N/m] > 0

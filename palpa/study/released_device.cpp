@@ -1,4 +1,4 @@
-#include "palpa/study/let_go.h"
+#include "palpa/study/released_device.h"
 
 #include <algorithm>
 #include <cassert>
@@ -14,9 +14,9 @@ namespace {
 
 constexpr int sub_steps = 100;  // [1] of an advance. More: slower; fewer: backward Euler damps the hum
 
-class LetGo final : public SimulatedDevice {
+class ReleasedDevice final : public SimulatedDevice {
  public:
-  LetGo(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n)
+  ReleasedDevice(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n)
       : plant_(plant),
         position_m_(start_m),
         push_n_(push_n),
@@ -73,11 +73,11 @@ double swing_m(const std::vector<double>& places_m, std::size_t begin, std::size
 
 }  // namespace
 
-std::unique_ptr<SimulatedDevice> let_go(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n) {
-  return std::make_unique<LetGo>(plant, start_m, push_n);
+std::unique_ptr<SimulatedDevice> released_device(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n) {
+  return std::make_unique<ReleasedDevice>(plant, start_m, push_n);
 }
 
-bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m) {
+bool comes_to_rest(const ReleasedDeviceOptions& options, double stiffness_n_per_m) {
   // Force limits, high enough to be inactive; and the settling time of the device before it is observed for two times `half_s`.
   // Longer: slower; shorter: slow decay counts as humming.
   constexpr double strong_n = 100.0, settled_s = 1.0, half_s = 0.5;
@@ -90,8 +90,8 @@ bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m) {
   DevicePlant plant = options.plant;
   plant.limits.max_force_n = strong_n;
   const double rest_m = options.push_n / stiffness_n_per_m + options.start_depth_m;
-  const auto device = let_go(plant, rest_m * inwards, options.push_n * inwards);
-  Session session(scene, options.tells_encoder ? plant.limits.encoder_step_m : 0.0);
+  const auto device = released_device(plant, rest_m * inwards, options.push_n * inwards);
+  Session session(scene, options.uses_encoder ? plant.limits.encoder_step_m : 0.0);
   // The first tick is outside of the wall, so that contact begins before the device rests on it.
   session.tick({.position_m = -rest_m * inwards}, 1.0 / options.rate_hz);
   std::vector<double> places_m;
