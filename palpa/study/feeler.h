@@ -55,7 +55,7 @@ class Feeler {
   explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene), session_(scene) {}
 
   /// \param until  stop at the end of the first contact, of the first level, or of the path
-  /// \param at     called with the path length [m] so far and the session, at each step in contact
+  /// \param at     called with the path length [m] so far, the force [N] and the session, at each step in contact
   enum class Until { contact, level, end };
   template <class At>
   Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until, const At& at) {
@@ -70,7 +70,7 @@ class Feeler {
       const Tick tick = session_.tick({.position_m = from_m + way_m * direction}, way_step_s);
       const double force_n = scene_.coupling.stiffness_n_per_m * distance(tick.proxy_m, tick.probe_m);
       const bool felt = force_n > contact_force_n;
-      if (felt) at(way_m, session_);
+      if (felt) at(way_m, force_n, session_);
       const auto happens = [&](SessionEventKind kind) {
         const auto events = session_.events();
         return std::any_of(events.begin(), events.end(), [&](const SessionEvent& event) { return event.kind == kind; });
@@ -93,7 +93,7 @@ class Feeler {
     return way;
   }
   Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until) {
-    return feel(from_m, direction, length_m, until, [](double, const Session&) {});
+    return feel(from_m, direction, length_m, until, [](double, double, const Session&) {});
   }
 
  private:

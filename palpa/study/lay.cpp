@@ -19,10 +19,16 @@ namespace {
 // places: slower; less: a good place may be missed. Closer places are effectively tried twice.
 constexpr double longest_s = 120.0;
 constexpr double for_s = 30.0;
+// [1] Share of contact that needs no further places. More: slower, and motions are narrowed; less: better places are missed.
+constexpr double plenty = 0.4;
 // [1] Weight of a place where the hand begins behind a level, and may stay behind it. More: such places win; less: they lose to
 // places with little contact.
 constexpr double behind_a_level = 0.25;
-constexpr std::size_t most_tried = 5;
+constexpr std::size_t most_tried = 5, most_below = 8;
+// [1] Cost of a cell beyond the force limit, in cells in contact, in places sought below the limit. More: hardly any contact;
+// less: the limit is reached.
+constexpr double beyond_cost = 20.0;
+
 constexpr double apart_m = 0.02;
 
 /// Number of a recording's samples in a cell; cells are counted from the centre of the workspace.
@@ -84,9 +90,14 @@ std::vector<Stay> stays_of(const std::vector<Vec3>& places_m, double scale) {
   return stays;
 }
 
-/// All displacements with contact, the best first; cells at a front count `front_worth` times.
+/// Worth of a cell in a ranking.
+struct Weights {
+  int front = 1;        // factor of cells at a front
+  double beyond = 0.0;  // cost of a cell beyond the force limit; 0: as others
+};
+/// All displacements with contact, the best first.
 template <class BeginsBehind>
-std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<Stay>& stays, int front_worth,
+std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<Stay>& stays, const Weights& weights,
                                  const BeginsBehind& begins_behind) {
   Stay low = stays.front(), high = stays.front();
   for (const Stay& stay : stays) {
@@ -102,7 +113,8 @@ std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<
         Place place{0.0, i, j, k};
         for (const Stay& stay : stays) {
           const ReachLattice::Cell cell = lattice.at(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0);
-          place.worth += stay.count * cell.worth * (cell.front ? front_worth : 1);
+          place.worth += stay.count * (cell.beyond && weights.beyond > 0.0 ? -weights.beyond
+                                                                           : cell.worth * (cell.front ? weights.front : 1));
         }
         if (begins_behind(place.offset_m())) place.worth *= behind_a_level;
         if (place.worth > 0.0) places.push_back(place);
@@ -113,14 +125,14 @@ std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<
 }
 
 /// Best places more than `apart_m` from each other.
-std::vector<Vec3> best_apart(const std::vector<Place>& places) {
+std::vector<Vec3> best_apart(const std::vector<Place>& places, std::size_t most) {
   std::vector<Vec3> offsets_m;
   for (const Place& place : places) {
     const Vec3 offset_m = place.offset_m();
     const bool is_new = std::all_of(offsets_m.begin(), offsets_m.end(),
                                     [&](const Vec3& other_m) { return distance(other_m, offset_m) > apart_m; });
     if (is_new) offsets_m.push_back(offset_m);
-    if (offsets_m.size() == most_tried) break;
+    if (offsets_m.size() == most) break;
   }
   return offsets_m;
 }
@@ -131,23 +143,18 @@ RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& r
   assert(!is_empty());
   const std::vector<Vec3> places_m = places_of(*recording);
   if (places_m.empty()) return {};
-  const double scale = scale_of(places_m);
-  const std::vector<Stay> stays = stays_of(places_m, scale);
-  const auto begins_behind = [&](const Vec3& offset_m) {
-    return lattice_->is_behind_a_level(scale * places_m.front() + offset_m);
-  };
-
-  // Trials of the best places: first by a ranking in which fronts, with the most contact, count twice; if the best of these has
-  // less than this share [1] of contact, also by a ranking of time alone. More: slower; less: better ones are missed.
-  constexpr double plenty = 0.4;
   struct Try {
     double worth;
     RecordingPlacement laid;
+    bool limited;
   };
   std::vector<Try> tried_out;
-  for (const int front_worth : {2, 1}) {
-    if (!tried_out.empty() && tried_out.front().laid.contact_share >= plenty) break;
-    const std::vector<Vec3> offsets_m = best_apart(ranked_places(*lattice_, stays, front_worth, begins_behind));
+  const auto try_places = [&](double scale, const std::vector<Stay>& stays, const Weights& weights) {
+    const auto begins_behind = [&](const Vec3& offset_m) {
+      return lattice_->is_behind_a_level(scale * places_m.front() + offset_m);
+    };
+    const std::vector<Vec3> offsets_m =
+        best_apart(ranked_places(*lattice_, stays, weights, begins_behind), weights.beyond > 0.0 ? most_below : most_tried);
     std::vector<Summary> summaries(offsets_m.size());
     in_parallel(feeling_threads(), static_cast<int>(offsets_m.size()), [&](std::size_t, int n) {
       const auto at = static_cast<std::size_t>(n);
@@ -155,14 +162,27 @@ RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& r
     });
     for (std::size_t n = 0; n < summaries.size(); ++n) {
       const double worth = worth_of(summaries[n]) - (begins_behind(offsets_m[n]) ? 1.0 - behind_a_level : 0.0);
-      tried_out.push_back({worth, {scale, offsets_m[n], summaries[n].contact_share}});
+      tried_out.push_back({worth, {scale, offsets_m[n], summaries[n].contact_share}, is_often_limited(summaries[n])});
     }
     std::stable_sort(tried_out.begin(), tried_out.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });
+  };
+  const double widest = scale_of(places_m);
+  const std::vector<Stay> stays = stays_of(places_m, widest);
+  try_places(widest, stays, {.front = 2});
+  if (tried_out.empty() || tried_out.front().laid.contact_share < plenty) try_places(widest, stays, {.front = 1});
+  const auto is_good = [&] {
+    return !tried_out.empty() && !tried_out.front().limited && tried_out.front().laid.contact_share >= plenty;
+  };
+  // Beside levels that hold, most contact of a motion may lie beyond the limit: places below it, then of a narrower motion.
+  const bool limits = std::any_of(tried_out.begin(), tried_out.end(), [](const Try& one) { return one.limited; });
+  for (const double smaller : {1.0, 0.7, 0.5, 0.35, 0.25, 0.18}) {
+    if (!limits || is_good()) break;
+    try_places(smaller * widest, stays_of(places_m, smaller * widest), {.front = 1, .beyond = beyond_cost});
   }
   // A place that was good in a trial may reach the force limit later: the first that rarely does is used.
   for (const Try& one : tried_out) {
     if (recording->duration_s() <= for_s) break;
-    const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, scale), hold, longest_s);
+    const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, one.laid.scale), hold, longest_s);
     if (200 * all.guard_limited_ticks <= all.ticks) return one.laid;
   }
   return tried_out.empty() ? RecordingPlacement{} : tried_out.front().laid;

@@ -21,8 +21,9 @@ Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : 
       [&](std::size_t worker, int n) {
         const int i = n % across, j = n / across;
         int first_felt = -2, last_felt = -2;
-        const auto note = [&](double way_m, const Session& session) {
+        const auto note = [&](double way_m, double force_n, const Session& session) {
           const int k = std::min(along - 1, static_cast<int>(way_m / cell_z_m));
+          if (force_n >= scene_.coupling.max_force_n) lattice->cells[ReachLattice::number(i, j, k)].beyond = true;
           if (k == last_felt) return;
           if (k != last_felt + 1) first_felt = k;
           last_felt = k;

@@ -22,6 +22,7 @@ struct ReachLattice {
   struct Cell {
     std::uint64_t modes = 0;  // modes that push here, a bit each; all from the 64th on share the last bit
     bool front = false;       // contact begins in this cell or the one before
+    bool beyond = false;      // the force exceeds the scene's limit
     double worth = 0.0;       // 1 on average over cells in contact; more for many modes, or modes that rarely push elsewhere
   };
   static std::size_t number(int i, int j, int k) { return static_cast<std::size_t>((k * across + j) * across + i); }

@@ -37,13 +37,17 @@ Scene ball(const Vec3& centre_m, double strength_n, double drag_ns_per_m = 0.0) 
   return scene;
 }
 
-double contact_share(const Scene& scene, std::unique_ptr<Target> target, Hold hold) {
+Summary summary_of(const Scene& scene, std::unique_ptr<Target> target, Hold hold) {
   Session session(scene);
   SummaryBuilder builder(scene);
   const auto hand = hand_device(std::move(target), hold);
   run_simulated(session, *hand, {.duration_s = 8.0, .time_ticks = false}, nullptr,
                 [&](const TickFrame& frame, const Session& felt) { builder.add(frame, felt); });
-  return builder.finish(1.0).contact_share;
+  return builder.finish(1.0);
+}
+
+double contact_share(const Scene& scene, std::unique_ptr<Target> target, Hold hold) {
+  return summary_of(scene, std::move(target), hold).contact_share;
 }
 
 TEST(Reach, TheFrontOfABallIsTheBall) {
@@ -171,6 +175,18 @@ TEST(Reach, ARecordingBeginsInFrontOfALevel) {
   const Vec3 first_m = recording->at(0).position_m + laid.offset_m;
   EXPECT_GT(norm(first_m), radius_m) << first_m.x << ' ' << first_m.y << ' ' << first_m.z;
   EXPECT_GT(laid.contact_share, 0.1);
+}
+
+// Behind a shell that holds a rigid hand is over the limit: most contact would be most of the time at it.
+TEST(Reach, ARecordingBesideALevelThatHoldsStaysBelowTheLimit) {
+  for (const double strength_n : {5.0, 20.0, 100.0}) {
+    const Scene scene = ball({0.01, 0.0, 0.0}, strength_n);
+    const auto recording = std::make_shared<ToAndFro>();
+    const RecordingPlacement laid = Reach(scene).place_recording(recording, Hold::rigid);
+    const Summary felt = summary_of(scene, displaced(recording, laid.offset_m, laid.scale), Hold::rigid);
+    EXPECT_LE(felt.guard_limited_ticks, felt.ticks / 100) << strength_n << " N, " << laid.scale;
+    EXPECT_GE(felt.contact_share, 0.2) << strength_n << " N, " << laid.scale;
+  }
 }
 
 TEST(Reach, TheNearestThingIsWhereItIs) {
