@@ -82,7 +82,7 @@ std::vector<CheckPlace> check_places(const Scene& given, double spacing_m, const
         const auto n = static_cast<std::size_t>(number);
         Follower follower(scene);
         ways.way[n] = threads[worker]->feel(begin_m(n), {0.0, 0.0, -1.0}, 2.0 * half_m + before_m, Feeler::Until::end,
-                                            [&](double way_m, const Session& session) { follower.at(way_m, session); });
+                                            [&](double way_m, double, const Session& session) { follower.at(way_m, session); });
         felt[n] = follower.felt;
       },
       progress);
