@@ -9,7 +9,6 @@
 
 #include "palpa/data/field.h"
 #include "palpa/data/timed_field.h"
-#include "palpa/mode/contact.h"
 #include "palpa/mode/parameters.h"
 #include "palpa/solver/primitives.h"
 #include "palpa/solver/similarity.h"
@@ -134,6 +133,22 @@ class Samples {
   int work_beyond_ = 0;     // [units] of a sample of each field, beyond one
   class Plan;
   std::shared_ptr<Plan> plan_;
+};
+
+/// Contact with a primitive of the last accepted sub-step.
+struct Contact {
+  /// Of the level: free → held → yielding → free. A level that yields stays so until it is free.
+  enum class Phase : std::uint8_t { free, held, yielding };
+
+  PrimitiveId id;
+  PrimitiveState state = PrimitiveState::off;
+  Phase phase = Phase::free;
+  bool yields = false;  ///< strength reduced (data end nearby, or its level jumped): a slip is no break-through
+  HeldLevel level;      ///< level of its placement; none if it stands on no level
+  /// [hand m] From the proxy to its *foot*, the point of an elastic level from which the proxy has pressed it in
+  /// (docs/theory.md 8.11); zero if it has not.
+  Vec3 offset_m;
+  double held_j = 0.0;  ///< energy stored in the level
 };
 
 /// Strength of a plane on a level.

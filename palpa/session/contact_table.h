@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "palpa/mode/contact.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/mode/state_arena.h"
 #include "palpa/session/session.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "palpa/mode/contact.h"
+#include "palpa/mode/mode_context.h"
 #include "palpa/solver/coupling.h"
 #include "palpa/solver/law.h"
 #include "palpa/solver/vec3.h"

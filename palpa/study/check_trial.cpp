@@ -137,7 +137,7 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& presumed, const Check
                        .duration_s = set.to_s,
                        .saturated = saturated_share(run),
                        .over_budget = static_cast<double>(summary.waiting_ticks) / static_cast<double>(summary.ticks),
-                       .unborne_n = summary.unborne_max_n,
+                       .unborne_n = summary.unborne_lasting_n,
                        .sampling_gained_j = summary.sampling_gained_j};
   for (const ModeSummary& mode : summary.modes) {
     figures.injected_j.push_back(mode.injected_j);

@@ -49,7 +49,7 @@ struct TrialFigures {
   double overfull = 0.0;             ///< [1] share of ticks with a limited force and no dominant unyielding level
   std::vector<double> pushed_n;      ///< by mode, largest force in such ticks
   double over_budget = 0.0;          ///< [1] share of ticks whose work budget ended before the proxy's path
-  double unborne_n = 0.0;            ///< largest force not borne by any strength (Tick::unborne_n)
+  double unborne_n = 0.0;            ///< largest force not borne by any strength for 20 ms (Summary::unborne_lasting_n)
   std::vector<double> injected_j;    ///< by mode
   std::vector<double> dissipated_j;  ///< by mode
   double sampling_gained_j = 0.0;    ///< injected by holding each force for a tick

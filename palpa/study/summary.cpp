@@ -15,6 +15,9 @@ using detail::text;
 
 // [1] of a tick's largest injection: below, it counts as zero. Less: rounding counts as energy; more: energy is not reported.
 constexpr double rounding = 1e-9;
+// [s] Duration from which a force that no strength balances is a catch. Less: single ticks of a moving hand count; more: short
+// catches are not reported.
+constexpr double lasting_s = 0.02;
 
 double share(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -99,6 +102,8 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
   summary_.invalid_probe_ticks += !tick.probe_valid;
   summary_.unborne_ticks += tick.unborne_n > unborne_felt_n;
   summary_.unborne_max_n = std::max(summary_.unborne_max_n, tick.unborne_n);
+  if (tick.status != TickStatus::waiting) unborne_s_ = tick.unborne_n > unborne_felt_n ? unborne_s_ + frame.dt_s : 0.0;
+  if (unborne_s_ >= lasting_s) summary_.unborne_lasting_n = std::max(summary_.unborne_lasting_n, tick.unborne_n);
   summary_.error_bound_max_m = std::max(summary_.error_bound_max_m, tick.error_bound_m);
   summary_.dropped_primitives += tick.dropped;
   summary_.guard_limited_ticks += frame.guard == GuardState::limited;

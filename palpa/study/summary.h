@@ -42,6 +42,7 @@ struct Summary {
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
   std::int64_t unborne_ticks = 0;  ///< with more than `unborne_felt_n` not borne by any strength (Tick::unborne_n)
   double unborne_max_n = 0.0;
+  double unborne_lasting_n = 0.0;  ///< largest in ticks that follow 20 ms with more than `unborne_felt_n`: a catch
   double error_bound_max_m = 0.0;
   Energy energy;                        ///< sums over the run; stored_j: at the end
   double sampling_gained_j = 0.0;       ///< Energy::sampling_j of the ticks that injected energy
@@ -77,6 +78,7 @@ class SummaryBuilder {
   Summary summary_;
   TimeHistogram tick_times_;
   double force_sum_n_ = 0.0;
+  double unborne_s_ = 0.0;  // with more than `unborne_felt_n` up to now
   std::int64_t contact_ticks_ = 0;
   std::int64_t sub_steps_ = 0;
   std::vector<double> mode_force_sum_n_;

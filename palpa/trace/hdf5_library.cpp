@@ -31,9 +31,11 @@ bool write(hid_t file, const FeltColumn& column) {
   const hsize_t lengths[2] = {column.values.size() / components, components};
   const Held space(H5Screate_simple(components > 1 ? 2 : 1, lengths, nullptr), H5Sclose);
   std::string name = sanitized(column.name);
-  std::replace(name.begin(), name.end(), '/', '_');  // '/' would be a group
-  const Held data(H5Dcreate2(file, name.c_str(), column.is_whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
-                             H5P_DEFAULT, H5P_DEFAULT),
+  std::replace(name.begin(), name.end(), '/', '_');              // '/' would be a group
+  const Held timeless(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);  // equal traces, equal bytes
+  if (H5Pset_obj_track_times(timeless, false) < 0) return false;
+  const Held data(H5Dcreate2(file, name.c_str(), column.is_whole ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT, timeless,
+                             H5P_DEFAULT),
                   H5Dclose);
   return data >= 0 && H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, column.values.data()) >= 0;
 }

@@ -176,7 +176,7 @@ TEST_F(CheckCommand, SaysTheNumbersOfTheTableAsJsonAndTheSameEveryTime) {
   EXPECT_THAT(table, HasSubstr(rounded("the largest force was %.2f N\n", said["force_max_n"])));
   const json& stable = said["stable"];
   EXPECT_THAT(table, HasSubstr(rounded("stable k   %.0f N/m ", stable["without_friction_n_per_m"]) + "without device friction" +
-                               rounded(" at this D, %.0f with", stable["with_friction_n_per_m"])));
+                               rounded(" at this D, %.0f N/m with", stable["with_friction_n_per_m"])));
   EXPECT_THAT(table, HasSubstr(rounded("bounds     %.0f N/m by linear stability", stable["stable_bound_n_per_m"])));
   EXPECT_THAT(table, HasSubstr(rounded("%.0f N/m passive", stable["passive_bound_n_per_m"])));
   EXPECT_THAT(table, HasSubstr(rounded("%.0f N/m with the encoder", stable["encoder_bound_n_per_m"])));

@@ -158,6 +158,27 @@ TEST(Summary, CountsWhatEachTickWas) {
   EXPECT_EQ(s.dropped_primitives, 7);
 }
 
+TEST(Summary, AForceThatNoStrengthBalancesLastsFromTwentyMillisecondsOn) {
+  const auto felt_n = [](int ticks, int every_waits) {
+    std::vector<MadeTick> made(static_cast<std::size_t>(ticks));
+    for (int i = 0; i < ticks; ++i) {
+      TickFrame& frame = made[static_cast<std::size_t>(i)].frame;
+      frame.dt_s = 1e-3;
+      const bool waits = every_waits > 0 && i % every_waits == 1;  // an incomplete tick has no such force
+      frame.result.status = waits ? TickStatus::waiting : TickStatus::complete;
+      frame.result.unborne_n = waits ? 0.0 : 1e-3 * (60 + i);
+    }
+    made.emplace_back().frame.dt_s = 1e-3;
+    const Summary whole = summary_of(made);
+    EXPECT_GT(whole.unborne_ticks, 0);
+    return whole.unborne_lasting_n;
+  };
+  EXPECT_EQ(felt_n(1, 0), 0.0);
+  EXPECT_EQ(felt_n(19, 0), 0.0);
+  EXPECT_NEAR(felt_n(25, 0), 0.084, 1e-12);
+  EXPECT_NEAR(felt_n(50, 3), 0.108, 1e-12);
+}
+
 TEST(Summary, TableNamesEveryModeAndJsonReadsBackTheSame) {
   std::mt19937_64 random(9);
   std::vector<MadeTick> ticks;
