@@ -305,7 +305,7 @@ def test_what_a_mode_asks_wrongly_is_told():
             (lambda here, out: out.point(-1, here.proxy_m, 1), ValueError, "'slot' is -1; it lies between 0 and 65535"),
             (lambda here, out: out.directed(70000, (0, 0, 1), 1), ValueError, "'slot' is 70000"),
             (lambda here, out: setattr(here, "proxy_m", (0, 0, 0)), AttributeError, "ModeContext: 'proxy_m' cannot be set"),
-            (lambda here, out: setattr(out, "strict", False), AttributeError, "Out: no attribute 'strict'"),
+            (lambda here, out: setattr(out, "strict", False), AttributeError, "PrimitiveSink: no attribute 'strict'"),
             (lambda here, out: out.point(0, np.ma.array(here.proxy_m, mask=[1, 0, 0]), 1), ValueError, "position is not finite")):
         scene = palpa.Scene()
         scene.add("head", palpa.head_phantom())
