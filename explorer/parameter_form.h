@@ -28,7 +28,7 @@ class ParameterForm : public QWidget {
 
  Q_SIGNALS:
   void changed(const QString& what, std::size_t row, const palpa::explorer::ParameterRow::Value& value);
-  /// The user wants to edit a strength as a function.
+  /// Request to edit a strength as a function.
   void function_asked(std::size_t row);
 
  private:

@@ -51,7 +51,7 @@ void ContactTable::warn(std::size_t mode, const char* sentence) noexcept {
   emit({SessionEventKind::warning, static_cast<std::int32_t>(mode), 0.0, sentence});
 }
 
-void ContactTable::tell_held_back(std::size_t mode) noexcept {
+void ContactTable::warn_held_back(std::size_t mode) noexcept {
   if (!of_modes_[mode].held_back)
     warn(mode, "a directed force changes faster than half the coupling's stiffness and is held back");
   of_modes_[mode].held_back = true;

@@ -290,7 +290,7 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
   StepContext middle = context;
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
   const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), context.start_m, moved_n_);
-  if (held_back >= 0) contacts_.tell_held_back(static_cast<std::size_t>(held_back));
+  if (held_back >= 0) contacts_.warn_held_back(static_cast<std::size_t>(held_back));
   if (end_m != context.start_m) model_.predict_planes(end_m);
 }
 

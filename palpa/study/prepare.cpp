@@ -75,7 +75,7 @@ void check_duration(const PreparedRun& prepared, const RunOptions& options) {
 std::string format_placement(const RecordingPlacement& laid) {
   std::string words = "The recording was ";
   if (laid.scale != 1.0) {
-    words += detail::text("made %.3g times smaller to fit a device's reach and the force limit, and ", 1.0 / laid.scale);
+    words += detail::text("made %.3g times smaller to fit a device's reach or the force limit, and ", 1.0 / laid.scale);
   }
   return words + detail::text(
                      "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user) to the position with the longest contact; "

@@ -359,7 +359,7 @@ TEST(Moving, carries_its_points_with_it_there_and_back) {
     EXPECT_LT(distance(there.position_m, pose_at(track, to_s).to_world(local)), 1e-14);
     EXPECT_LT(distance(as_timed(field).carried_m(there.position_m, to_s, from_s), x), 1e-14);
     EXPECT_NEAR(as_timed(field).scalar_at(x, from_s).value, as_timed(field).scalar_at(there.position_m, to_s).value, 1e-12);
-    // Nothing moves after the last pose.
+    // Data stand still after the last pose.
     EXPECT_EQ(as_timed(field).carried_m(x, 50.0, 51.0), x);
   }
 }
