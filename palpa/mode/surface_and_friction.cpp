@@ -194,8 +194,8 @@ void SurfaceAndFriction::meet(Memory& memory, std::int32_t level, bool from_low)
     if (!gives_way || held.level == level) held = {};
   }
   const auto room = std::ranges::find(memory.held, -1, &Memory::Held::level);
-  (room != memory.held.end() ? *room : memory.held.back()) = {level, from_low, 0.0,
-                                                              levels[static_cast<std::size_t>(level)].value};
+  Memory::Held& held = room != memory.held.end() ? *room : memory.held.back();
+  held = Memory::Held{level, from_low, 0.0, levels[static_cast<std::size_t>(level)].value};
 }
 
 }  // namespace palpa
