@@ -12,7 +12,11 @@
 #include <vtkStdString.h>
 #include <vtkTextProperty.h>
 #include <vtkTextRenderer.h>
+#include <vtkVersion.h>
+
+#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 3, 0)
 #include <vtkUnicodeString.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -49,11 +53,15 @@ class SvgDevice : public vtkContextDevice2D {
                         float stop_deg) override;
   void DrawEllipticArc(float x, float y, float radius_x, float radius_y, float start_deg, float stop_deg) override;
   void DrawString(float* point, const vtkStdString& string) override;
-  void DrawString(float* point, const vtkUnicodeString& string) override;
   void DrawMathTextString(float* point, const vtkStdString& string) override;
   void ComputeStringBounds(const vtkStdString& string, float bounds[4]) override;
-  void ComputeStringBounds(const vtkUnicodeString& string, float bounds[4]) override;
   void ComputeJustifiedStringBounds(const char* string, float bounds[4]) override;
+#if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 3, 0)  // pure virtual until then
+  void DrawString(float* point, const vtkUnicodeString& string) override { DrawString(point, vtkStdString(string.utf8_str())); }
+  void ComputeStringBounds(const vtkUnicodeString& string, float bounds[4]) override {
+    ComputeStringBounds(vtkStdString(string.utf8_str()), bounds);
+  }
+#endif
   void SetMatrix(vtkMatrix3x3* matrix) override { matrix_->DeepCopy(matrix); }
   void GetMatrix(vtkMatrix3x3* matrix) override { matrix->DeepCopy(matrix_); }
   void MultiplyMatrix(vtkMatrix3x3* matrix) override;
@@ -238,8 +246,6 @@ void SvgDevice::DrawString(float* point, const vtkStdString& string) {
       escaped(string) + "</text>\n";
 }
 
-void SvgDevice::DrawString(float* point, const vtkUnicodeString& string) { DrawString(point, vtkStdString(string.utf8_str())); }
-
 void SvgDevice::DrawMathTextString(float* point, const vtkStdString& string) { DrawString(point, string); }
 
 void SvgDevice::ComputeStringBounds(const vtkStdString& string, float bounds[4]) {
@@ -253,10 +259,6 @@ void SvgDevice::ComputeStringBounds(const vtkStdString& string, float bounds[4])
   bounds[1] = static_cast<float>(box[2]);
   bounds[2] = static_cast<float>(box[1] - box[0] + 1);
   bounds[3] = static_cast<float>(box[3] - box[2] + 1);
-}
-
-void SvgDevice::ComputeStringBounds(const vtkUnicodeString& string, float bounds[4]) {
-  ComputeStringBounds(vtkStdString(string.utf8_str()), bounds);
 }
 
 void SvgDevice::ComputeJustifiedStringBounds(const char* string, float bounds[4]) {
