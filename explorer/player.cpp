@@ -74,7 +74,7 @@ FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::sto
     if (session.sub_steps().empty()) return;
     const SubStep& last = session.sub_steps().back();
     row.primitives = last.primitives;
-    const auto first = session.placed().begin() + last.first_primitive;
+    const auto first = session.primitives().begin() + last.first_primitive;
     felt.placed.insert(felt.placed.end(), first, first + last.primitives);
   };
   if (!hand.trace.empty()) {

@@ -169,7 +169,7 @@ void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
   if (!session.sub_steps().empty()) {
     const SubStep& last = session.sub_steps().back();
     moment.count = std::min<std::size_t>(last.primitives, most_shown_primitives);
-    std::copy_n(session.placed().begin() + last.first_primitive, moment.count, moment.primitives.begin());
+    std::copy_n(session.primitives().begin() + last.first_primitive, moment.count, moment.primitives.begin());
   }
   moments_.give(moment);
 }

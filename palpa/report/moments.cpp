@@ -81,7 +81,7 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
     auto& placed = felt.emplace_back();
     if (!session.sub_steps().empty()) {
       const SubStep& last = session.sub_steps().back();
-      const auto all = session.placed().subspan(last.first_primitive, last.primitives);
+      const auto all = session.primitives().subspan(last.first_primitive, last.primitives);
       placed.assign(all.begin(), all.end());
     }
     progress(static_cast<double>(row) / static_cast<double>(recorded.ticks.size()));

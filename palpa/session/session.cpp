@@ -194,7 +194,7 @@ const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
 std::span<const ModeForce> Session::modes() const noexcept { return state_->forces_by_mode(); }
 std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path.sub_steps(); }
-std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path.placed(); }
+std::span<const PlacedPrimitive> Session::primitives() const noexcept { return state_->path.placed(); }
 std::span<const SessionEvent> Session::events() const noexcept { return state_->path.events(); }
 
 }  // namespace palpa

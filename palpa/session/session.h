@@ -116,7 +116,7 @@ class Session {
   std::span<const ModeForce> modes() const noexcept;
   /// Of the last tick; valid until the next.
   std::span<const SubStep> sub_steps() const noexcept;
-  std::span<const PlacedPrimitive> placed() const noexcept;
+  std::span<const PlacedPrimitive> primitives() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
   /// [1] Work budget of a tick, multiplied by `refine_path`; the balance that exhausts it is completed.

@@ -191,7 +191,7 @@ std::string broken_by_balance(const SubStep& step, std::span<const PlacedPrimiti
 
 std::string broken_by_balances(const Session& session) {
   for (const SubStep& step : session.sub_steps()) {
-    const std::string broken = broken_by_balance(step, session.placed().subspan(step.first_primitive, step.primitives));
+    const std::string broken = broken_by_balance(step, session.primitives().subspan(step.first_primitive, step.primitives));
     if (!broken.empty()) return broken;
   }
   return {};

@@ -220,7 +220,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
                                             .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
                                             .valid = frame.result.probe_valid,
                                             .buttons = frame.buttons});
-      writer.append(again, session.modes(), session.sub_steps(), session.placed(), session.events());
+      writer.append(again, session.modes(), session.sub_steps(), session.primitives(), session.events());
     }
     writer.finish();
     const TraceDifference difference = compare_traces(killed, folder("again" + std::to_string(enough)));
