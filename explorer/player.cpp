@@ -69,7 +69,7 @@ FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::sto
                                                                 .t_s = frame.t_s,
                                                                 .probe_m = frame.result.probe_m,
                                                                 .proxy_m = frame.result.proxy_m,
-                                                                .command_n = frame.command_n,
+                                                                .command_n = frame.command.force_n,
                                                                 .first_primitive = felt.placed.size()});
     if (session.sub_steps().empty()) return;
     const SubStep& last = session.sub_steps().back();

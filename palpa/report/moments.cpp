@@ -16,7 +16,7 @@ std::optional<std::size_t> busiest_row(const Recorded& recorded) {
   for (std::size_t i = 0; i < recorded.ticks.size(); ++i) {
     int modes = 0;
     for (const auto& pushes : recorded.pushes) modes += norm(pushes[i].force_n) > contact_force_n;
-    const std::pair<int, double> now{modes, norm(recorded.ticks[i].command_n)};
+    const std::pair<int, double> now{modes, norm(recorded.ticks[i].command.force_n)};
     if (modes > 0 && (!best || now > most)) {
       most = now;
       best = i;

@@ -88,7 +88,7 @@ TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
       const Vec3 probe_m{at(hand % across), at(hand / across), begin_m - i * speed_m_per_s * dt_s};
       const TickFrame frame = guarded.tick(i, i * dt_s, dt_s, {.position_m = probe_m});
       const Tick& tick = frame.result;
-      largest_n = std::max(largest_n, norm(frame.command_n));
+      largest_n = std::max(largest_n, norm(frame.command.force_n));
       if (tick.status == TickStatus::waiting) continue;
       const double force_n = norm(tick.force_n);
       felt += force_n > 0.1;
