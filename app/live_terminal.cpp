@@ -55,14 +55,14 @@ bool LiveTerminal::watch(LiveLoop& loop, LiveScene& scene) {
 void LiveTerminal::show(LiveLoop& loop) {
   const LoopStatistics statistics = loop.statistics();
   const LiveView& view = loop.latest();
-  std::string guard = name_of(view.frame.guard);
+  std::string guard = name_of(view.frame.command.guard);
   if (view.device_fault != nullptr)
     guard += std::string(": ") + view.device_fault;
-  else if (view.frame.guard_cause != GuardCause::none && view.frame.guard != GuardState::ramp)
-    guard += std::string(": ") + format_cause(view.frame.guard_cause);
+  else if (view.frame.command.cause != GuardCause::none && view.frame.command.guard != GuardState::ramp)
+    guard += std::string(": ") + format_cause(view.frame.command.cause);
   const std::string line =
       detail::text("\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %s", view.frame.t_s,
-                   norm(view.frame.command_n), statistics.late.p99_us, statistics.late.max_us, statistics.tick.p99_us,
+                   norm(view.frame.command.force_n), statistics.late.p99_us, statistics.late.max_us, statistics.tick.p99_us,
                    static_cast<long long>(statistics.missed), detail::shortened(detail::sanitized(guard), 100).c_str());
   std::fputs(line.c_str(), stderr);
   std::fflush(stderr);

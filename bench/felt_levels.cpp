@@ -63,7 +63,7 @@ std::map<double, Held> levels_pressed(const Scene& scene, const FeltScene& felt,
   run_simulated(session, *hand,
                 {.rate_hz = rate_hz, .duration_s = press_duration_s(felt.rigid, slow_m_per_s), .time_ticks = false}, nullptr,
                 [&](const TickFrame& frame, const Session& pressed) {
-                  const double force_n = norm(frame.command_n);
+                  const double force_n = norm(frame.command.force_n);
                   for (const SessionEvent& event : pressed.events()) {
                     if (event.kind != SessionEventKind::onset && event.kind != SessionEventKind::break_through) continue;
                     const SurfaceAndFriction* surface = surface_of(scene.modes()[static_cast<std::size_t>(event.mode)]);
@@ -71,8 +71,8 @@ std::map<double, Held> levels_pressed(const Scene& scene, const FeltScene& felt,
                     leave();
                     if (event.kind == SessionEventKind::onset) level = event.value;
                   }
-                  if (level && frame.guard == GuardState::pass && force_n > contact_force_n) {
-                    const double gone_m = -dot(frame.result.probe_m - last_probe_m, frame.command_n) / force_n;
+                  if (level && frame.command.guard == GuardState::pass && force_n > contact_force_n) {
+                    const double gone_m = -dot(frame.result.probe_m - last_probe_m, frame.command.force_n) / force_n;
                     now.depths_m.push_back((now.depths_m.empty() ? 0.0 : now.depths_m.back()) + gone_m);
                     now.forces_n.push_back(force_n);
                   }

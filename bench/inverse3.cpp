@@ -50,7 +50,7 @@ void feel(Device& device, test::Inverse3StandIn& service, const PreparedRun& pre
   std::thread haptic([&] {
     const RealTimeThread real_time;
     loop.run(stop, [&](const TickFrame& frame, const Session&) {
-      felt += norm(frame.command_n) > 1e-3;
+      felt += norm(frame.command.force_n) > 1e-3;
       faults += (frame.circumstances & bit_of(Circumstance::device_fault)) != 0;
     });
     ended = true;

@@ -136,8 +136,8 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
       kind.late_us.push_back(static_cast<float>(frame.late_us));
       kind.tick_us.push_back(static_cast<float>(frame.tick_us));
       // The hand's own motion in a skipped tick does not count.
-      if (frame.tick == last + 1) kind.jump_n = std::max(kind.jump_n, distance(frame.command_n, last_n));
-      last_n = frame.command_n;
+      if (frame.tick == last + 1) kind.jump_n = std::max(kind.jump_n, distance(frame.command.force_n, last_n));
+      last_n = frame.command.force_n;
       last = frame.tick;
     });
     ended = true;
@@ -169,7 +169,7 @@ double hot_mean_us(const PreparedRun& prepared, double seconds, double rate_hz) 
         guarded.tick(n, static_cast<double>(n) / rate_hz, 1.0 / rate_hz,
                      {.position_m = state.position_m, .velocity_m_per_s = state.velocity_m_per_s, .valid = state.valid});
     spent_s += now_s(CLOCK_THREAD_CPUTIME_ID) - begin_s;
-    hand.write(frame.command_n);
+    hand.write(frame.command.force_n);
   }
   return 1e6 * spent_s / static_cast<double>(ticks);
 }

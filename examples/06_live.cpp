@@ -48,9 +48,9 @@ int main() {
     const palpa::RealTimeThread real_time;  // if the system permits
     palpa::Vec3 last_n;
     loop.run(never, [&](const palpa::TickFrame& frame, const palpa::Session&) {
-      strongest_n = std::max(strongest_n, norm(frame.command_n));
-      largest_step_n = std::max(largest_step_n, norm(frame.command_n) - norm(last_n));
-      last_n = frame.command_n;
+      strongest_n = std::max(strongest_n, norm(frame.command.force_n));
+      largest_step_n = std::max(largest_step_n, norm(frame.command.force_n) - norm(last_n));
+      last_n = frame.command.force_n;
     });
   });
   std::this_thread::sleep_for(std::chrono::seconds(1));

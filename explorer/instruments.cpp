@@ -100,7 +100,7 @@ void Instruments::update_from(SampleRing& ring) {
     Shown shown{.t_s = frame.t_s,
                 .probe_m = frame.result.probe_m,
                 .proxy_m = frame.result.proxy_m,
-                .command_n = frame.command_n,
+                .command_n = frame.command.force_n,
                 .error_bound_m = frame.result.error_bound_m};
     for (std::size_t i = 0; i < sample.count; ++i) shown.mode_n[i] = static_cast<float>(norm(sample.modes[i].force_n));
     shown_.push_back(shown);
@@ -167,11 +167,11 @@ void Instruments::show_statistics(const LoopStatistics& statistics, const TickFr
                       .arg(statistics.ticks)
                       .arg(statistics.missed)
                       .arg(bound_m, 0, 'g', 2));
-  QString words = tr("guard: %1").arg(name_of(frame.guard));
+  QString words = tr("guard: %1").arg(name_of(frame.command.guard));
   if (device_fault)
     words += QString(" – ") + device_fault;
-  else if (frame.guard_cause != GuardCause::none)
-    words += QString(" – ") + format_cause(frame.guard_cause);
+  else if (frame.command.cause != GuardCause::none)
+    words += QString(" – ") + format_cause(frame.command.cause);
   guard_->setText(words);
   const EnergyTable table = energy_table(summary());
   QString rows = tr("energy / mJ\n");

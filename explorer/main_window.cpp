@@ -326,8 +326,8 @@ QString MainWindow::format_fault() {
   if (!loop) return {};
   const LiveView& seen = loop->latest();
   if (seen.device_fault) return QString(seen.device_fault);
-  if (touch_.is_by_mouse() && seen.frame.guard_cause == GuardCause::no_position) return {};
-  switch (seen.frame.guard_cause) {
+  if (touch_.is_by_mouse() && seen.frame.command.cause == GuardCause::no_position) return {};
+  switch (seen.frame.command.cause) {
     case GuardCause::not_finite: return tr("The force is not finite: the scene has a fault. Undo the last change.");
     case GuardCause::no_position: return tr("The device has no valid position: move it to its start position.");
     case GuardCause::link_lost: return tr("The device does not answer: check its cable and power.");

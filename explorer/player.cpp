@@ -69,12 +69,12 @@ FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::sto
                                                                 .t_s = frame.t_s,
                                                                 .probe_m = frame.result.probe_m,
                                                                 .proxy_m = frame.result.proxy_m,
-                                                                .command_n = frame.command_n,
+                                                                .command_n = frame.command.force_n,
                                                                 .first_primitive = felt.placed.size()});
     if (session.sub_steps().empty()) return;
     const SubStep& last = session.sub_steps().back();
     row.primitives = last.primitives;
-    const auto first = session.placed().begin() + last.first_primitive;
+    const auto first = session.primitives().begin() + last.first_primitive;
     felt.placed.insert(felt.placed.end(), first, first + last.primitives);
   };
   if (!hand.trace.empty()) {

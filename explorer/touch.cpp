@@ -165,11 +165,11 @@ void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
                 .t_s = frame.t_s,
                 .probe_m = frame.result.probe_m,
                 .proxy_m = frame.result.proxy_m,
-                .command_n = frame.command_n};
+                .command_n = frame.command.force_n};
   if (!session.sub_steps().empty()) {
     const SubStep& last = session.sub_steps().back();
     moment.count = std::min<std::size_t>(last.primitives, most_shown_primitives);
-    std::copy_n(session.placed().begin() + last.first_primitive, moment.count, moment.primitives.begin());
+    std::copy_n(session.primitives().begin() + last.first_primitive, moment.count, moment.primitives.begin());
   }
   moments_.give(moment);
 }

@@ -90,7 +90,7 @@ struct HeldRun {
     if (!session.sub_steps().empty()) {
       const SubStep& last = session.sub_steps().back();
       now.count = std::min<std::size_t>(static_cast<std::size_t>(last.primitives), Seen::most);
-      std::copy_n(session.placed().begin() + last.first_primitive, now.count, now.primitives.begin());
+      std::copy_n(session.primitives().begin() + last.first_primitive, now.count, now.primitives.begin());
     }
     seen.give(now);
   }
@@ -192,10 +192,10 @@ py::dict view_of(const LiveView& view) {
   seen["probe_m"] = array_of(frame.result.probe_m);
   seen["proxy_m"] = array_of(frame.result.proxy_m);
   seen["force_n"] = array_of(frame.result.force_n);
-  seen["command_n"] = array_of(frame.command_n);
-  seen["guard"] = name_of(frame.guard);
+  seen["command_n"] = array_of(frame.command.force_n);
+  seen["guard"] = name_of(frame.command.guard);
   seen["status"] = name_of(frame.result.status);
-  seen["guard_cause"] = name_of(frame.guard_cause);
+  seen["guard_cause"] = name_of(frame.command.cause);
   seen["fault"] = view.device_fault ? py::object(py::str(view.device_fault)) : py::object(py::none());
   return seen;
 }

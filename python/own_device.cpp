@@ -359,17 +359,18 @@ void bind_devices(py::module_& module) {
   bind_limits(module);
   py::class_<TickFrame>(module, "GuardedTick", "A tick and what the guard made of it.")
       .def_property_readonly(
-          "command_n", [](const TickFrame& f) { return array_of(f.command_n); },
+          "command_n", [](const TickFrame& f) { return array_of(f.command.force_n); },
           "[N] shape (3,): the force that may be sent to the device, and nothing else")
       .def_property_readonly(
-          "guard", [](const TickFrame& f) { return name_of(f.guard); }, "state of the guard (docs/safety.md): \"pass\", …")
+          "guard", [](const TickFrame& f) { return name_of(f.command.guard); },
+          "state of the guard (docs/safety.md): \"pass\", …")
       .def_property_readonly(
-          "guard_cause", [](const TickFrame& f) { return name_of(f.guard_cause); }, "why it is in that state; \"\": no cause")
+          "guard_cause", [](const TickFrame& f) { return name_of(f.command.cause); }, "why it is in that state; \"\": no cause")
       .def_property_readonly(
           "tick", [](const TickFrame& f) { return f.result; }, "the tick before the guard: a Tick")
       .def_readonly("t_s", &TickFrame::t_s, "[s] since the session began")
       .def("__repr__", [](const TickFrame& f) {
-        return py::str("GuardedTick(command_n={}, guard={!r})").format(array_of(f.command_n), name_of(f.guard));
+        return py::str("GuardedTick(command_n={}, guard={!r})").format(array_of(f.command.force_n), name_of(f.command.guard));
       });
   py::class_<Guarded>(
       module, "GuardedSession",

@@ -50,7 +50,7 @@ struct GuardedSession::State {
     session->set_force_limit(most_n);
   }
   TickFrame tick(TickFrame frame, const Probe& probe) noexcept;
-  void shape(TickFrame& frame, const Probe& probe) noexcept;
+  Command command_for(const TickFrame& frame, bool usable) noexcept;
   Tick exchanged(const Probe& probe, double dt_s) noexcept;
 
   double device_max_force_n;
@@ -59,8 +59,7 @@ struct GuardedSession::State {
   Guard guard;
   Shaper shaper;
   Vec3 blend_n;  // rest of the step from one scene's force to another's
-  Vec3 held_force_n;
-  Vec3 held_command_n;
+  Vec3 held_force_n, held_command_n;
   bool brakes = false;
   bool begins = false;
 };
@@ -92,23 +91,19 @@ TickFrame GuardedSession::State::tick(TickFrame frame, const Probe& probe) noexc
   }
   frame.result = exchanged(probe, frame.dt_s);
   frame.buttons = probe.buttons;
-  // A recording holds the device's values, usable or not, so that a replay is possible.
-  frame.result.probe_m = probe.position_m;
-  if (probe.velocity_m_per_s) frame.result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
-  shape(frame, probe);
-  frame.result.energy.work_on_hand_j = dot(held_command_n, frame.result.probe_step_m);
-  frame.result.energy.withheld_j = dot(held_force_n - held_command_n, frame.result.probe_step_m);
+  frame.command = command_for(frame, probe.valid && frame.result.status != TickStatus::bad_input);
   held_force_n = frame.result.force_n;
-  held_command_n = frame.command_n;
+  held_command_n = frame.command.force_n;
   return frame;
 }
 
-void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept {
+Command GuardedSession::State::command_for(const TickFrame& frame, bool usable) noexcept {
   const Tick& felt = frame.result;
-  const bool usable = probe.valid && felt.status != TickStatus::bad_input;
   const Guard::Passed passed = guard.pass(felt.force_n);
-  frame.guard = passed.state;
-  frame.guard_cause = passed.cause;
+  Command command{.guard = passed.state,
+                  .cause = passed.cause,
+                  .work_on_hand_j = dot(held_command_n, felt.probe_step_m),
+                  .withheld_j = dot(held_force_n - held_command_n, felt.probe_step_m)};
   Vec3 wanted_n = felt.force_n;  // unchanged if not finite: the guard reports that
   if (usable && passed.state != GuardState::fault) {
     // The returned part of a withheld force grows gradually, and is no fall either.
@@ -117,7 +112,7 @@ void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept
         session->events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
     const Vec3 falling_n =
         shaper.release.shape(passed.command_n, is_released, by_hand_n, frame.dt_s, felt.energy.released_j > 0.0);
-    frame.snap_n = shaper.release.snap_n();
+    command.snap_n = shaper.release.snap_n();
     const GuardOptions& options = guard.options();
     const double fade_n = options.max_force_n * frame.dt_s / options.ramp_s;
     const double blend = norm(blend_n);
@@ -129,8 +124,8 @@ void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept
     blend_n = {};
   }
   if (!guard.options().motors) {
-    if (usable && passed.state != GuardState::fault) frame.command_n = guard.pass(wanted_n).command_n;
-    return;
+    if (usable && passed.state != GuardState::fault) command.force_n = guard.pass(wanted_n).command_n;
+    return command;
   }
   const Guard::Passed sent = guard.tick({.force_n = wanted_n,
                                          .probe_step_m = felt.probe_step_m,
@@ -139,11 +134,12 @@ void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept
                                          .buttons = frame.buttons,
                                          .circumstances = frame.circumstances,
                                          .gained_j = felt.energy.sampling_j + felt.energy.damper_j});
-  frame.command_n = sent.command_n;
-  if (!(sent.state == GuardState::pass && passed.state == GuardState::limited)) frame.guard = sent.state;
-  frame.guard_cause = sent.cause;
+  command.force_n = sent.command_n;
+  if (!(sent.state == GuardState::pass && passed.state == GuardState::limited)) command.guard = sent.state;
+  command.cause = sent.cause;
   brakes = sent.brakes;
   begins = sent.begins;
+  return command;
 }
 
 GuardedSession::GuardedSession(Session& session, double device_max_force_n)

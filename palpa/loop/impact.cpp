@@ -38,7 +38,7 @@ Vec3 Impact::shape(const Vec3& command_n, const Session& session, const Vec3& pr
   for (const SessionEvent& event : session.events()) {
     if (event.kind != SessionEventKind::onset) continue;
     // The last of its rows: the level as it was met.
-    const auto rows = session.placed() | std::views::reverse;
+    const auto rows = session.primitives() | std::views::reverse;
     const auto level = std::ranges::find_if(rows, [&](const PlacedPrimitive& row) {
       return row.primitive.id.mode == event.mode && row.captured.any() && row.captured.value == event.value &&
              is_hard(row.primitive, session.scene().coupling.stiffness_n_per_m);

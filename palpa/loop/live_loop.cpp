@@ -211,7 +211,7 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
 
     const double was_felt_s = clock.now_s();
     if (guarded.brakes() != brakes) device.brake(brakes = guarded.brakes());
-    is_linked = device.write(grip.at_device(frame.command_n));
+    is_linked = device.write(grip.at_device(frame.command.force_n));
     frame.late_us = 1e6 * (now_s - deadline_s);
     frame.device_us = 1e6 * ((was_read_s - now_s) + (clock.now_s() - was_felt_s));
 

@@ -41,7 +41,7 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
                                     .valid = state.valid,
                                     .buttons = state.buttons});
     const Clock::time_point was_felt = now();
-    device.write(frame.command_n);
+    device.write(frame.command.force_n);
     frame.tick_us = microseconds(was_felt - was_read);
     frame.device_us = microseconds((was_read - begin) + (now() - was_felt));
 

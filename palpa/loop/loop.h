@@ -82,9 +82,8 @@ class GuardedSession {
   GuardedSession(const GuardedSession&) = delete;
   GuardedSession& operator=(const GuardedSession&) = delete;
 
-  /// Runs a tick; `command_n` is the force for the device: zero for an unusable probe. The frame's probe is the argument,
-  /// finite or not, so that the frame's own probe, velocity, validity, buttons, circumstances and time step reproduce it.
-  /// `late_us`, `tick_us` and `device_us` stay 0.
+  /// Runs a tick; `command.force_n` is for the device: zero for an unusable probe. The frame's own probe, velocity, validity,
+  /// buttons, circumstances and time step reproduce it. `late_us`, `tick_us` and `device_us` stay 0.
   /// \param circumstances  bits of Circumstance
   TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe, std::uint32_t circumstances = 0) noexcept;
   /// Switches to another session from the next tick on; it must continue from this one (`Session::copy_state_from` or

@@ -227,7 +227,7 @@ Recorder::Recorder(TraceWriter& writer, std::size_t ring_bytes) : ring_(std::mak
 Recorder::~Recorder() = default;
 
 bool Recorder::offer(const TickFrame& frame, const Session& session) noexcept {
-  return offer(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
+  return offer(frame, session.modes(), session.sub_steps(), session.primitives(), session.events());
 }
 bool Recorder::offer(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
                      std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept {

@@ -16,7 +16,7 @@ std::optional<std::size_t> busiest_row(const Recorded& recorded) {
   for (std::size_t i = 0; i < recorded.ticks.size(); ++i) {
     int modes = 0;
     for (const auto& pushes : recorded.pushes) modes += norm(pushes[i].force_n) > contact_force_n;
-    const std::pair<int, double> now{modes, norm(recorded.ticks[i].command_n)};
+    const std::pair<int, double> now{modes, norm(recorded.ticks[i].command.force_n)};
     if (modes > 0 && (!best || now > most)) {
       most = now;
       best = i;
@@ -81,7 +81,7 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
     auto& placed = felt.emplace_back();
     if (!session.sub_steps().empty()) {
       const SubStep& last = session.sub_steps().back();
-      const auto all = session.placed().subspan(last.first_primitive, last.primitives);
+      const auto all = session.primitives().subspan(last.first_primitive, last.primitives);
       placed.assign(all.begin(), all.end());
     }
     progress(static_cast<double>(row) / static_cast<double>(recorded.ticks.size()));

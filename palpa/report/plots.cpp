@@ -41,15 +41,15 @@ TimePlot force_plot(const Recorded& recorded) {
   if (recorded.summary.guard_limited_ticks > 0) {
     made.plot.series.push_back(over_time(recorded.ticks, "requested (Eq. 1), before the guard", palpa::CurveColor::orange,
                                          Stroke::dashed, [&](std::size_t i) {
-                                           const bool limited = ticks[i].guard == GuardState::limited;
-                                           return norm(limited ? ticks[i].result.force_n : ticks[i].command_n);
+                                           const bool limited = ticks[i].command.guard == GuardState::limited;
+                                           return norm(limited ? ticks[i].result.force_n : ticks[i].command.force_n);
                                          }));
     made.caption =
         "Force on the hand, and the force requested by the coupling where the guard limited it. Markers on top: onsets and "
         "break-throughs of levels.";
   }
   made.plot.series.push_back(over_time(recorded.ticks, "on the hand", palpa::CurveColor::black, Stroke::solid,
-                                       [&](std::size_t i) { return norm(ticks[i].command_n); }));
+                                       [&](std::size_t i) { return norm(ticks[i].command.force_n); }));
   return made;
 }
 
@@ -100,14 +100,16 @@ TimePlot energy_plot(const Recorded& recorded) {
   const auto cumulated = [&](const char* name, palpa::CurveColor color, Stroke stroke, auto of_tick) {
     double sum_j = 0.0;
     made.plot.series.push_back(over_time(recorded.ticks, name, color, stroke, [&](std::size_t i) {
-      const double sum_mj = 1e3 * (sum_j += of_tick(recorded.ticks[i].result.energy));
+      const double sum_mj = 1e3 * (sum_j += of_tick(recorded.ticks[i]));
       return std::abs(sum_mj) < least_mj ? 0.0 : sum_mj;
     }));
   };
-  cumulated("work of the hand", palpa::CurveColor::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
+  cumulated("work of the hand", palpa::CurveColor::black, Stroke::solid,
+            [](const TickFrame& f) { return -f.command.work_on_hand_j; });
   cumulated("dissipated by the modes", palpa::CurveColor::green, Stroke::solid,
-            [](const Energy& e) { return e.dissipated_j - e.injected_j; });
-  cumulated("lost at releases", palpa::CurveColor::vermilion, Stroke::dashed, [](const Energy& e) { return e.released_j; });
+            [](const TickFrame& f) { return f.result.energy.dissipated_j - f.result.energy.injected_j; });
+  cumulated("lost at releases", palpa::CurveColor::vermilion, Stroke::dashed,
+            [](const TickFrame& f) { return f.result.energy.released_j; });
   made.plot.series.push_back(over_time(recorded.ticks, "stored in the spring", palpa::CurveColor::blue, Stroke::dotted,
                                        [&](std::size_t i) { return 1e3 * recorded.ticks[i].result.energy.stored_j; }));
   made.plot.marks = marks_of(recorded);

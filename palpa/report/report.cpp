@@ -95,8 +95,9 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
     const double force_n = norm(recorded.pushes[m][*chosen].force_n);
     if (force_n > contact_force_n) who += (who.empty() ? "" : ", ") + recorded.modes[m] + text(" %.2f N", force_n);
   }
-  const double hand_n = norm(frame.command_n), asked_n = norm(frame.result.force_n);
-  const std::string cut = frame.guard != GuardState::limited ? "" : text(" (%.2f N requested, before the guard)", asked_n);
+  const double hand_n = norm(frame.command.force_n), asked_n = norm(frame.result.force_n);
+  const std::string cut =
+      frame.command.guard != GuardState::limited ? "" : text(" (%.2f N requested, before the guard)", asked_n);
   const std::string caption =
       text("The moment at %.3f s, with the most modes in contact and the largest force: ", frame.t_s) + who +
       text("; force on the hand %.2f N", hand_n) + cut + text(", the proxy is %.2f mm from the probe. ", 1e3 * reach_m) +
@@ -109,8 +110,8 @@ std::vector<PathPoint> path_of(const Recorded& recorded) {
   std::vector<PathPoint> path;
   for (const TickFrame& frame : recorded.ticks) {
     if (frame.result.probe_valid && is_finite(frame.result.probe_m))
-      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.command_n, frame.result.force_n,
-                      frame.guard == GuardState::limited});
+      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.command.force_n, frame.result.force_n,
+                      frame.command.guard == GuardState::limited});
   }
   return path;
 }

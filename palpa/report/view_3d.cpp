@@ -104,7 +104,7 @@ Json json_of_paths(const Recorded& recorded, std::size_t most_points) {
       end_stretch();
       continue;
     }
-    if (is_finite(frame.command_n)) force_n = std::max(force_n, norm(frame.command_n));
+    if (is_finite(frame.command.force_n)) force_n = std::max(force_n, norm(frame.command.force_n));
     if (i % stride != 0 && i + 1 != recorded.ticks.size()) continue;
     segment.push_back({rounded(frame.t_s, 7), mm(frame.result.probe_m), mm(frame.result.proxy_m), rounded(force_n, 4)});
     force_n = 0.0;
@@ -138,11 +138,14 @@ Json json_of(const Recorded& recorded, const RecordedMoment& moment, const Scene
     if (primitive.drag_ns_per_m > 0.0) primitives.back()["drag"] = rounded(primitive.drag_ns_per_m, 4);
   }
   const auto newtons = [](const Vec3& f_n) -> Json { return {rounded(f_n.x, 4), rounded(f_n.y, 4), rounded(f_n.z, 4)}; };
-  Json row = {{"t", rounded(frame.t_s, 8)},        {"valid", usable(frame)},
-              {"probe", mm(frame.result.probe_m)}, {"proxy", mm(frame.result.proxy_m)},
-              {"force", newtons(frame.command_n)}, {"modes", modes},
+  Json row = {{"t", rounded(frame.t_s, 8)},
+              {"valid", usable(frame)},
+              {"probe", mm(frame.result.probe_m)},
+              {"proxy", mm(frame.result.proxy_m)},
+              {"force", newtons(frame.command.force_n)},
+              {"modes", modes},
               {"primitives", primitives}};
-  if (frame.guard == GuardState::limited) row["asked"] = rounded(norm(frame.result.force_n), 4);
+  if (frame.command.guard == GuardState::limited) row["asked"] = rounded(norm(frame.result.force_n), 4);
   return row;
 }
 
@@ -188,7 +191,7 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
   const Similarity& map = recorded.header.hand_to_world;
   double most_n = 0.0;
   for (const TickFrame& frame : recorded.ticks) {
-    if (is_finite(frame.command_n)) most_n = std::max(most_n, norm(frame.command_n));
+    if (is_finite(frame.command.force_n)) most_n = std::max(most_n, norm(frame.command.force_n));
   }
   view["medical"] = medical;
   view["axes"] = {unit(map.direction_to_hand({1, 0, 0})), unit(map.direction_to_hand({0, 1, 0})),

@@ -50,12 +50,14 @@ class Loader {
     std::vector<SceneMode> modes = read_modes(scene);
 
     volumes_.open(loaded_.scene, loaded_.warnings);
-    for (std::size_t i = 0; i < modes.size(); ++i) {
-      refuse_first(detail::field_findings(loaded_.scene, modes[i], i));
-      loaded_.scene.add(std::move(modes[i].name), std::move(modes[i].mode), std::move(modes[i].masks), modes[i].enabled);
+    try {
+      for (SceneMode& mode : modes)
+        loaded_.scene.add(std::move(mode.name), std::move(mode.mode), std::move(mode.masks), mode.enabled);
+    } catch (const detail::SceneProblem& problem) {
+      fail(place_of(problem.finding.part), problem.finding.text);
     }
     for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
-    std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene));
+    std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene, true));
     std::ranges::move(detail::layer_findings(loaded_.scene, loaded_.scene.layers), std::back_inserter(warnings));
     if (options_.thin_parts) {
       detail::ThinPartFindings thin = detail::thin_part_findings(loaded_.scene, volumes_.with_filter());

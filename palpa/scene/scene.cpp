@@ -82,9 +82,7 @@ void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabl
   if (find_mode(name)) refuse(detail::name_is_taken("mode", name));
   if (modes_.size() >= limit::modes.count()) refuse(more_than(limit::modes));
   SceneMode added{std::move(name), std::move(mode), enabled, std::move(masks)};
-  std::vector<Finding> found = detail::parameter_findings(added, modes_.size());
-  std::ranges::move(detail::field_findings(*this, added, modes_.size()), std::back_inserter(found));
-  if (!found.empty()) refuse(found.front().text);
+  for (const Finding& finding : detail::mode_findings(*this, added, modes_.size())) throw detail::SceneProblem(finding);
   modes_.push_back(std::move(added));
 }
 
@@ -151,7 +149,7 @@ Similarity Scene::hand_to_world() const {
 std::vector<std::string> Scene::check() const {
   std::vector<std::string> warnings;
   for (const Finding& finding : detail::findings(*this)) {
-    if (!finding.warning) refuse(finding.text);
+    if (!finding.warning) throw detail::SceneProblem(finding);
     warnings.push_back(detail::one_line(finding.text));
   }
   return warnings;

@@ -261,8 +261,8 @@ std::vector<Finding> parameter_findings(const SceneMode& scene_mode, std::size_t
   return found;
 }
 
-std::vector<Finding> field_findings(const Scene& scene, const SceneMode& scene_mode, std::size_t number) {
-  std::vector<Finding> found;
+std::vector<Finding> mode_findings(const Scene& scene, const SceneMode& scene_mode, std::size_t number) {
+  std::vector<Finding> found = parameter_findings(scene_mode, number);
   FieldChecks checks(scene, scene_mode, number, found);
   look_through(scene_mode.mode, checks);
   for (const Mask& mask : scene_mode.masks) checks.resolve("mask", mask.of, 1);
@@ -306,7 +306,7 @@ std::vector<Finding> time_findings(const Scene& scene) {
   return found;
 }
 
-std::vector<Finding> findings(const Scene& scene) {
+std::vector<Finding> findings(const Scene& scene, bool modes_are_checked) {
   std::vector<Finding> found = part_findings("coupling", scene.coupling);
   const std::vector<std::string> laws(baseline::law_names.begin(), baseline::law_names.end());
   if (std::ranges::find(laws, scene.law) == laws.end()) {
@@ -326,8 +326,7 @@ std::vector<Finding> findings(const Scene& scene) {
       found.push_back({{.section = "mode", .mode = i, .list = {}, .key = "name"}, detail::name_is_taken("mode", mode.name)});
     }
     const std::size_t before = found.size();
-    std::ranges::move(parameter_findings(mode, i), std::back_inserter(found));
-    std::ranges::move(field_findings(scene, mode, i), std::back_inserter(found));
+    if (!modes_are_checked) std::ranges::move(mode_findings(scene, mode, i), std::back_inserter(found));
     if (found.size() != before) continue;
     LevelChecks levels(scene, mode, i, found);
     look_through(mode.mode, levels);

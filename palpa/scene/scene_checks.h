@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "palpa/base/wording.h"
 #include "palpa/scene/scene.h"
 
 namespace palpa::detail {
@@ -23,20 +25,26 @@ struct Finding {
   bool warning = false;
 };
 
+/// SceneError of a finding; loading adds the line.
+struct SceneProblem : SceneError {
+  explicit SceneProblem(Finding of) : SceneError(one_line("scene: " + of.text)), finding(std::move(of)) {}
+  Finding finding;
+};
+
 /// "mode 'skin'".
 std::string called(const SceneMode& mode);
 
 /// Names, ranges, `problem()` of a mode, without its data.
 std::vector<Finding> parameter_findings(const SceneMode& mode, std::size_t number);
-/// Existence and kind of a mode's fields.
-std::vector<Finding> field_findings(const Scene& scene, const SceneMode& mode, std::size_t number);
+/// Likewise, and existence and kind of its fields.
+std::vector<Finding> mode_findings(const Scene& scene, const SceneMode& mode, std::size_t number);
 /// Existence and kind of drawn fields: warnings, as the scene can be felt anyway.
 std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLayer>& layers);
 std::vector<Finding> time_findings(const Scene& scene);
 /// Ranges of the workspace's keys.
 std::vector<Finding> workspace_findings(const Workspace& workspace);
-/// All, warnings included.
-std::vector<Finding> findings(const Scene& scene);
+/// All, warnings included. \param modes_are_checked  by `Scene::add`, unchanged since: only their warnings are added
+std::vector<Finding> findings(const Scene& scene, bool modes_are_checked = false);
 
 /// Findings of levels of smooth grids, by the origin of the filter.
 struct ThinPartFindings {

@@ -89,7 +89,9 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   has_forces_by_mode = true;
   Tick result;
   result.probe_valid = probe.valid;
-  result.probe_m = result.proxy_m = path.proxy_m();
+  result.probe_m = probe.position_m;
+  if (probe.velocity_m_per_s) result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
+  result.proxy_m = path.proxy_m();
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path.advance_clock(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
@@ -97,7 +99,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
     reset();
     result.energy.released_j = std::exchange(held_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
-    if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
+    if (!probe.valid && usable(probe.position_m)) result.proxy_m = probe.position_m;
     path.put(result.proxy_m);
     return result;
   }
@@ -118,9 +120,8 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.energy.damper_j = force.damper_j;
   held_j = result.energy.stored_j + result.energy.elastic_j;
 
-  result.probe_m = p;
   result.probe_step_m = force.probe_step_m;
-  result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(force.probe_step_m / dt);
+  if (!probe.velocity_m_per_s) result.probe_velocity_m_per_s = force.probe_step_m / dt;
   result.proxy_m = walk.proxy_m;
   result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + force.relative_m_per_s;
   result.force_n = force.force_n;
@@ -194,7 +195,7 @@ const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
 std::span<const ModeForce> Session::modes() const noexcept { return state_->forces_by_mode(); }
 std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path.sub_steps(); }
-std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path.placed(); }
+std::span<const PlacedPrimitive> Session::primitives() const noexcept { return state_->path.placed(); }
 std::span<const SessionEvent> Session::events() const noexcept { return state_->path.events(); }
 
 }  // namespace palpa

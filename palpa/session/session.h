@@ -30,9 +30,9 @@ enum class TickStatus : std::uint8_t {
 
 /// Result of one tick. `force_n` is the coupling force (Eq. 1) for the processed part of the probe's path, before the guard.
 struct Tick {
-  Vec3 probe_m;
-  Vec3 probe_velocity_m_per_s;
-  Vec3 probe_step_m;  ///< since the last tick, while its force acted; zero after a reset of the proxy to the probe
+  Vec3 probe_m;                 ///< as given, finite or not
+  Vec3 probe_velocity_m_per_s;  ///< likewise, or of the last step
+  Vec3 probe_step_m;            ///< since the last tick, while its force acted; zero after a reset of the proxy to the probe
   bool probe_valid = true;
   Vec3 proxy_m;
   Vec3 proxy_velocity_m_per_s;
@@ -46,8 +46,8 @@ struct Tick {
   /// [N] part of the spring force that the primitives do not balance: stiffness times the distance of the proxy from its last
   /// balance. Imperceptible at rest; larger where the path stopped before the balance. 0 in a `waiting` tick.
   double unborne_n = 0.0;
-  Energy energy;  ///< the loop fills in work_on_hand_j and withheld_j
-  int work = 0;   ///< [1] units, counted alike on every machine (docs/contracts/session.md)
+  Energy energy;
+  int work = 0;  ///< [1] units, counted alike on every machine (docs/contracts/session.md)
 };
 
 /// A mode's part in one tick.
@@ -116,7 +116,7 @@ class Session {
   std::span<const ModeForce> modes() const noexcept;
   /// Of the last tick; valid until the next.
   std::span<const SubStep> sub_steps() const noexcept;
-  std::span<const PlacedPrimitive> placed() const noexcept;
+  std::span<const PlacedPrimitive> primitives() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
   /// [1] Work budget of a tick, multiplied by `refine_path`; the balance that exhausts it is completed.

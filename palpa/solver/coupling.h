@@ -32,9 +32,7 @@ struct Energy {
   double path_and_release_j = 0.0;  ///< I − ΣW + V − V₀ − moved: error of the path's sub-steps (ΣW: works of modes)
   double damper_j = 0.0;            ///< work on the hand of the held force less k (proxy − probe): damper, withheld extension
   double data_motion_j = 0.0;       ///< work of the data's motion
-  double work_on_hand_j = 0.0;      ///< work of the command held since the last tick
   double released_j = 0.0;          ///< released by the springs: the proxy moved further than hand and data
-  double withheld_j = 0.0;          ///< work on the hand of the force less the command: withheld by the guard
   double sampling_j = 0.0;          ///< sampling error (zero-order hold): path + k/2 |Δp|² + let go
   double sampling_bound_j = 0.0;    ///< k/2 |Δp|²: upper bound of the sampling error of a single balance
 };

@@ -99,7 +99,7 @@ struct SubStep {
   Vec3 proxy_m;
   double energy_before_j = 0.0;  ///< S − directed·x at the start
   double energy_after_j = 0.0;
-  std::uint32_t first_primitive = 0;  ///< in `Session::placed()`
+  std::uint32_t first_primitive = 0;  ///< in `Session::primitives()`
   std::uint32_t primitives = 0;
 };
 

@@ -110,7 +110,7 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
     result.ticks += exact.back().valid;
     for (const SubStep& step : session.sub_steps()) {
       if (step.primitives == 0) continue;
-      const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
+      const auto placed = session.primitives().subspan(step.first_primitive, step.primitives);
       const bool in_hollow = std::any_of(placed.begin(), placed.end(),
                                          [](const PlacedPrimitive& p) { return p.primitive.kind == PrimitiveKind::corner; });
       if (step.balance.status != BalanceStatus::exact || in_hollow) {

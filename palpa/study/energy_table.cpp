@@ -36,8 +36,8 @@ double EnergyTable::out_j() const noexcept { return sum_of(out); }
 EnergyTable energy_table(const Summary& s) {
   const Energy& e = s.energy;
   EnergyTable table;
-  table.in = {{"hand", "hand", 0.0 - e.work_on_hand_j},
-              {"guard_held_back", "withheld by the guard", 0.0 - e.withheld_j},
+  table.in = {{"hand", "hand", 0.0 - s.work_on_hand_j},
+              {"guard_held_back", "withheld by the guard", 0.0 - s.withheld_j},
               {"data", "moving data", e.data_motion_j},
               {"ticks", "sampling (zero-order hold)", e.sampling_j}};
   std::int64_t breaks = 0;

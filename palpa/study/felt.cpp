@@ -63,15 +63,15 @@ FeltTick felt_tick(const TickFrame& frame) noexcept {
           .dt_s = frame.dt_s,
           .probe_m = result.probe_m,
           .proxy_m = result.proxy_m,
-          .command_n = frame.command_n,
+          .command_n = frame.command.force_n,
           .force_n = result.force_n,
           .usable = result.probe_valid && is_finite(result.probe_m) && result.status != TickStatus::bad_input,
-          .limited = frame.guard == GuardState::limited};
+          .limited = frame.command.guard == GuardState::limited};
 }
 
 void add_tick(FeltRun& run, const TickFrame& frame, const Session& session) {
   FeltTick tick = felt_tick(frame);
-  tick.other_event = frame.snap_n > 0.0;
+  tick.other_event = frame.command.snap_n > 0.0;
   for (const SessionEvent& event : session.events()) {
     const bool broke = event.kind == SessionEventKind::break_through;
     tick.onset |= event.kind == SessionEventKind::onset;

@@ -71,7 +71,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
                       .buttons = recorded.buttons};
     const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe, recorded.circumstances);
     builder.add(frame, session);
-    writer->append(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
+    writer->append(frame, session.modes(), session.sub_steps(), session.primitives(), session.events());
     if (progress && recorded.tick % 1000 == 0) {
       progress(std::min(1.0, static_cast<double>(recorded.tick) / static_cast<double>(ticks.size())));
     }

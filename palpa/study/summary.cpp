@@ -86,7 +86,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
       mode_force_sum_n_[m] += force_n;
     }
   }
-  const double command_n = norm(frame.command_n);
+  const double command_n = norm(frame.command.force_n);
   summary_.force_max_n = std::max(summary_.force_max_n, command_n);
   summary_.asked_force_max_n = std::max(summary_.asked_force_max_n, norm(tick.force_n));
   if (contact) {
@@ -106,9 +106,11 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
   if (unborne_s_ >= lasting_s) summary_.unborne_lasting_n = std::max(summary_.unborne_lasting_n, tick.unborne_n);
   summary_.error_bound_max_m = std::max(summary_.error_bound_max_m, tick.error_bound_m);
   summary_.dropped_primitives += tick.dropped;
-  summary_.guard_limited_ticks += frame.guard == GuardState::limited;
-  summary_.faults += frame.guard == GuardState::fault;
+  summary_.guard_limited_ticks += frame.command.guard == GuardState::limited;
+  summary_.faults += frame.command.guard == GuardState::fault;
 
+  summary_.work_on_hand_j += frame.command.work_on_hand_j;
+  summary_.withheld_j += frame.command.withheld_j;
   Energy& energy = summary_.energy;
   energy.stored_j = tick.energy.stored_j;
   energy.elastic_j = tick.energy.elastic_j;
@@ -117,9 +119,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
   energy.path_and_release_j += tick.energy.path_and_release_j;
   energy.damper_j += tick.energy.damper_j;
   energy.data_motion_j += tick.energy.data_motion_j;
-  energy.work_on_hand_j += tick.energy.work_on_hand_j;
   energy.released_j += tick.energy.released_j;
-  energy.withheld_j += tick.energy.withheld_j;
   energy.sampling_j += tick.energy.sampling_j;
   energy.sampling_bound_j += tick.energy.sampling_bound_j;
   const bool known = tick.probe_valid && tick.status != TickStatus::bad_input;

@@ -44,8 +44,9 @@ struct Summary {
   double unborne_max_n = 0.0;
   double unborne_lasting_n = 0.0;  ///< largest in ticks that follow 20 ms with more than `unborne_felt_n`: a catch
   double error_bound_max_m = 0.0;
-  Energy energy;                        ///< sums over the run; stored_j: at the end
-  double sampling_gained_j = 0.0;       ///< Energy::sampling_j of the ticks that injected energy
+  Energy energy;                                  ///< sums over the run; stored_j: at the end
+  double work_on_hand_j = 0.0, withheld_j = 0.0;  ///< sums of the commands
+  double sampling_gained_j = 0.0;                 ///< Energy::sampling_j of the ticks that injected energy
   double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over these ticks: a damping dissipates at least this times itself
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;

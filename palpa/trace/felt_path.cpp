@@ -25,10 +25,10 @@ class PathBuilder {
     vector("probe_m", [this](const TickFrame& f) { return map_.to_world(f.result.probe_m); });
     whole("probe_valid", [](const TickFrame& f) { return f.result.probe_valid ? 1.0 : 0.0; });
     vector("force_n", [this](const TickFrame& f) { return map_.turned_to_world(f.result.force_n); });
-    vector("command_n", [this](const TickFrame& f) { return map_.turned_to_world(f.command_n); });
+    vector("command_n", [this](const TickFrame& f) { return map_.turned_to_world(f.command.force_n); });
     number("error_bound_m", [this](const TickFrame& f) { return map_.scale * f.result.error_bound_m; });
     whole("status", [](const TickFrame& f) { return static_cast<double>(f.result.status); });
-    whole("guard", [](const TickFrame& f) { return static_cast<double>(f.guard); });
+    whole("guard", [](const TickFrame& f) { return static_cast<double>(f.command.guard); });
     whole("buttons", [](const TickFrame& f) { return static_cast<double>(f.buttons); });
   }
 

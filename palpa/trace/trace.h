@@ -57,17 +57,24 @@ const char* name_of(TickStatus status) noexcept;
 const char* name_of(Stop stop) noexcept;
 const char* name_of(SessionEventKind kind) noexcept;
 
-/// Tick in the loop: the session's result, and its further processing.
+/// The guard's result in one tick.
+struct Command {
+  Vec3 force_n;  ///< sent to the device
+  GuardState guard = GuardState::pass;
+  GuardCause cause = GuardCause::none;
+  double snap_n = 0.0;  ///< step of the force as the proxy is released by something other than a level, if spread over time
+  double work_on_hand_j = 0.0;  ///< work of the last tick's command until this tick
+  double withheld_j = 0.0;      ///< likewise of the last tick's force less its command
+};
+
+/// Tick in the loop: the session's result, and the command made of it.
 struct TickFrame {
   std::int64_t tick = 0;  ///< from 0
   double t_s = 0.0;       ///< since the session began
   double dt_s = 0.0;      ///< time step of the session
   Tick result;
-  Vec3 command_n;  ///< force sent to the device: after the guard
-  GuardState guard = GuardState::pass;
-  GuardCause guard_cause = GuardCause::none;
+  Command command;
   std::uint32_t circumstances = 0;  ///< bits of Circumstance
-  double snap_n = 0.0;  ///< step of the force as the proxy is released by something other than a level, if spread over time
   std::uint32_t buttons = 0;
   double late_us = 0.0;    ///< lateness of the tick's start; 0 on a simulated clock
   double tick_us = 0.0;    ///< time inside `Session::tick`; 0 if not measured

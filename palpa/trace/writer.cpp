@@ -244,22 +244,22 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
         files.add_to(files.break_throughs, detail::break_throughs_table(), {frame.tick, frame.t_s, mode, event});
       }
     }
-    if (frame.snap_n > 0.0) {
+    if (frame.command.snap_n > 0.0) {
       std::string value;
-      detail::put_number(value, frame.snap_n);
+      detail::put_number(value, frame.command.snap_n);
       files.put_event(frame.tick, frame.t_s, "snap", "proxy", value);
     }
     if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
       files.put_event(frame.tick, frame.t_s, "scene", "session", "another scene is felt from here on");
     }
-    if (frame.guard != files.last_guard || frame.guard_cause != files.last_cause) {
-      const bool fault = frame.guard == GuardState::fault;
-      const char* why = frame.guard == GuardState::limited  ? "the force is above the limit"
-                        : frame.guard == GuardState::damped ? "more energy came out than went in"
-                                                            : format_cause(frame.guard_cause);
-      files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.guard), why);
-      files.last_guard = frame.guard;
-      files.last_cause = frame.guard_cause;
+    if (frame.command.guard != files.last_guard || frame.command.cause != files.last_cause) {
+      const bool fault = frame.command.guard == GuardState::fault;
+      const char* why = frame.command.guard == GuardState::limited  ? "the force is above the limit"
+                        : frame.command.guard == GuardState::damped ? "more energy came out than went in"
+                                                                    : format_cause(frame.command.cause);
+      files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.command.guard), why);
+      files.last_guard = frame.command.guard;
+      files.last_cause = frame.command.cause;
     }
   });
 }

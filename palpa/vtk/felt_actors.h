@@ -141,7 +141,7 @@ class FeltActors {
     if (!session.sub_steps().empty()) {
       const SubStep& last = session.sub_steps().back();
       now.count = std::min<std::size_t>(static_cast<std::size_t>(last.primitives), most_primitives);
-      std::copy_n(session.placed().begin() + last.first_primitive, now.count, now.primitives.begin());
+      std::copy_n(session.primitives().begin() + last.first_primitive, now.count, now.primitives.begin());
     }
     latest_.give(now);
   }

@@ -45,7 +45,7 @@ int main(int argc, char** argv) try {
     const Tick tick = session.tick({.position_m = state.position_m, .valid = state.valid}, tick_s);
     hand->write(tick.force_n);
     print(tick);
-    for (const PlacedPrimitive& placed : session.placed()) print(placed);
+    for (const PlacedPrimitive& placed : session.primitives()) print(placed);
   }
   return 0;
 } catch (const std::exception& error) {

@@ -81,7 +81,7 @@ TEST_P(BaselineSession, WalksOneStepPerTick) {
     EXPECT_EQ(step.move_fraction, 1.0);
     EXPECT_EQ(step.balance.status, BalanceStatus::baseline);
     EXPECT_EQ(tick.proxy_m, step.balance.position_m);
-    for (const PlacedPrimitive& placed : session.placed()) {
+    for (const PlacedPrimitive& placed : session.primitives()) {
       if (placed.primitive.kind != PrimitiveKind::directed) continue;
       const Vec3 at_m = session.hand_to_world().to_world(std::string(GetParam()) == "no-proxy" ? probe_m : proxy_m);
       EXPECT_LT(distance(placed.primitive.direction, normalized(vortex.fields[0].field->vector(at_m).value)), 1e-9) << i;

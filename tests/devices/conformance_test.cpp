@@ -365,11 +365,12 @@ TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
       const bool told = (frame.circumstances & bit_of(Circumstance::device_fault)) != 0 || !frame.result.probe_valid ||
                         (frame.circumstances & bit_of(Circumstance::link_lost)) != 0;
       ticks_at_fault = told ? ticks_at_fault + 1 : 0;
-      if (ticks_at_fault > 3 && frame.command_n != Vec3{}) worst = std::max(worst.load(), ticks_at_fault.load());
-      const bool comes_back = !told && comes_back_next && frame.command_n != Vec3{} && frame.guard != GuardState::falling;
-      if (comes_back && frame.guard != GuardState::ramp) ++without_ramp;
+      if (ticks_at_fault > 3 && frame.command.force_n != Vec3{}) worst = std::max(worst.load(), ticks_at_fault.load());
+      const bool comes_back =
+          !told && comes_back_next && frame.command.force_n != Vec3{} && frame.command.guard != GuardState::falling;
+      if (comes_back && frame.command.guard != GuardState::ramp) ++without_ramp;
       comes_back_next = told || (comes_back_next && !comes_back);
-      is_pushing = norm(frame.command_n) > 0.05;
+      is_pushing = norm(frame.command.force_n) > 0.05;
       is_faulty = told;
     });
   });

@@ -170,11 +170,11 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   const std::vector<TraceTick> ticks = reader.ticks();
   ASSERT_GT(ticks.size(), 1000U);
   // The trace: no force before the surface, a force where the proxy lags the probe.
-  EXPECT_EQ(norm(ticks.front().frame.command_n), 0.0);
+  EXPECT_EQ(norm(ticks.front().frame.command.force_n), 0.0);
   double most_n = 0.0;
   for (const TraceTick& tick : ticks) {
-    most_n = std::max(most_n, norm(tick.frame.command_n));
-    if (norm(tick.frame.command_n) > 0.1) {
+    most_n = std::max(most_n, norm(tick.frame.command.force_n));
+    if (norm(tick.frame.command.force_n) > 0.1) {
       const double stretched_m = distance(tick.frame.result.probe_m, tick.frame.result.proxy_m);
       EXPECT_GT(stretched_m, 1e-5) << "at " << tick.frame.t_s << " s a force without a spring";
     }
@@ -232,7 +232,7 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   for (const TraceTick& tick : TraceReader(second).ticks()) {
     if (tick.frame.tick % 200 != 0) continue;
     player.seek(tick.frame.t_s);
-    EXPECT_LT(distance(player.other_moment()->command_n, tick.frame.command_n), 1e-12) << "not what was recorded";
+    EXPECT_LT(distance(player.other_moment()->command_n, tick.frame.command.force_n), 1e-12) << "not what was recorded";
   }
   driver.look("two-traces");
   driver.key(Qt::Key_Escape);
@@ -492,9 +492,9 @@ TEST(ExplorerInFolder, AFrozenWindowTakesTheForceAwayUntilItLivesAgain) {
   const auto at = touch_until_felt(driver, 8);
   ASSERT_TRUE(at);
   ::usleep(static_cast<useconds_t>(1e6 * (Touch::frozen_after_s + 0.5)));
-  EXPECT_EQ(norm(driver.window().touch().loop()->latest().frame.command_n), 0.0) << "nobody looks, and it is felt";
-  EXPECT_TRUE(
-      Driver::wait_for([&] { return driver.window().touch().loop()->latest().frame.guard_cause != GuardCause::panic; }, 3000));
+  EXPECT_EQ(norm(driver.window().touch().loop()->latest().frame.command.force_n), 0.0) << "nobody looks, and it is felt";
+  EXPECT_TRUE(Driver::wait_for(
+      [&] { return driver.window().touch().loop()->latest().frame.command.cause != GuardCause::panic; }, 3000));
   driver.release(driver.view(), *at);
   driver.key(Qt::Key_Space);
   EXPECT_TRUE(driver.window().touch().is_held());
@@ -511,8 +511,8 @@ TEST(ExplorerInFolder, ACrashLeavesTheMotorsWithoutForce) {
   const MotorsAtRest motors_at_rest;
   Driver::live(100);
   LiveLoop& loop = *driver.window().touch().loop();
-  EXPECT_EQ(loop.latest().frame.guard_cause, GuardCause::stops);
-  EXPECT_EQ(loop.latest().frame.command_n, Vec3{});
+  EXPECT_EQ(loop.latest().frame.command.cause, GuardCause::stops);
+  EXPECT_EQ(loop.latest().frame.command.force_n, Vec3{});
 }
 
 TEST(ExplorerInFolder, AFileThatIsDroppedIsOpened) {

@@ -95,9 +95,9 @@ std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
                            t.force_n.x,
                            t.force_n.y,
                            t.force_n.z,
-                           frame.command_n.x,
-                           frame.command_n.y,
-                           frame.command_n.z,
+                           frame.command.force_n.x,
+                           frame.command.force_n.y,
+                           frame.command.force_n.z,
                            t.error_bound_m,
                            t.energy.stored_j,
                            t.energy.dissipated_j,
@@ -106,7 +106,7 @@ std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
                            t.energy.path_and_release_j,
                            t.energy.data_motion_j,
                            t.energy.sampling_j,
-                           t.energy.withheld_j};
+                           frame.command.withheld_j};
   for (const double number : numbers) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &number, sizeof bits);
@@ -116,11 +116,12 @@ std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
   return hash + static_cast<std::uint64_t>(t.sub_steps) + static_cast<std::uint64_t>(t.status) * 64;
 }
 
-bool is_finite_all(const Energy& e) {
+bool is_finite_all(const TickFrame& frame) {
+  const Energy& e = frame.result.energy;
   return std::isfinite(e.stored_j) && std::isfinite(e.elastic_j) && std::isfinite(e.dissipated_j) &&
          std::isfinite(e.injected_j) && std::isfinite(e.path_and_release_j) && std::isfinite(e.damper_j) &&
-         std::isfinite(e.data_motion_j) && std::isfinite(e.work_on_hand_j) && std::isfinite(e.released_j) &&
-         std::isfinite(e.withheld_j) && std::isfinite(e.sampling_j) && std::isfinite(e.sampling_bound_j);
+         std::isfinite(e.data_motion_j) && std::isfinite(frame.command.work_on_hand_j) && std::isfinite(e.released_j) &&
+         std::isfinite(frame.command.withheld_j) && std::isfinite(e.sampling_j) && std::isfinite(e.sampling_bound_j);
 }
 
 /// Inputs for which docs/contracts/session.md excludes bad_input.
@@ -132,12 +133,12 @@ bool is_usable(const Moment& moment) {
 
 const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double max_force_n) {
   const Tick& t = frame.result;
-  if (!is_finite(frame.command_n)) return "a command is finite";
-  if (norm(frame.command_n) > max_force_n) return "a command is within the limit";
+  if (!is_finite(frame.command.force_n)) return "a command is finite";
+  if (norm(frame.command.force_n) > max_force_n) return "a command is within the limit";
   if (!is_finite(t.force_n)) return "a force is finite";
   if (!is_finite(t.proxy_m) || !is_finite(t.proxy_velocity_m_per_s)) return "a proxy and its velocity are finite";
   if (!std::isfinite(t.error_bound_m) || t.error_bound_m < 0.0) return "an error bound is finite";
-  if (!is_finite_all(t.energy)) return "an energy is finite";
+  if (!is_finite_all(frame)) return "an energy is finite";
   if (t.work > 4 * Session::most_work) return "a tick's work is bounded";
   if (t.sub_steps > Session::max_sub_steps) return "there are no more sub-steps than the cap";
   if (t.status == TickStatus::bad_input && is_usable(moment) && largest_component(moment.probe.position_m) < 100.0)
@@ -191,7 +192,7 @@ std::string broken_by_balance(const SubStep& step, std::span<const PlacedPrimiti
 
 std::string broken_by_balances(const Session& session) {
   for (const SubStep& step : session.sub_steps()) {
-    const std::string broken = broken_by_balance(step, session.placed().subspan(step.first_primitive, step.primitives));
+    const std::string broken = broken_by_balance(step, session.primitives().subspan(step.first_primitive, step.primitives));
     if (!broken.empty()) return broken;
   }
   return {};

@@ -56,7 +56,7 @@ double met_n(const Session& session) {
   double most_n = 0.0;
   for (const SubStep& step : session.sub_steps()) {
     double sum_n = 0.0;
-    const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
+    const auto placed = session.primitives().subspan(step.first_primitive, step.primitives);
     for (std::size_t i = 0; i < placed.size(); ++i) {
       const Primitive& p = placed[i].primitive;
       if (i > 0 && placed[i - 1].primitive.id == p.id) continue;
@@ -88,7 +88,7 @@ TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
       const Vec3 probe_m{at(hand % across), at(hand / across), begin_m - i * speed_m_per_s * dt_s};
       const TickFrame frame = guarded.tick(i, i * dt_s, dt_s, {.position_m = probe_m});
       const Tick& tick = frame.result;
-      largest_n = std::max(largest_n, norm(frame.command_n));
+      largest_n = std::max(largest_n, norm(frame.command.force_n));
       if (tick.status == TickStatus::waiting) continue;
       const double force_n = norm(tick.force_n);
       felt += force_n > 0.1;
@@ -117,7 +117,7 @@ double strengths_of(const Scene& scene) {
     for (double z_m = 0.1; z_m > -0.08; z_m -= 5e-4) {
       session.tick({.position_m = {x_m, y_m, z_m}}, 5e-3);
       double sum_n = 0.0;
-      const auto placed = session.placed();
+      const auto placed = session.primitives();
       for (std::size_t i = session.sub_steps().back().first_primitive; i < placed.size(); ++i) {
         if (i == 0 || !(placed[i - 1].primitive.id == placed[i].primitive.id)) sum_n += placed[i].primitive.strength_n;
       }

@@ -195,8 +195,8 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
         frame.t_s = i * dt;
         frame.dt_s = dt;
         frame.result = session.tick({.position_m = hand.at(i * dt)}, dt);
-        frame.command_n = frame.result.force_n;
-        writer.append(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
+        frame.command.force_n = frame.result.force_n;
+        writer.append(frame, session.modes(), session.sub_steps(), session.primitives(), session.events());
       }
       writer.finish();
     }

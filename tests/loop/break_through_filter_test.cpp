@@ -218,11 +218,11 @@ Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
     const TickFrame frame = guarded.tick(i, dt_s * i, dt_s, probe);
     for (const SessionEvent& event : session.events()) pressed.breaks += event.kind == SessionEventKind::break_through;
     pressed.deepest_proxy_m = std::max(pressed.deepest_proxy_m, -frame.result.proxy_m.z);
-    pressed.largest_command_n = std::max(pressed.largest_command_n, norm(frame.command_n));
-    pressed.fastest_fall_n = std::max(pressed.fastest_fall_n, before.command_n.z - frame.command_n.z);
-    const Energy& e = frame.result.energy;
+    pressed.largest_command_n = std::max(pressed.largest_command_n, norm(frame.command.force_n));
+    pressed.fastest_fall_n = std::max(pressed.fastest_fall_n, before.command.force_n.z - frame.command.force_n.z);
     const double given_j = dot(before.result.force_n, frame.result.probe_step_m);
-    pressed.unbooked_j = std::max(pressed.unbooked_j, std::abs(given_j - e.work_on_hand_j - e.withheld_j));
+    pressed.unbooked_j =
+        std::max(pressed.unbooked_j, std::abs(given_j - frame.command.work_on_hand_j - frame.command.withheld_j));
     before = frame;
   }
   return pressed;
@@ -294,14 +294,14 @@ TEST(BreakThroughFilter, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
       for (const SessionEvent& event : session.events()) {
         if (event.kind == SessionEventKind::onset || event.kind == SessionEventKind::break_through) told_at = i;
       }
-      told += frame.snap_n > 0.0;
-      if (frame.snap_n > 0.0) told_at = i;
+      told += frame.command.snap_n > 0.0;
+      if (frame.command.snap_n > 0.0) told_at = i;
       const auto beyond_hand_n = [&](const Vec3& now_n, const Vec3& before_n) {
         return distance(now_n, before_n) - k * step_m;
       };
       if (i > 0) steps_of_force += beyond_hand_n(frame.result.force_n, before.result.force_n) > 0.5;
       if (i > 0 && i > told_at + 20) {
-        ASSERT_LE(beyond_hand_n(frame.command_n, before.command_n), 0.05) << run << ", " << i;
+        ASSERT_LE(beyond_hand_n(frame.command.force_n, before.command.force_n), 0.05) << run << ", " << i;
       }
       before = frame;
     }

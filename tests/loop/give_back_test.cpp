@@ -38,17 +38,17 @@ class Guarded {
     const bool withheld = distance(frame.result.force_n, k * (frame.result.proxy_m - frame.result.probe_m)) > 0.1;
     withheld_ += !waits && withheld;
     if (rests_s_ > 0.0 && (was_withheld_ || options_.motors)) {
-      EXPECT_LE(test::grown_n(frame.command_n, last_n_), options_.slew_n_per_s * time_step_s_ * (1 + 1e-9) + 1e-12)
+      EXPECT_LE(test::grown_n(frame.command.force_n, last_n_), options_.slew_n_per_s * time_step_s_ * (1 + 1e-9) + 1e-12)
           << "tick " << ticks_;
     }
     // A drag lets the proxy creep: the command lags by no more than the due force's change in that time.
     due_n_.push_back(due_n(frame, options_.max_force_n));
     if (!options_.motors && rests_s_ >= back_s) {
       const Vec3& before_n = due_n_[due_n_.size() - 1 - static_cast<std::size_t>(back_s / time_step_s_)];
-      EXPECT_LE(distance(frame.command_n, due_n_.back()), distance(due_n_.back(), before_n) + 1e-6) << "tick " << ticks_;
+      EXPECT_LE(distance(frame.command.force_n, due_n_.back()), distance(due_n_.back(), before_n) + 1e-6) << "tick " << ticks_;
     }
     was_withheld_ = withheld || waits;
-    last_n_ = frame.command_n;
+    last_n_ = frame.command.force_n;
     ++ticks_;
     return frame;
   }
@@ -97,7 +97,7 @@ TEST(GivenBackByTheLoop, AfterAGlitch) {
           guarded.tick(hand.at_m + far_m * directions[turn % directions.size()]);
           const TickFrame frame = guarded.rest(hand.at_m, 0.12);
           if (hand.held_n != Vec3{}) {
-            EXPECT_LE(distance(frame.command_n, hand.held_n), 1e-3);
+            EXPECT_LE(distance(frame.command.force_n, hand.held_n), 1e-3);
           }
           if (HasFailure()) return;
         }
@@ -121,9 +121,9 @@ TEST(GivenBackByTheLoop, AfterAFastStrokeByMotors) {
         for (double far_m = 0.0; far_m < 0.06; far_m += step_m) guarded.tick(hand.at_m + far_m * away);
         for (double far_m = 0.06; far_m > 0.0; far_m -= step_m) guarded.tick(hand.at_m + far_m * away);
         const TickFrame frame = guarded.rest(hand.at_m, 2.0);
-        EXPECT_LE(distance(frame.command_n, due_n(frame, guarded.limit_n())), 1e-6);
+        EXPECT_LE(distance(frame.command.force_n, due_n(frame, guarded.limit_n())), 1e-6);
         if (hand.held_n != Vec3{}) {
-          EXPECT_LE(distance(frame.command_n, hand.held_n), 1e-3);
+          EXPECT_LE(distance(frame.command.force_n, hand.held_n), 1e-3);
         }
         withheld += guarded.withheld();
         if (HasFailure()) return;
@@ -143,7 +143,7 @@ TEST(GivenBackByTheLoop, AfterAGlitchByMotors) {
         come(guarded, hand, rate_hz);
         guarded.tick(hand.at_m + far_m * Vec3{0.6, 0.0, 0.8});
         const TickFrame frame = guarded.rest(hand.at_m, 2.0);
-        EXPECT_LE(distance(frame.command_n, due_n(frame, guarded.limit_n())), 1e-6);
+        EXPECT_LE(distance(frame.command.force_n, due_n(frame, guarded.limit_n())), 1e-6);
         if (HasFailure()) return;
       }
     }

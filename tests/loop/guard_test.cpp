@@ -69,7 +69,7 @@ TEST(GuardedSession, WithALimitThatIsNoneLetsNothingThrough) {
     double most_n = 0.0;
     for (int i = 0; i < 200; ++i) {
       const TickFrame frame = guarded.tick(i, 1e-3 * i, 1e-3, {.position_m = {0, 0.09 - 2e-4 * i, 0}});
-      EXPECT_EQ(frame.command_n, Vec3{});
+      EXPECT_EQ(frame.command.force_n, Vec3{});
       most_n = std::max(most_n, norm(frame.result.force_n));
     }
     EXPECT_GT(most_n, 0.5) << "the skin is felt";

@@ -69,7 +69,7 @@ class Both {
     ++n_;
     met = std::ranges::any_of(with_.events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::onset; });
   }
-  Vec3 pulse_n() const { return felt.command_n - plain.command_n; }
+  Vec3 pulse_n() const { return felt.command.force_n - plain.command.force_n; }
 
   TickFrame felt, plain;
   bool met = false;
@@ -88,7 +88,7 @@ std::vector<Vec3> pulses_of(const Wall& wall, const Vec3& velocity_m_per_s, doub
   for (int i = 0; dt_s * i < 0.2; ++i) {
     both.go(0.01 * wall.normal() + dt_s * i * velocity_m_per_s);
     if (!both.met && pulses_n.empty()) {
-      EXPECT_EQ(both.felt.command_n, both.plain.command_n) << "before anything is hit";
+      EXPECT_EQ(both.felt.command.force_n, both.plain.command.force_n) << "before anything is hit";
     } else {
       pulses_n.push_back(both.pulse_n());
     }
@@ -133,7 +133,7 @@ TEST(Impact, IsNothingWithoutAGain) {
     const Probe probe{.position_m = {1e-4 * i, 0.0, 0.01 - 2e-4 * i}};
     const TickFrame frame = guarded.tick(i, 1e-3 * i, 1e-3, probe);
     const Vec3 shaped_n = release.shape(guard.pass(same.tick(probe, 1e-3).force_n).command_n, false, 0.1, 1e-3);
-    ASSERT_EQ(frame.command_n, guard.pass(shaped_n).command_n) << i;
+    ASSERT_EQ(frame.command.force_n, guard.pass(shaped_n).command_n) << i;
   }
 }
 
@@ -160,8 +160,8 @@ TEST(Impact, StaysWithinTheGuard) {
     const Vec3 velocity_m_per_s = 0.2 * random.direction() - random.uniform(0.3, 2.0) * wall.normal();
     for (int i = 0; i < 300; ++i) {
       both.go(0.02 * wall.normal() + 1e-3 * i * velocity_m_per_s);
-      ASSERT_LE(norm(both.felt.command_n), std::min(scene_n, device_n));
-      most_n = std::max(most_n, norm(both.felt.command_n));
+      ASSERT_LE(norm(both.felt.command.force_n), std::min(scene_n, device_n));
+      most_n = std::max(most_n, norm(both.felt.command.force_n));
     }
     EXPECT_GT(most_n, 0.99 * std::min(scene_n, device_n));
   }
@@ -180,10 +180,10 @@ TEST(Impact, IsBookedAsTheWorkThatItDoes) {
       const double z_m = 0.01 - speed_m_per_s * 1e-3 * i;
       both.go({1e-5 * i, 0.0, std::max(z_m, -turns_m) + 0.3 * std::max(0.0, -turns_m - z_m)});
       const Vec3& step_m = both.felt.result.probe_step_m;
-      const Energy& e = both.felt.result.energy;
+      const Command& command = both.felt.command;
       worked_j += dot(pulse_before_n, step_m);
-      booked_j -= e.withheld_j - both.plain.result.energy.withheld_j;
-      ASSERT_NEAR(dot(force_before_n, step_m), e.work_on_hand_j + e.withheld_j, 1e-15);
+      booked_j -= command.withheld_j - both.plain.command.withheld_j;
+      ASSERT_NEAR(dot(force_before_n, step_m), command.work_on_hand_j + command.withheld_j, 1e-15);
       pulse_before_n = both.pulse_n();
       force_before_n = both.felt.result.force_n;
     }
@@ -219,9 +219,9 @@ TEST(Impact, IsForgottenWithTheHand) {
   GuardedSession guarded(session, 50.0);
   int i = 0;
   for (; session.events().empty(); ++i) guarded.tick(i, 1e-3 * i, 1e-3, {.position_m = {0, 0, 0.01 - 1e-4 * i}});
-  EXPECT_EQ(guarded.tick(i, 1e-3 * i, 1e-3, {.position_m = {0, 0, 0.02}, .valid = false}).command_n, Vec3{});
+  EXPECT_EQ(guarded.tick(i, 1e-3 * i, 1e-3, {.position_m = {0, 0, 0.02}, .valid = false}).command.force_n, Vec3{});
   for (int n = 1; n < 30; ++n)
-    EXPECT_EQ(guarded.tick(i + n, 1e-3 * (i + n), 1e-3, {.position_m = {0, 0, 0.02}}).command_n, Vec3{});
+    EXPECT_EQ(guarded.tick(i + n, 1e-3 * (i + n), 1e-3, {.position_m = {0, 0, 0.02}}).command.force_n, Vec3{});
 }
 
 }  // namespace impact_test

@@ -84,8 +84,8 @@ TEST(LiveLoop, FeelsWhatASimulatedRunFeelsWhereItIsInTime) {
   int felt = 0;
   for (const TickFrame& frame : live) {
     const Probe probe{frame.result.probe_m, {}, true, 0};
-    ASSERT_EQ(guarded.tick(frame.tick, frame.t_s, frame.dt_s, probe).command_n, frame.command_n) << frame.tick;
-    felt += frame.command_n != Vec3{};
+    ASSERT_EQ(guarded.tick(frame.tick, frame.t_s, frame.dt_s, probe).command.force_n, frame.command.force_n) << frame.tick;
+    felt += frame.command.force_n != Vec3{};
   }
   EXPECT_GT(felt, 500);
 }
@@ -106,7 +106,7 @@ TEST(LiveLoop, ARehearsalIsNeverFelt) {
   }
   ASSERT_EQ(frames[0].size(), frames[1].size());
   for (std::size_t i = 0; i < frames[0].size(); ++i)
-    ASSERT_LT(norm(frames[0][i].command_n - frames[1][i].command_n), 1e-6) << i;
+    ASSERT_LT(norm(frames[0][i].command.force_n - frames[1][i].command.force_n), 1e-6) << i;
 }
 
 TEST(LiveLoop, MissedTicksAreSkippedAndCountedAndNeverBunched) {
@@ -163,7 +163,7 @@ TEST(LiveLoop, EndsAtNoForceHoweverItEnds) {
     double felt_n = 0.0;
     try {
       loop.run(stop, [&](const TickFrame& frame, const Session&) {
-        if (norm(frame.command_n) < 0.5 && felt_n == 0.0) return;
+        if (norm(frame.command.force_n) < 0.5 && felt_n == 0.0) return;
         felt_n = norm(device.last_word_n);
         stop = end == End::stop;
         if (end == End::exception) throw std::runtime_error("of the observer");
@@ -184,10 +184,10 @@ TEST(LiveLoop, ThreeMissedTicksTakeTheForceAway) {
   const auto late = std::find_if(frames.begin(), frames.end(),
                                  [](const TickFrame& f) { return f.circumstances & bit_of(Circumstance::late); });
   ASSERT_NE(late, frames.end());
-  ASSERT_NE((late - 1)->command_n, Vec3{}) << "nothing is shown where nothing was felt";
-  EXPECT_LE(norm(late->command_n), norm((late - 1)->command_n) / 4 + 1e-12);
-  EXPECT_EQ((late + 2)->command_n, Vec3{});
-  EXPECT_EQ((late + 3)->guard_cause, GuardCause::late);
+  ASSERT_NE((late - 1)->command.force_n, Vec3{}) << "nothing is shown where nothing was felt";
+  EXPECT_LE(norm(late->command.force_n), norm((late - 1)->command.force_n) / 4 + 1e-12);
+  EXPECT_EQ((late + 2)->command.force_n, Vec3{});
+  EXPECT_EQ((late + 3)->command.cause, GuardCause::late);
 }
 
 // No motor held an old force meanwhile, so a mouse on a busy desktop loses no force.
@@ -206,11 +206,12 @@ TEST(LiveLoop, MissedTicksTakeNothingFromAHandWithoutMotors) {
   int felt = 0;
   bool is_on = false;
   for (const TickFrame& frame : frames) {
-    is_on = is_on || frame.guard == GuardState::pass;
+    is_on = is_on || frame.command.guard == GuardState::pass;
     if (!is_on) continue;
-    ASSERT_TRUE(frame.guard == GuardState::pass || frame.guard == GuardState::limited || frame.guard == GuardState::damped)
-        << name_of(frame.guard) << " at " << frame.t_s << " s";
-    felt += norm(frame.command_n) > 0.1;
+    ASSERT_TRUE(frame.command.guard == GuardState::pass || frame.command.guard == GuardState::limited ||
+                frame.command.guard == GuardState::damped)
+        << name_of(frame.command.guard) << " at " << frame.t_s << " s";
+    felt += norm(frame.command.force_n) > 0.1;
   }
   EXPECT_GT(felt, 300);
 }
@@ -235,14 +236,14 @@ TEST(LiveLoop, ManyChangesOfASceneMakeNoStepBeyondTheRamps) {
     double most = 0;
     for (std::size_t i = 1; i < frames.size(); ++i) {
       const double by_hand_n = k * norm(frames[i].result.probe_step_m);
-      most = std::max(most, norm(frames[i].command_n - frames[i - 1].command_n) - by_hand_n);
+      most = std::max(most, norm(frames[i].command.force_n - frames[i - 1].command.force_n) - by_hand_n);
     }
     return most;
   };
   int swaps = 0, felt = 0;
   for (const TickFrame& frame : changed) {
     swaps += (frame.circumstances & bit_of(Circumstance::new_scene)) != 0;
-    felt += frame.command_n != Vec3{};
+    felt += frame.command.force_n != Vec3{};
   }
   EXPECT_GT(swaps, 790);
   EXPECT_GT(felt, 1000);
@@ -276,7 +277,7 @@ TEST(LiveLoop, ALevelThatMovesUnderAPressingHandMakesNoJump) {
   const double k = test::head_scene().coupling.stiffness_n_per_m;
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const double by_hand_n = k * norm(frames[i].result.probe_step_m);
-    const double step_n = norm(frames[i].command_n - frames[i - 1].command_n) - by_hand_n;
+    const double step_n = norm(frames[i].command.force_n - frames[i - 1].command.force_n) - by_hand_n;
     ASSERT_LE(step_n, 0.5 + 1e-3 * guard.max_force_n / guard.ramp_s) << i;
   }
 }
@@ -357,7 +358,7 @@ TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
   std::thread looking([&] {
     while (!done) {
       const LiveView& view = loop.latest();
-      ASSERT_TRUE(is_finite(view.frame.command_n));
+      ASSERT_TRUE(is_finite(view.frame.command.force_n));
       loop.set_view_rotation(Mat3::identity());
       loop.statistics();
       std::this_thread::yield();
@@ -366,7 +367,7 @@ TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
   std::int64_t ticks = 0;
   loop.run(never, [&](const TickFrame& frame, const Session&) {
     ++ticks;
-    EXPECT_LE(norm(frame.command_n), 3.3);
+    EXPECT_LE(norm(frame.command.force_n), 3.3);
   });
   done = true;
   changing.join();
@@ -418,7 +419,7 @@ TEST(LiveScene, IsNoStifferThanTheDeviceBearsWhateverItIsChangedTo) {
     LiveLoop loop(live, *hand, {.duration_s = 2.0, .guard = limit_alone()}, nullptr, &clock);
     std::vector<double> forces_n;
     const std::atomic<bool> never{false};
-    loop.run(never, [&](const TickFrame& frame, const Session&) { forces_n.push_back(norm(frame.command_n)); });
+    loop.run(never, [&](const TickFrame& frame, const Session&) { forces_n.push_back(norm(frame.command.force_n)); });
     return forces_n;
   };
   Scene soft = test::head_scene(), stiff = test::head_scene();

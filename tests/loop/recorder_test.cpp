@@ -122,10 +122,10 @@ TEST_F(RecorderTest, OfferAndGuardedTicksAllocateNothing) {
   for (int i = 0; i < 3000; ++i) {
     const DeviceState state = hand->read();
     const TickFrame frame = guarded.tick(i, i / 1000.0, 1e-3, {.position_m = state.position_m});
-    hand->write(frame.command_n);
+    hand->write(frame.command.force_n);
     recorder.offer(frame, session);
     hand->advance(1e-3);
-    in_contact += frame.command_n != Vec3{};
+    in_contact += frame.command.force_n != Vec3{};
   }
   EXPECT_EQ(test::allocations, before);
   EXPECT_GT(in_contact, 300);
@@ -220,7 +220,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
                                             .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
                                             .valid = frame.result.probe_valid,
                                             .buttons = frame.buttons});
-      writer.append(again, session.modes(), session.sub_steps(), session.placed(), session.events());
+      writer.append(again, session.modes(), session.sub_steps(), session.primitives(), session.events());
     }
     writer.finish();
     const TraceDifference difference = compare_traces(killed, folder("again" + std::to_string(enough)));
@@ -290,7 +290,7 @@ TEST_F(RecorderTest, ALiveRunThatIsKilledAtAnyMomentIsReadableUpToItsLastTenthOf
                                             .valid = frame.result.probe_valid,
                                             .buttons = frame.buttons},
                                            frame.circumstances);
-      ASSERT_EQ(again.command_n, frame.command_n) << "tick " << frame.tick;
+      ASSERT_EQ(again.command.force_n, frame.command.force_n) << "tick " << frame.tick;
     }
     fs::remove_all(killed);
   }

@@ -113,7 +113,7 @@ TEST_F(Run, ARecordingFeltAgainIsTheSameToTheByteWhateverTheDeviceShowed) {
                                           .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
                                           .valid = frame.result.probe_valid,
                                           .buttons = frame.buttons});
-    writer.append(again, session.modes(), session.sub_steps(), session.placed(), session.events());
+    writer.append(again, session.modes(), session.sub_steps(), session.primitives(), session.events());
   }
   writer.finish();
   const TraceDifference difference = compare_traces(folder("felt"), folder("again"));
@@ -128,14 +128,14 @@ TEST_F(Run, NoForceWhereTheProbeIsNotKnownAndNeverAboveAnyLimit) {
   int pushed = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const TickFrame& frame = frames[i];
-    EXPECT_EQ(frame.command_n, hand.written_n[i]);
-    EXPECT_TRUE(is_finite(frame.command_n));
-    EXPECT_LE(norm(frame.command_n), 2.0);
+    EXPECT_EQ(frame.command.force_n, hand.written_n[i]);
+    EXPECT_TRUE(is_finite(frame.command.force_n));
+    EXPECT_LE(norm(frame.command.force_n), 2.0);
     if (i % 200 >= 190 || i % 500 == 250 || i % 500 == 350) {
-      EXPECT_EQ(frame.command_n, Vec3{}) << i;
+      EXPECT_EQ(frame.command.force_n, Vec3{}) << i;
     }
     EXPECT_EQ(frame.buttons, i / 100);
-    pushed += frame.command_n != Vec3{};
+    pushed += frame.command.force_n != Vec3{};
   }
   EXPECT_GT(pushed, 100);
 }
@@ -143,12 +143,12 @@ TEST_F(Run, NoForceWhereTheProbeIsNotKnownAndNeverAboveAnyLimit) {
 TEST_F(Run, WorkOnTheHandIsThatOfTheHeldCommand) {
   const auto hand = open_hand("sim:press,depth_m=0.05", Hold::firm);
   const std::vector<TickFrame> frames = frames_of(*hand, {.duration_s = 3});
-  EXPECT_EQ(frames[0].result.energy.work_on_hand_j, 0.0);
+  EXPECT_EQ(frames[0].command.work_on_hand_j, 0.0);
   double worked_j = 0.0;
   for (std::size_t i = 1; i < frames.size(); ++i) {
-    EXPECT_EQ(frames[i].result.energy.work_on_hand_j,
-              dot(frames[i - 1].command_n, frames[i].result.probe_m - frames[i - 1].result.probe_m));
-    worked_j += std::abs(frames[i].result.energy.work_on_hand_j);
+    EXPECT_EQ(frames[i].command.work_on_hand_j,
+              dot(frames[i - 1].command.force_n, frames[i].result.probe_m - frames[i - 1].result.probe_m));
+    worked_j += std::abs(frames[i].command.work_on_hand_j);
   }
   EXPECT_GT(worked_j, 1e-3);
 }
@@ -158,9 +158,9 @@ TEST_F(Run, NoWorkIsBookedAcrossTicksWithoutAProbe) {
   const std::vector<TickFrame> frames = frames_of(hand, {.duration_s = 1});
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const auto unknown = [](std::size_t n) { return n % 200 >= 190 || n % 500 == 250 || n % 500 == 350; };
-    EXPECT_TRUE(std::isfinite(frames[i].result.energy.work_on_hand_j)) << i;
+    EXPECT_TRUE(std::isfinite(frames[i].command.work_on_hand_j)) << i;
     if (unknown(i) || unknown(i - 1)) {
-      EXPECT_EQ(frames[i].result.energy.work_on_hand_j, 0.0) << i;
+      EXPECT_EQ(frames[i].command.work_on_hand_j, 0.0) << i;
     }
   }
 }
@@ -172,8 +172,8 @@ TEST_F(Run, TheLimitIsTheLowerOfSceneAndDevice) {
     const auto hand = open_hand("sim:press,depth_m=0.06,speed_m_per_s=0.3", Hold::rigid, {}, plant);
     double largest = 0.0;
     for (const TickFrame& frame : frames_of(*hand, {.duration_s = 1})) {
-      largest = std::max(largest, norm(frame.command_n));
-      EXPECT_EQ(frame.guard == GuardState::limited, norm(frame.result.force_n) > std::min(device_limit_n, 3.3));
+      largest = std::max(largest, norm(frame.command.force_n));
+      EXPECT_EQ(frame.command.guard == GuardState::limited, norm(frame.result.force_n) > std::min(device_limit_n, 3.3));
     }
     return largest;
   };

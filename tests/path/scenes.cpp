@@ -198,7 +198,7 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
       spring_work_j += k * dot(step.balance.position_m - step.probe_m, moved);
       double beyond = 0.0;
       for (std::uint32_t p = 0; p < step.primitives; ++p) {
-        const PlacedPrimitive& placed = session.placed()[step.first_primitive + p];
+        const PlacedPrimitive& placed = session.primitives()[step.first_primitive + p];
         const double work = work_j(step, placed);
         works[placed.primitive.id.mode] += work;
         forces_j += norm(placed.force_n) * norm(moved);
@@ -206,7 +206,7 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
         // Of a slipping corner no facet by itself: the proxy may be in front of a facet on its way back to P.
         beyond += work - norm(placed.force_n) * distance(placed.primitive.position_m, step.start_m + placed.carried_m);
         const bool goes_on = placed.primitive.kind == PrimitiveKind::corner && p + 1 < step.primitives &&
-                             session.placed()[step.first_primitive + p + 1].primitive.id == placed.primitive.id;
+                             session.primitives()[step.first_primitive + p + 1].primitive.id == placed.primitive.id;
         if (goes_on) continue;
         ++booked.primitives;
         if (step.balance.status != BalanceStatus::exact) beyond -= k * step.balance.error_bound_m * step.balance.error_bound_m;

@@ -32,9 +32,9 @@ Recorded shaking() {
     const double depth_m = 2e-3 + 1e-5 * std::sin(2.0 * std::numbers::pi * 120.0 * frame.t_s);
     frame.result.probe_m = {0, 0, -depth_m};
     frame.result.energy.stored_j = 0.5 * stiffness_n_per_m * depth_m * depth_m;
-    frame.command_n = frame.result.force_n = {0, 0, stiffness_n_per_m * depth_m};
+    frame.command.force_n = frame.result.force_n = {0, 0, stiffness_n_per_m * depth_m};
     recorded.ticks.push_back(frame);
-    recorded.pushes[0].push_back({.force_n = frame.command_n});
+    recorded.pushes[0].push_back({.force_n = frame.command.force_n});
   }
   return recorded;
 }
@@ -56,7 +56,7 @@ TEST(Signal, HasTheBandOfAKnownShaking) {
 TEST(Signal, ListsStepsWithTheirCauseAndMode) {
   Recorded recorded = shaking();
   for (std::size_t i = 1000; i < recorded.ticks.size(); ++i)
-    recorded.ticks[i].command_n = recorded.pushes[0][i].force_n = {0, 0, 0.5};
+    recorded.ticks[i].command.force_n = recorded.pushes[0][i].force_n = {0, 0, 0.5};
   recorded.modes[0] = "wall <b>";
   const std::string unexplained = steps_markup(signal_of(recorded, nullptr));
   for (const char* words : {"strength", "wall &lt;b&gt;", "data-time=\"1.000000\""}) EXPECT_THAT(unexplained, HasSubstr(words));
@@ -72,8 +72,8 @@ TEST(View, SaysWhatWasAskedWhereTheGuardShortenedIt) {
   std::vector<RecordedMoment> moments(1);
   for (const double asked_share : {0.5, 1.0, 1.5}) {
     for (const GuardState guard : {GuardState::pass, GuardState::limited, GuardState::fault}) {
-      recorded.ticks[0].guard = guard;
-      recorded.ticks[0].result.force_n = asked_share * recorded.ticks[0].command_n;
+      recorded.ticks[0].command.guard = guard;
+      recorded.ticks[0].result.force_n = asked_share * recorded.ticks[0].command.force_n;
       const bool says = json_of_view(recorded, nullptr, moments, {0, 0, 1}).find("\"asked\"") != std::string::npos;
       EXPECT_EQ(says, guard == GuardState::limited) << asked_share;
     }

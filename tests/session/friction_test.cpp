@@ -158,7 +158,7 @@ TEST(StaticFriction, NeverBringsEnergyIn) {
       session.tick({.position_m = hand.at(dt * i)}, dt);
       double brought_j = 0.0;
       for (const SubStep& step : session.sub_steps()) {
-        for (const PlacedPrimitive& row : session.placed().subspan(step.first_primitive, step.primitives)) {
+        for (const PlacedPrimitive& row : session.primitives().subspan(step.first_primitive, step.primitives)) {
           if (row.primitive.kind == PrimitiveKind::line) brought_j += work_j(step, row);
         }
       }

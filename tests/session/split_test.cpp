@@ -80,10 +80,10 @@ TEST_P(Split, DoesNotDependOnTheOrderOfTheModes) {
         shared += mode.split_shared;
 
         Vec3 law_n, law_there_n;
-        for (const PlacedPrimitive& p : reference.placed().last(reference.sub_steps().back().primitives)) {
+        for (const PlacedPrimitive& p : reference.primitives().last(reference.sub_steps().back().primitives)) {
           if (p.primitive.id.mode == m) law_n += p.force_n;
         }
-        for (const PlacedPrimitive& p : other.placed().last(other.sub_steps().back().primitives)) {
+        for (const PlacedPrimitive& p : other.primitives().last(other.sub_steps().back().primitives)) {
           if (p.primitive.id.mode == same) law_there_n += p.force_n;
         }
         law_differs += distance(law_n, law_there_n) > 1e-3;
@@ -106,7 +106,7 @@ TEST_P(Split, KeepsWhatTheLawExertsInAll) {
     session.tick({.position_m = hand.at(i * dt)}, dt);
     Vec3 law_n, shown_n;
     double strengths_n = 0.0;
-    for (const PlacedPrimitive& p : session.placed().last(session.sub_steps().back().primitives)) {
+    for (const PlacedPrimitive& p : session.primitives().last(session.sub_steps().back().primitives)) {
       law_n += p.force_n;
       strengths_n += p.primitive.strength_n;
     }

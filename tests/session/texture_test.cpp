@@ -151,7 +151,7 @@ TEST(Texture, KeepsFrictionBetweenOneMinusAndOnePlusItself) {
         session.tick({.position_m = hand.at(dt * i)}, dt);
         for (const SubStep& step : session.sub_steps()) {
           double pressed_n = 0.0;
-          const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
+          const auto placed = session.primitives().subspan(step.first_primitive, step.primitives);
           for (const PlacedPrimitive& row : placed) {
             if (row.primitive.kind != PrimitiveKind::line) pressed_n += norm(row.force_n);
           }
@@ -234,7 +234,7 @@ TEST(Texture, NeverBringsEnergyIn) {
       session.tick({.position_m = hand.at(dt * i)}, dt);
       double brought_j = 0.0;
       for (const SubStep& step : session.sub_steps()) {
-        for (const PlacedPrimitive& row : session.placed().subspan(step.first_primitive, step.primitives)) {
+        for (const PlacedPrimitive& row : session.primitives().subspan(step.first_primitive, step.primitives)) {
           if (row.primitive.kind == PrimitiveKind::line) brought_j += work_j(step, row);
         }
       }

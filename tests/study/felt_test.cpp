@@ -106,11 +106,11 @@ TEST(ExcessSteps, AtTheEndOfDataSaySo) {
 }
 
 TEST(FeltRun, ATickIsUsableOnlyWhereItsProbeIs) {
-  TickFrame frame{.dt_s = 1e-3, .command_n = {1, 2, 3}, .guard = GuardState::limited};
+  TickFrame frame{.dt_s = 1e-3, .command = {.force_n = {1, 2, 3}, .guard = GuardState::limited}};
   frame.result.probe_m = {1, 2, 3};
   EXPECT_TRUE(felt_tick(frame).usable);
   EXPECT_TRUE(felt_tick(frame).limited);
-  EXPECT_EQ(felt_tick(frame).command_n, frame.command_n);
+  EXPECT_EQ(felt_tick(frame).command_n, frame.command.force_n);
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     TickFrame lost = frame;
     lost.result.probe_m.y = bad;

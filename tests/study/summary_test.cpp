@@ -39,7 +39,7 @@ MadeTick random_tick(std::mt19937_64& random) {
   MadeTick made;
   made.frame.dt_s = 1e-3;
   made.frame.tick_us = 1.0 + 100.0 * unit(random);
-  made.frame.command_n = {unit(random), 0, 0};
+  made.frame.command.force_n = {unit(random), 0, 0};
   made.frame.result.sub_steps = static_cast<int>(1 + 5 * unit(random));
   made.frame.result.error_bound_m = 1e-10 * unit(random);
   made.frame.result.energy = {.stored_j = unit(random), .dissipated_j = unit(random), .injected_j = unit(random)};
@@ -66,7 +66,7 @@ TEST(Summary, ContactIsMoreThanOneMillinewtonOfAMode) {
   ticks[0].modes[0].force_n = {1e-3, 0, 0};  // exactly 1 mN: not yet
   ticks[1].modes[0].force_n = {0, 1.0000001e-3, 0};
   ticks[2].modes[1].force_n = {0, 0, -2.0};
-  ticks[3].frame.command_n = {3, 0, 0};  // force on the hand, but by no mode
+  ticks[3].frame.command.force_n = {3, 0, 0};  // force on the hand, but by no mode
   const Summary s = summary_of(ticks);
   EXPECT_DOUBLE_EQ(s.contact_share, 0.5);
   EXPECT_DOUBLE_EQ(s.modes[0].contact_share, 0.25);
@@ -131,7 +131,7 @@ TEST(Summary, CountsEventsByModeAndRemembersTheFirstBreakThrough) {
   ticks[1].events = {{SessionEventKind::break_through, 1, 0.0, nullptr}, {SessionEventKind::fault, 0, 0.0, "planted"}};
   ticks[2].frame.t_s = 0.5;
   ticks[2].events = {{SessionEventKind::break_through, 0, 0.0, nullptr}, {SessionEventKind::warning, -1, 0.0, "planted"}};
-  ticks[2].frame.guard = GuardState::fault;
+  ticks[2].frame.command.guard = GuardState::fault;
   const Summary s = summary_of(ticks);
   EXPECT_EQ(s.modes[0].onsets, 0);
   EXPECT_EQ(s.modes[1].onsets, 1);
@@ -147,7 +147,7 @@ TEST(Summary, CountsWhatEachTickWas) {
   ticks[1].frame.result.status = TickStatus::capped;
   ticks[2].frame.result.status = TickStatus::bad_input;
   ticks[3].frame.result.probe_valid = false;
-  ticks[4].frame.guard = GuardState::limited;
+  ticks[4].frame.command.guard = GuardState::limited;
   ticks[4].frame.result.dropped = 7;
   const Summary s = summary_of(ticks);
   EXPECT_EQ(s.waiting_ticks, 1);

@@ -49,7 +49,7 @@ class Export : public testing::Test {
     made.result.proxy_m = {0.01 * n, 0, 0.5};
     made.result.probe_m = {0.01 * n, 0.001, 0.5};
     made.result.force_n = {0, 3, 0};
-    made.command_n = {0, 2, 0};
+    made.command.force_n = {0, 2, 0};
     made.result.status = TickStatus::waiting;
     return made;
   }

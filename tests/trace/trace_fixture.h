@@ -57,7 +57,7 @@ class Trace : public testing::Test {
 inline TickFrame plain_frame(std::int64_t i) {
   TickFrame frame{.tick = i, .t_s = static_cast<double>(i) / 1000, .dt_s = 1e-3};
   frame.result.probe_m = {0.0, 0.001 * static_cast<double>(i), 1.0 / 3.0};
-  frame.result.force_n = frame.command_n = {0.0, 0.5, 0.0};
+  frame.result.force_n = frame.command.force_n = {0.0, 0.5, 0.0};
   return frame;
 }
 

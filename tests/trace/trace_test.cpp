@@ -68,9 +68,11 @@ TickFrame random_frame(AnyDouble& any, std::int64_t tick) {
   r.iterations = static_cast<int>(any.integer());
   r.status = static_cast<TickStatus>(any.integer() % 4);
   r.dropped = static_cast<int>(any.integer() % 100);
-  r.energy = {any(), any(), any(), any(), any(), any(), any(), any(), any(), any(), any()};
-  frame.command_n = any.vector();
-  frame.guard = static_cast<GuardState>(any.integer() % 3);
+  r.energy = {any(), any(), any(), any(), any(), any(), any(), any(), any()};
+  frame.command.work_on_hand_j = any();
+  frame.command.withheld_j = any();
+  frame.command.force_n = any.vector();
+  frame.command.guard = static_cast<GuardState>(any.integer() % 3);
   frame.buttons = static_cast<std::uint32_t>(any.integer());
   return frame;
 }
@@ -222,8 +224,8 @@ TEST_F(Trace, AnEventStandsWhereTheGuardChangesItsMind) {
   const GuardState states[] = {GuardState::pass, GuardState::limited, GuardState::limited, GuardState::fault, GuardState::pass};
   for (std::int64_t i = 0; i < 5; ++i) {
     TickFrame frame = plain_frame(i);
-    frame.guard = states[i];
-    if (states[i] == GuardState::fault) frame.guard_cause = GuardCause::not_finite;
+    frame.command.guard = states[i];
+    if (states[i] == GuardState::fault) frame.command.cause = GuardCause::not_finite;
     writer.append(frame, {}, {}, {}, {});
   }
   writer.finish();
@@ -236,7 +238,7 @@ TEST_F(Trace, AnEventSaysBySoMuchTheForceWouldHaveStepped) {
   TraceWriter writer(folder(), {}, scene, {});
   for (const double snap_n : {0.0, 0.25, 0.0}) {
     TickFrame frame = plain_frame(snap_n > 0.0);
-    frame.snap_n = snap_n;
+    frame.command.snap_n = snap_n;
     writer.append(frame, {}, {}, {}, {});
   }
   writer.finish();
@@ -264,7 +266,7 @@ TEST_F(Trace, TicksReadBackToTheBit) {
     ASSERT_TRUE(same_bits(a.t_s, b.t_s) && same_bits(a.dt_s, b.dt_s));
     ASSERT_TRUE(same_bits(p.probe_m, q.probe_m) && same_bits(p.probe_velocity_m_per_s, q.probe_velocity_m_per_s));
     ASSERT_TRUE(same_bits(p.proxy_m, q.proxy_m) && same_bits(p.proxy_velocity_m_per_s, q.proxy_velocity_m_per_s));
-    ASSERT_TRUE(same_bits(p.force_n, q.force_n) && same_bits(a.command_n, b.command_n));
+    ASSERT_TRUE(same_bits(p.force_n, q.force_n) && same_bits(a.command.force_n, b.command.force_n));
     ASSERT_EQ(p.probe_valid, q.probe_valid);
     ASSERT_TRUE(same_bits(p.error_bound_m, q.error_bound_m));
     ASSERT_EQ(p.sub_steps, q.sub_steps);
@@ -275,11 +277,11 @@ TEST_F(Trace, TicksReadBackToTheBit) {
     ASSERT_TRUE(same_bits(p.energy.injected_j, q.energy.injected_j) &&
                 same_bits(p.energy.path_and_release_j, q.energy.path_and_release_j));
     ASSERT_TRUE(same_bits(p.energy.damper_j, q.energy.damper_j) && same_bits(p.energy.data_motion_j, q.energy.data_motion_j));
-    ASSERT_TRUE(same_bits(p.energy.work_on_hand_j, q.energy.work_on_hand_j));
-    ASSERT_TRUE(same_bits(p.energy.released_j, q.energy.released_j) && same_bits(p.energy.withheld_j, q.energy.withheld_j));
+    ASSERT_TRUE(same_bits(a.command.work_on_hand_j, b.command.work_on_hand_j));
+    ASSERT_TRUE(same_bits(p.energy.released_j, q.energy.released_j) && same_bits(a.command.withheld_j, b.command.withheld_j));
     ASSERT_TRUE(same_bits(p.energy.sampling_j, q.energy.sampling_j) &&
                 same_bits(p.energy.sampling_bound_j, q.energy.sampling_bound_j));
-    ASSERT_EQ(a.guard, b.guard);
+    ASSERT_EQ(a.command.guard, b.command.guard);
     ASSERT_EQ(a.buttons, b.buttons);
   }
 }
@@ -340,7 +342,7 @@ TEST_F(Trace, ColumnsMayStandInAnyOrderAmongOthersThatAreUnknown) {
   const std::vector<TraceTick> ticks = TraceReader(folder()).ticks();
   ASSERT_EQ(ticks.size(), 3u);
   EXPECT_EQ(ticks[2].frame.result.probe_m, plain_frame(2).result.probe_m);
-  EXPECT_EQ(ticks[2].frame.command_n, (Vec3{0.0, 0.5, 0.0}));
+  EXPECT_EQ(ticks[2].frame.command.force_n, (Vec3{0.0, 0.5, 0.0}));
 }
 
 }  // namespace trace_test

@@ -103,7 +103,7 @@ class PathSession {
   /// (direction, strength [N], force [N]) of each primitive in the last sub-step
   py::list last_primitives() const {
     py::list all;
-    for (const PlacedPrimitive& placed : session_.placed().subspan(session_.sub_steps().back().first_primitive))
+    for (const PlacedPrimitive& placed : session_.primitives().subspan(session_.sub_steps().back().first_primitive))
       all.append(py::make_tuple(array_of(placed.primitive.direction), placed.primitive.strength_n, array_of(placed.force_n)));
     return all;
   }
