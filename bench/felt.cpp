@@ -1,9 +1,10 @@
 // Force figures of the four scenes with real data and of five suggested scenes of files: a table for each, a table of the
 // worst, and optional pictures.
 //
-//   bench_felt [--part NAME]… [--scene NAME]… [--pictures FOLDER] DATA_FOLDER
+//   bench_felt [--part NAME]… [--scene NAME]… [--scenes FOLDER] [--pictures FOLDER] DATA_FOLDER
 //
-// Without --part all parts, without --scene all scenes. The tables are the Markdown of docs/felt.md.
+// Without --part all parts, without --scene all scenes. A file NAME.toml in the folder of --scenes replaces a suggested scene:
+// the scenes of another version on this engine. The tables are the Markdown of docs/felt.md.
 #include "bench/felt.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ constexpr const char* released_part = "letgo";
 
 struct Wanted {
   std::vector<std::string> parts, scenes;
-  std::filesystem::path pictures, data;
+  std::filesystem::path scenes_folder, pictures, data;
 };
 
 bool is_wanted(const std::vector<std::string>& names, const std::string& name) {
@@ -32,7 +33,8 @@ bool is_wanted(const std::vector<std::string>& names, const std::string& name) {
 }
 
 int usage() {
-  std::fprintf(stderr, "usage: bench_felt [--part NAME]... [--scene NAME]... [--pictures FOLDER] DATA_FOLDER\nparts:");
+  std::fprintf(
+      stderr, "usage: bench_felt [--part NAME]... [--scene NAME]... [--scenes FOLDER] [--pictures FOLDER] DATA_FOLDER\nparts:");
   for (const Part& part : parts) std::fprintf(stderr, " %s", part.name);
   std::fprintf(stderr, " %s\nscenes:", released_part);
   for (const std::string& name : felt_scene_names()) std::fprintf(stderr, " %s", name.c_str());
@@ -48,6 +50,8 @@ bool read_arguments(int argc, char** argv, Wanted& wanted) {
       wanted.parts.emplace_back(argv[++i]);
     } else if (argument == "--scene" && more) {
       wanted.scenes.emplace_back(argv[++i]);
+    } else if (argument == "--scenes" && more) {
+      wanted.scenes_folder = argv[++i];
     } else if (argument == "--pictures" && more) {
       wanted.pictures = argv[++i];
     } else if (!argument.starts_with("-") && wanted.data.empty()) {
@@ -118,7 +122,7 @@ void measure(const Wanted& wanted) {
       wanted.parts.empty() || wanted.parts != std::vector<std::string>{released_part} || !wanted.pictures.empty();
   for (const std::string& name : scenes) {
     if (!is_wanted(wanted.scenes, name) || !any_of_scene) continue;
-    const FeltScene felt = load_felt_scene(name, PALPA_SCENES_FOLDER, wanted.data);
+    const FeltScene felt = load_felt_scene(name, PALPA_SCENES_FOLDER, wanted.data, wanted.scenes_folder);
     std::vector<Figure> figures;
     for (const Part& part : parts) {
       if (!is_wanted(wanted.parts, part.name)) continue;

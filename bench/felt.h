@@ -35,8 +35,9 @@ struct FeltScene {
 };
 std::vector<std::string> felt_scene_names();
 /// Throws LoadError.
+/// \param in_place_folder  NAME.toml in it replaces a suggested scene; empty: none
 FeltScene load_felt_scene(const std::string& name, const std::filesystem::path& scenes_folder,
-                          const std::filesystem::path& data_folder);
+                          const std::filesystem::path& data_folder, const std::filesystem::path& in_place_folder);
 
 inline constexpr double rate_hz = 1000.0;
 

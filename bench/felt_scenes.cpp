@@ -25,16 +25,21 @@ constexpr Suggested suggested[] = {{"vessels", "mra_avf_nrrd/avf_float_32.nrrd"}
 constexpr const char* shipped[] = {"head", "many", "wing", "flow"};
 
 LoadedScene load(const std::string& name, std::string& origin, const std::filesystem::path& scenes_folder,
-                 const std::filesystem::path& data_folder) {
+                 const std::filesystem::path& data_folder, const std::filesystem::path& in_place_folder) {
+  SceneOptions options;
+  options.data_folders = {data_folder};
   for (const Suggested& one : suggested) {
     if (name != one.name) continue;
+    const std::filesystem::path in_place = in_place_folder / (name + ".toml");
+    if (!in_place_folder.empty() && std::filesystem::exists(in_place)) {
+      origin = in_place.filename().string() + " in place of the suggested scene";
+      return load_scene(in_place, volume_reader(), standard_modes(), options);
+    }
     VolumeRequest request;
     request.files = {data_folder / one.file};
     origin = std::string("suggested for ") + one.file;
     return parse_scene(first_scene(read_volume(request), request), name, data_folder, volume_reader(), standard_modes());
   }
-  SceneOptions options;
-  options.data_folders = {data_folder};
   origin = "scenes/" + name + ".toml";
   return load_scene(scenes_folder / (name + ".toml"), volume_reader(), standard_modes(), options);
 }
@@ -48,9 +53,9 @@ std::vector<std::string> felt_scene_names() {
 }
 
 FeltScene load_felt_scene(const std::string& name, const std::filesystem::path& scenes_folder,
-                          const std::filesystem::path& data_folder) {
+                          const std::filesystem::path& data_folder, const std::filesystem::path& in_place_folder) {
   std::string origin;
-  const Scene scene = load(name, origin, scenes_folder, data_folder).scene;
+  const Scene scene = load(name, origin, scenes_folder, data_folder, in_place_folder).scene;
   const Reach reach(scene);
   if (reach.is_empty()) throw LoadError(name + ": has nothing within reach of a hand; give another scene");
   const SimulatedMotion motion{.kind = SimulatedMotion::Kind::stroke};

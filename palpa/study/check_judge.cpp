@@ -30,6 +30,11 @@ std::string where_of(const TrialMade& made, const CheckPlace& place) {
          text(" place (%+.0f, %+.0f, %+.0f mm)", 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z);
 }
 
+const char* format_unrest(const TrialFigures& figures) {
+  if (figures.thrown_off) return "is thrown off its place";
+  return detail::grade_of_rest(figures) == Grade::stop ? "shakes" : "hums";
+}
+
 class Judge {
  public:
   Judge(const Scene& scene, CheckReport& report, const std::vector<TrialMade>& all)
@@ -45,10 +50,10 @@ class Judge {
          .measured = figures.hum_m_per_s2,
          .threshold = grade == Grade::stop ? borne_acceleration_m_per_s2 : felt_acceleration_m_per_s2,
          .unit = "m/s^2",
-         .words = grade == Grade::fine ? std::string("stable")
-                                       : std::string(grade == Grade::stop ? "shakes" : "hums") +
-                                             text(" by %.0f mN, which accelerate the device by %.2g m/s^2",
-                                                  1e3 * figures.rest_n, figures.hum_m_per_s2)},
+         .words = grade == Grade::fine
+                      ? std::string("stable")
+                      : std::string(format_unrest(figures)) + text(" by %.0f mN, which accelerate the device by %.2g m/s^2",
+                                                                   1e3 * figures.rest_n, figures.hum_m_per_s2)},
         worst);
   }
 
@@ -68,7 +73,7 @@ class Judge {
          .words = rests ? text("at k = %g N/m stable also with %g %% of the device's friction", k, share_percent)
                         : text("at k = %g N/m stable only thanks to the assumed device friction: with %g %% of it the device "
                                "%s by %.2g m/s^2",
-                               k, share_percent, hum > borne_acceleration_m_per_s2 ? "shakes" : "hums", hum)},
+                               k, share_percent, format_unrest(worst->figures), hum)},
         worst);
   }
 

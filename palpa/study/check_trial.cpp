@@ -28,6 +28,15 @@ constexpr double pressed_s = 4.0;  // in and out several times
 
 Arm arm_of(Hold hold) { return hold == Hold::firm ? firm_arm : relaxed_arm; }
 
+double push_beyond_friction_n(Act act) { return act == Act::lean ? leans_n : lies_n; }
+
+std::unique_ptr<ReleasedDevice> release(const DevicePlant& plant, const CheckPlace& place, Act act) {
+  const double most_n = push_beyond_friction_n(act) + plant.coulomb_friction_n;
+  DevicePlant with_finger = plant;
+  if (act == Act::lean) with_finger.damping_ns_per_m += finger_ns_per_m;
+  return released_device(with_finger, place.front_m - falls_m * place.inwards, most_n * place.inwards);
+}
+
 /// Device of a trial with its lead, and the interval of rest or even motion.
 struct Set {
   std::unique_ptr<SimulatedDevice> device;
@@ -37,13 +46,7 @@ Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial
   const double depth_m = place.met.depth_m + place.deeper_n / arm_of(trial.hold).stiffness_n_per_m;
   switch (trial.act) {
     case Act::released:
-    case Act::lean: {
-      const double most_n = (trial.act == Act::lean ? leans_n : lies_n) + plant.coulomb_friction_n;
-      DevicePlant with_finger = plant;
-      if (trial.act == Act::lean) with_finger.damping_ns_per_m += finger_ns_per_m;
-      return {released_device(with_finger, place.front_m - falls_m * place.inwards, most_n * place.inwards), landed_s,
-              landed_s + watched_s};
-    }
+    case Act::lean: return {release(plant, place, trial.act), landed_s, landed_s + watched_s};
     case Act::hold:
       return {hand_device(hold_at(place.met, 0.0, depth_m, {}, even_s + watched_s), trial.hold, plant), even_s,
               even_s + watched_s};
@@ -62,8 +65,8 @@ Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial
 bool is_without_hand(Act act) { return act == Act::released || act == Act::lean; }
 
 /// A device without a hand may slide off its place, out of contact: the rest is unrelated to the place. Cuts the run where the
-/// device is beside or behind it, or, if thrown back, before it returns.
-void cut_where_it_slid_away(const CheckPlace& place, FeltRun& run, Set& set) {
+/// device is beside or behind it, or, if thrown back, before it returns. False if it stays.
+bool cut_where_it_leaves(const CheckPlace& place, FeltRun& run, Set& set) {
   constexpr double away_m = 0.02, just_landed_s = 0.4, short_s = 0.5;
   for (const FeltTick& tick : run.ticks) {
     const Vec3 gone_m = tick.probe_m - place.front_m;
@@ -72,8 +75,33 @@ void cut_where_it_slid_away(const CheckPlace& place, FeltRun& run, Set& set) {
     set.to_s = std::min(set.to_s, tick.t_s);
     if (set.to_s - set.from_s < short_s) set.from_s = just_landed_s;
     run.ticks.resize(static_cast<std::size_t>(&tick - run.ticks.data()));
-    return;
+    return true;
   }
+  return false;
+}
+
+/// Whether the loop drove a device without a hand off its place: until it left, the rendered force gave it more energy, beyond
+/// the injection of modes, than its push gave it on its fall. Its push alone slides it off at no such gain.
+bool is_thrown_off(const Scene& scene, const DevicePlant& plant, const CheckPlace& place, const Trial& trial, double to_s) {
+  const std::unique_ptr<ReleasedDevice> device = release(plant, place, trial.act);
+  SummaryBuilder builder(scene);
+  feel(scene, *device, to_s, &builder);
+  double injected_j = 0.0;
+  for (const ModeSummary& mode : builder.finish(1.0).modes) injected_j += mode.injected_j;
+  return device->work_j() - injected_j > push_beyond_friction_n(trial.act) * falls_m;
+}
+
+/// Root mean square of the force in contact about its mean [N]: of a stay too short for a spectrum.
+double unrest_n(const FeltRun& run) {
+  Vec3 sum_n;
+  double squares_n2 = 0.0, count = 0.0;
+  for (const FeltTick& tick : run.ticks) {
+    if (norm(tick.command_n) <= contact_force_n) continue;
+    sum_n += tick.command_n;
+    squares_n2 += norm_squared(tick.command_n);
+    ++count;
+  }
+  return count > 0.0 ? std::sqrt(std::max(0.0, squares_n2 / count - norm_squared(sum_n) / (count * count))) : 0.0;
 }
 
 void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figures) {
@@ -143,13 +171,14 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& presumed, const Check
     figures.injected_j.push_back(mode.injected_j);
     figures.dissipated_j.push_back(mode.dissipated_j);
   }
-  if (is_without_hand(trial.act)) cut_where_it_slid_away(place, run, set);
+  if (is_without_hand(trial.act) && cut_where_it_leaves(place, run, set))
+    figures.thrown_off = is_thrown_off(scene, plant, place, trial, set.to_s);
   find_jumps(run, EdgesOfData(scene), figures);
   find_overfull(scene, run, figures);
   const bool rests = is_without_hand(trial.act) || trial.act == Act::hold;
   if (rests) {
     const Spectrum spectrum = spectrum_of(signals_of(run, set.from_s, set.to_s).command_n, rate_hz);
-    figures.rest_n = spectrum.band_rms(5.0, tactile_high_hz);
+    figures.rest_n = figures.thrown_off ? unrest_n(run) : spectrum.band_rms(5.0, tactile_high_hz);
     figures.hum_m_per_s2 = figures.rest_n / plant.mass_kg;
   } else if (trial.act == Act::stroke) {
     const FeltSignals signals = quiet_signals_of(run, set.from_s, set.to_s);

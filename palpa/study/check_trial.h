@@ -36,6 +36,7 @@ std::string format_trial(const Trial& trial);
 /// Results of a trial.
 struct TrialFigures {
   double rest_n = 0.0;        ///< root mean square of the force between 5 and 500 Hz, at rest; 0 without rest
+  bool thrown_off = false;    ///< a device without a hand was driven off its place; `rest_n` is then of its whole stay
   double hum_m_per_s2 = 0.0;  ///< [m/s²] acceleration of the mass of the device by it: felt by skin
   double rough_n = 0.0;       ///< root mean square from 100 to 500 Hz, in motion in contact, away from events
   double most_n = 0.0;        ///< largest force on the hand

@@ -14,9 +14,9 @@ namespace {
 
 constexpr int sub_steps = 100;  // [1] of an advance. More: slower; fewer: backward Euler damps the hum
 
-class ReleasedDevice final : public SimulatedDevice {
+class PushedMass final : public ReleasedDevice {
  public:
-  ReleasedDevice(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n)
+  PushedMass(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n)
       : plant_(plant),
         position_m_(start_m),
         push_n_(push_n),
@@ -42,7 +42,8 @@ class ReleasedDevice final : public SimulatedDevice {
   }
   void advance(double time_step_s) noexcept override {
     next_ = (next_ + 1) % waiting_n_.size();
-    const Vec3 force_n = push_n_ + waiting_n_[next_];  // the oldest: written `delay_ticks` writes ago
+    const Vec3 rendered_n = waiting_n_[next_];  // the oldest: written `delay_ticks` writes ago
+    const Vec3 force_n = push_n_ + rendered_n, from_m = position_m_;
     const double h = time_step_s / sub_steps, inertia = plant_.mass_kg / h;
     for (int i = 0; i < sub_steps; ++i) {
       Vec3 momentum_n = inertia * velocity_m_per_s_ + force_n;
@@ -53,15 +54,17 @@ class ReleasedDevice final : public SimulatedDevice {
       velocity_m_per_s_ = momentum_n / (inertia + plant_.damping_ns_per_m);
       position_m_ += h * velocity_m_per_s_;
     }
+    work_j_ += dot(rendered_n, position_m_ - from_m);
     time_s_ += time_step_s;
   }
+  double work_j() const noexcept override { return work_j_; }
 
  private:
   DevicePlant plant_;
   Vec3 position_m_, velocity_m_per_s_, push_n_;
   std::vector<Vec3> waiting_n_;  // a ring; `next_` is the next to be written
   std::size_t next_ = 0;
-  double time_s_ = 0.0;
+  double time_s_ = 0.0, work_j_ = 0.0;
 };
 
 /// Range of an interval of positions.
@@ -73,8 +76,8 @@ double swing_m(const std::vector<double>& places_m, std::size_t begin, std::size
 
 }  // namespace
 
-std::unique_ptr<SimulatedDevice> released_device(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n) {
-  return std::make_unique<ReleasedDevice>(plant, start_m, push_n);
+std::unique_ptr<ReleasedDevice> released_device(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n) {
+  return std::make_unique<PushedMass>(plant, start_m, push_n);
 }
 
 bool comes_to_rest(const ReleasedDeviceOptions& options, double stiffness_n_per_m) {

@@ -11,10 +11,17 @@ namespace palpa {
 
 /// Device without a hand: its own mass, damping and Coulomb friction, pushed by a constant force (its weight, a resting finger)
 /// and by the rendered force, which acts `delay_ticks` late and is held between writes. Integrated in 100 sub-steps per
-/// `advance`, each by backward Euler. `plant.mass_kg` must be above 0. Measures no velocity and never ends.
+/// `advance`, each by backward Euler. Measures no velocity and never ends.
+class ReleasedDevice : public SimulatedDevice {
+ public:
+  /// [J] Work of the rendered force on the device so far. A passive loop takes energy, and gives back no more than it took:
+  /// above 0, and above the energy of modes that drive, the loop drives the device.
+  virtual double work_j() const noexcept = 0;
+};
+/// \param plant    with a mass above 0
 /// \param start_m  [m] initial position, at rest
 /// \param push_n   [N] the constant force
-std::unique_ptr<SimulatedDevice> released_device(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n);
+std::unique_ptr<ReleasedDevice> released_device(const DevicePlant& plant, const Vec3& start_m, const Vec3& push_n);
 
 /// Test of a released device on a wall for rest.
 struct ReleasedDeviceOptions {

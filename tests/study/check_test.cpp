@@ -286,6 +286,21 @@ TEST(Check, NeverJudgesAStifferCouplingBetter) {
   }
 }
 
+// From 900 N/m on the loop throws this device off its place within 0.3 s, so that it never rests there.
+TEST(Check, CallsADeviceThatItsLoopThrowsOffNotAtRest) {
+  const DevicePlant plant = device_plant("omega,coulomb_friction_n=0.05,delay_ticks=2");
+  std::string said;
+  Grade before = Grade::fine;
+  for (const double k : {200.0, 500.0, 900.0, 1300.0, 2500.0}) {
+    const CheckReport report = check(phantom(k, 0.2), plant, {.advise = false});
+    said += detail::text("%g: ", k) + report.verdict + "\n";
+    EXPECT_GE(report.grade, before) << said;
+    EXPECT_EQ(report.grade >= Grade::warn, k >= 500.0) << said;
+    EXPECT_EQ(report.verdict.find("thrown off") != std::string::npos, k >= 900.0) << said;
+    before = report.grade;
+  }
+}
+
 // The margin is one of friction: a device with half of it hums, or rests, as the margin predicts.
 TEST(Check, ItsMarginIsWhatADeviceOfHalfTheFrictionDoes) {
   for (const double k : {500.0, 1000.0, 2000.0}) {
