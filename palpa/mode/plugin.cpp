@@ -133,8 +133,9 @@ void check_stamp(const File& file) {
     file.refuse("is made for palpa " + text_of(*stamp) + ", this is palpa " + text_of(own) + "; rebuild it");
   }
   if (*stamp != own) {
-    file.refuse("is made with other headers of palpa " + text_of(own) +
-                " or with another kind of standard library; rebuild it with those of this palpa");
+    file.refuse(
+        "is made with other headers of palpa " + text_of(own) +
+        " or with another kind of standard library; rebuild it with those of this palpa (docs/changes.md: old and new names)");
   }
 }
 

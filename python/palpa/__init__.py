@@ -78,6 +78,7 @@ from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
 from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, Workspace, array_volume, load_scene,
                      read_volume)
 from ._parameters import Named as _Named, say_what_cannot_be_set as _say_what_cannot_be_set
+from ._renamed import keep_old_names as _keep_old_names, old_names_of as _old_names_of
 from ._session import Ticks, modes as _modes_of_session, ticks as _ticks
 from ._trace import LawComparison, Replay, Trace, compare_laws, run
 from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_vtk
@@ -101,10 +102,7 @@ for _name, _thing in list(vars().items()):  # public names in messages
             pass
 __all__ = sorted(name for name in vars() if not name.startswith("_"))
 
-
-def __getattr__(name):
-    """Names of 0.1."""
-    renamed = {"Here": ModeContext, "Out": PrimitiveSink}
-    if name in renamed:
-        return renamed[name]
-    raise AttributeError(f"module 'palpa' has no attribute '{name}'")
+# After the list of public names: these are none.
+_keep_old_names(Field, extents="value_ranges")
+_keep_old_names(Live, look="latest", account="statistics")
+__getattr__ = _old_names_of(_sys.modules[__name__], Here="ModeContext", Out="PrimitiveSink", ModeTick="ModeForce", Pointer="MouseHand")

@@ -2,7 +2,8 @@
 """Checks the pages; prints a line for each broken promise: check_pages.py
 
 Links lead to existing files, headings and tests; every "Checked by" names a test; docs/embedding.md names each installed
-header, and these include one another alone; docs/dependencies.md gives a reason for each package.
+header, and these include one another alone; docs/dependencies.md gives a reason for each package; the new names of
+docs/changes.md are names of the sources.
 """
 
 import pathlib
@@ -45,6 +46,19 @@ def too_long(text):
                 yield number, part[:60]
 
 
+def unknown_names(text, sources):
+    """(line, name) of the names and headers in the second columns of the tables in docs/changes.md that sources lack.
+
+    sources: the words and the headers that there are."""
+    for number, line in enumerate(text.split("\n"), 1):
+        cells = line.split(" | ") if line.startswith("| ") else []
+        for code in re.findall(r"`([^`]+)`", cells[1]) if len(cells) > 1 else []:
+            code = re.sub(r'"[^"]*"', "", code).replace("<palpa/", "<")
+            for name in re.findall(r"[a-z_/]+\.h\b|[A-Za-z_][\w-]{2,}", code):
+                if name not in sources:
+                    yield number, name
+
+
 def check():
     pages = [*sorted((root / "docs").rglob("*.md")), *sorted(root.glob("*.md"))]
     for page in pages:
@@ -65,6 +79,13 @@ def check():
         for other in re.findall(r'#include [<"]palpa/([^>"]+)[>"]', file.read_text() if file.exists() else ""):
             if other not in headers:
                 yield f"palpa/{header}", 1, f"is installed and includes {other}, which is not"
+    sources = {str(file.relative_to(root / "palpa")) for file in (root / "palpa").rglob("*.h")}
+    sources.update(file.name for file in (root / "tools").iterdir())
+    for file in [*(root / "palpa").rglob("*.h"), *(root / "python/palpa").glob("*.py"), *(root / "app").glob("*.cpp")]:
+        sources.update(re.findall(r"[A-Za-z_][\w-]*", file.read_text()))
+    changes = "docs/changes.md"
+    yield from ((changes, line, f"has the new name {name}, which is not in the sources")
+                for line, name in unknown_names((root / changes).read_text(), sources))
     packages = re.findall(r"^[a-z].*$", (root / "packages.txt").read_text(), re.M)
     reasons = (root / "docs/dependencies.md").read_text()
     yield from (("docs/dependencies.md", 1, f"gives no reason for {each}") for each in packages if f"`{each}`" not in reasons)

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from check_pages import anchors_of, broken_links, missing_tests, too_long
+from check_pages import anchors_of, broken_links, missing_tests, too_long, unknown_names
 from check_sources import arrows_of, code_of, functions_of, types_of, unitless_numbers, wrong_includes
 from exceptions import words
 
@@ -166,6 +166,12 @@ class Pages(unittest.TestCase):
         words, links = "word " * 101, "[a](b) " * 11
         for text, count in ((f"| {words}| b |", 1), (f"| a | {links}|", 1), (words + links, 0), (3 * words, 1), (f"```\n{3 * words}\n```", 0)):
             self.assertEqual(len(list(too_long(text))), count, text)
+
+    def test_new_names_that_are_not_there(self):
+        sources = {"solver/law.h", "law", "Law", "set_law", "hand-place"}
+        text = ("| `core/old.h`, `gone` | `<palpa/solver/law.h>`, `set_law(Law)` and words |\n|---|---|\n"
+                "| `--fit` | `--hand-place`, `core/law.h` | `x.h` |\n| `a` | `Low` |\n")
+        self.assertEqual([*unknown_names(text, sources)], [(3, "core/law.h"), (4, "Low")])
 
 
 if __name__ == "__main__":

@@ -92,3 +92,24 @@ def test_a_device_that_is_not_there_is_told():
     assert "\n" not in str(told.value)
     with pytest.raises(palpa.LoadError, match="hand"):
         palpa.live(head_scene())
+
+
+def test_names_of_0_1_are_read_with_a_line_that_has_the_new_name():
+    for old, new in (("Here", "ModeContext"), ("Out", "PrimitiveSink"), ("ModeTick", "ModeForce"), ("Pointer", "MouseHand")):
+        with pytest.warns(palpa.PalpaWarning, match=f"^palpa.{old} is called {new} now$"):
+            assert getattr(palpa, old) is getattr(palpa, new)
+        assert old not in palpa.__all__
+    field = head_scene().field("head")
+    with pytest.warns(palpa.PalpaWarning, match="^Field.extents is called value_ranges now$"):
+        assert field.extents == field.value_ranges
+    with palpa.live(head_scene(), hand="sim:stroke", duration_s=0.2) as live:
+        with pytest.warns(palpa.PalpaWarning, match="^Live.look is called latest now$"):
+            assert live.look().keys() == live.latest().keys()
+        with pytest.warns(palpa.PalpaWarning, match="^Live.account is called statistics now$"):
+            assert live.account().keys() == live.statistics().keys()
+        with pytest.raises(AttributeError, match="^Live: no attribute 'latests'; did you mean 'latest'\\?$"):
+            live.latests()
+    with pytest.raises(AttributeError, match="^Field: no attribute 'spacing'; did you mean 'spacing_m'\\?$"):
+        field.spacing
+    with pytest.raises(AttributeError, match="^module 'palpa' has no attribute 'Poynter'$"):
+        palpa.Poynter
