@@ -3,7 +3,6 @@
 #include <vtkActor.h>
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>
-#include <vtkDecimatePro.h>
 #include <vtkMapper.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -57,17 +56,9 @@ vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
   vtkNew<vtkPolyData> bare;  // normals and colours are taken from the fine surface later
   bare->SetPoints(surface->GetPoints());
   bare->SetPolys(surface->GetPolys());
-  // Flat parts first: topological decimation takes a third of the time for a triangle, and leaves a multiple of the target.
-  constexpr double left = 2.0;  // [1] More: slower; less: quadric decimation has no choice, and small shapes lose detail
-  const auto all = static_cast<double>(bare->GetNumberOfPolys());
-  vtkNew<vtkDecimatePro> flat;
-  flat->SetInputData(bare);
-  flat->PreserveTopologyOn();
-  flat->SetTargetReduction(std::max(0.0, 1.0 - left * share));
-  flat->Update();
   vtkNew<vtkQuadricDecimation> decimation;
-  decimation->SetInputData(flat->GetOutput());
-  decimation->SetTargetReduction(1.0 - share * all / static_cast<double>(flat->GetOutput()->GetNumberOfPolys()));
+  decimation->SetInputData(bare);
+  decimation->SetTargetReduction(1.0 - share);
   decimation->Update();
   return decimation->GetOutput();
 }
