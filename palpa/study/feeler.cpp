@@ -40,6 +40,7 @@ std::vector<double> filled(const Ways& ways, const std::function<double(const Wa
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> heights;
   for (const Way& way : ways.way) heights.push_back(way.onset_m ? value(way) : none);
+  if (std::ranges::all_of(heights, [](double height) { return std::isnan(height); })) return std::vector(heights.size(), 0.0);
   const auto at = [&](int i, int j) {
     if (ways.turns) i = (i + ways.columns) % ways.columns;
     if (i < 0 || j < 0 || i >= ways.columns || j >= ways.rows) return none;

@@ -38,7 +38,8 @@ Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : 
             sessions[worker]->feel(ReachLattice::way_begin_m(i, j), {0, 0, -1}, along * cell_z_m, Feeler::Until::end, note);
       },
       progress);
-  for (const Way& way : lattice->ways.way) felt_ways_ += way.onset_m.has_value();
+  // A level may begin without any force, from the side that it lets in.
+  is_empty_ = std::ranges::none_of(lattice->cells, [](const ReachLattice::Cell& cell) { return cell.modes != 0; });
   lattice->set_worth();
   lattice_ = std::move(lattice);
 }

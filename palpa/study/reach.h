@@ -40,8 +40,8 @@ class Reach {
   /// Throws SceneError on a scene that cannot be felt.
   explicit Reach(const Scene& scene, const std::function<void(double)>& progress = {});
 
-  /// No contact on any path.
-  bool is_empty() const noexcept { return felt_ways_ == 0; }
+  /// No mode exerts a force that counts as contact on any path.
+  bool is_empty() const noexcept { return is_empty_; }
   const Scene& scene() const noexcept { return scene_; }
   /// Encounter of a simulated hand: a place near the centre, with most contact around it, of most modes, and the most even
   /// front. The hand begins 20 mm before it. Its depth is half of the bearable depth: from the first level (or the first
@@ -64,7 +64,7 @@ class Reach {
  private:
   Scene scene_;
   std::shared_ptr<const detail::ReachLattice> lattice_;
-  int felt_ways_ = 0;
+  bool is_empty_ = true;
 };
 
 /// "34 mm away: 12 mm to the right, 31 mm up".

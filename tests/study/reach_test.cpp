@@ -97,6 +97,15 @@ TEST(Reach, EveryMotionBegins20MillimetresBeforeItAndFeelsIt) {
   }
 }
 
+// A shell that lets a hand in without force, as a vortex plane does from one side: met by the paths, felt by none.
+TEST(Reach, ALevelWithoutForceFromTheUserIsNoContact) {
+  Scene scene = ball({}, 1.0);
+  scene.edit<SurfaceAndFriction>("shell", [](SurfaceAndFriction& shell) { shell.levels.front().strength_n = Strength{1e-9}; });
+  const Reach reach(scene);
+  EXPECT_TRUE(reach.is_empty());
+  EXPECT_THAT(explain_little_contact(reach, std::vector<Vec3>{{0.0, 0.0, 0.1}}, ""), Not(HasSubstr("never known")));
+}
+
 TEST(Reach, AWayThatIsMovedWithItsSceneIsTheSame) {
   const SimulatedMotion motion = simulated_motion("sim:circle");
   const Vec3 moved_m{0.01, -0.02, 0.0};  // whole cells of the lattice
