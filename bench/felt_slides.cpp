@@ -95,9 +95,8 @@ std::string format_steps(const Slides& slides) {
   return unexplained + (told.empty() ? "" : "; with an event: " + told);
 }
 
-/// [s] Time in contact, long enough for a window of the spectrum.
-double measured_s(const std::vector<std::vector<Vec3>>& commands_n) {
-  constexpr double window_s = 0.256;
+/// [s] Time in contact, in segments that are long enough for a window of the spectrum.
+double measured_s(const std::vector<std::vector<Vec3>>& commands_n, double window_s) {
   double sum_s = 0.0;
   for (const std::vector<Vec3>& segment : commands_n) {
     const double long_s = static_cast<double>(segment.size()) / rate_hz;
@@ -146,7 +145,7 @@ std::vector<Figure> slides(const FeltScene& felt) {
   const char* const nothing = "no contact is long enough";
   return {{.name = "slide at 5 cm/s, 100-500 Hz",
            .measured = measured ? text("%.2f mN, worst slide %.2f, in %.1f s of contact", 1e3 * rough_n, 1e3 * all.worst_n,
-                                       measured_s(all.commands_n))
+                                       measured_s(all.commands_n, 1.0 / spectrum.step_hz))
                                 : nothing,
            .asked = "<= 0.5 mN",
            .met = rough_n <= 0.5e-3,

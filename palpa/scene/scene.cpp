@@ -82,7 +82,8 @@ void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabl
   if (find_mode(name)) refuse(detail::name_is_taken("mode", name));
   if (modes_.size() >= limit::modes.count()) refuse(more_than(limit::modes));
   SceneMode added{std::move(name), std::move(mode), enabled, std::move(masks)};
-  for (const Finding& finding : detail::mode_findings(*this, added, modes_.size())) throw detail::SceneProblem(finding);
+  const std::vector<Finding> found = detail::mode_findings(*this, added, modes_.size());
+  if (!found.empty()) throw detail::SceneProblem(found.front());
   modes_.push_back(std::move(added));
 }
 

@@ -40,14 +40,13 @@ std::vector<double> filled(const Ways& ways, const std::function<double(const Wa
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> heights;
   for (const Way& way : ways.way) heights.push_back(way.onset_m ? value(way) : none);
-  if (std::ranges::all_of(heights, [](double height) { return std::isnan(height); })) return std::vector(heights.size(), 0.0);
   const auto at = [&](int i, int j) {
     if (ways.turns) i = (i + ways.columns) % ways.columns;
     if (i < 0 || j < 0 || i >= ways.columns || j >= ways.rows) return none;
     return heights[static_cast<std::size_t>(j * ways.columns + i)];
   };
-  for (bool gaps = true; gaps;) {
-    gaps = false;
+  for (bool filled_any = true; filled_any;) {
+    filled_any = false;
     std::vector<double> next = heights;
     for (int j = 0; j < ways.rows; ++j)
       for (int i = 0; i < ways.columns; ++i) {
@@ -58,8 +57,7 @@ std::vector<double> filled(const Ways& ways, const std::function<double(const Wa
         for (const double beside : {at(i - 1, j), at(i + 1, j), at(i, j - 1), at(i, j + 1)}) {
           if (!std::isnan(beside)) sum += beside, ++count;
         }
-        if (count > 0) here = sum / count;
-        gaps = true;
+        if (count > 0) here = sum / count, filled_any = true;
       }
     heights = std::move(next);
   }

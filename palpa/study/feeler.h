@@ -119,8 +119,8 @@ double share_of_disc(const Ways& ways, int column, int row, double radius);
 /// Mean slope [1] of the front in a disc about a path with contact. \param radius  [nodes]
 /// \param spacing_m  [m] between nodes
 double slope_of_disc(const Ways& ways, int column, int row, double radius, double spacing_m);
-/// `value(way)` of each path; for paths without contact the mean of their neighbours, from the nearest outwards; 0 without
-/// any contact.
+/// `value(way)` of each path; for paths without contact the mean of their neighbours, from the nearest outwards; NaN
+/// without any contact.
 std::vector<double> filled(const Ways& ways, const std::function<double(const Way&)>& value);
 
 }  // namespace palpa::detail
