@@ -126,6 +126,7 @@ class Link::Exchange final : public ConnectionUser {
   void wait_for_writes();
   void look_again();
   void look_at_deadlines();
+  void look_at_age(Clock::time_point now);
   void begin();
   void lose(const char* why);
 
@@ -275,13 +276,18 @@ void Link::Exchange::look_at_deadlines() {
     return;
   }
   if (is_awaiting_ && now - sent_at_ > give_up_after) return lose(silent);
-  if (is_awaiting_ && now - sent_at_ > answer_deadline) {
-    const bool is_news = answers_in_time_ > 0 || fault_of_link_ != silent;
-    answers_in_time_ = 0;
-    fault_of_link_ = silent;
-    if (is_news) publish();
-  }
+  look_at_age(now);
   send_what_is_due();
+}
+
+// Also before each send and each answer: after a pause of this thread their handlers may run before the timer's.
+void Link::Exchange::look_at_age(Clock::time_point now) {
+  const bool is_late = is_awaiting_ && now - sent_at_ > answer_deadline;
+  if (!is_late && !(view_.arm && now - answered_at_ > state_lifetime)) return;
+  const bool is_news = answers_in_time_ > 0 || fault_of_link_ != silent;
+  answers_in_time_ = 0;
+  fault_of_link_ = silent;
+  if (is_news) publish();
 }
 
 void Link::Exchange::begin() {
@@ -330,15 +336,15 @@ void Link::Exchange::on_message(std::string_view text) {
 
 void Link::Exchange::take(std::string_view text) {
   if (!is_awaiting_) return refuse(unasked);
-  is_awaiting_ = false;
   const Clock::time_point now = Clock::now();
+  look_at_age(now);
+  is_awaiting_ = false;
   const bool had_arm = view_.arm.has_value();
   if (!read_message(text, options_.device_id, view_)) return refuse(nonsense);
   refused_ = 0;
   note_grips();
   if (sent_n_ == Vec3{}) rest_.give_none(sent_number_);
   answers_in_time_ = now - sent_at_ > answer_deadline ? 0 : std::min(answers_in_time_ + 1, answers_to_trust);
-  if (answers_in_time_ == 0) fault_of_link_ = silent;
   // Check a returned or newly powered device from the start.
   if (!view_.arm || !had_arm || !view_.arm->has_power)
     missing_force_ = {};
@@ -385,9 +391,11 @@ void Link::Exchange::send_what_is_due() {
     return connection_->say_goodbye();
   }
   const std::string profile = is_named_ ? std::string{} : options_.profile;
+  const Clock::time_point now = Clock::now();
+  look_at_age(now);
   sent_n_ = force_to_send_n();
   sent_number_ = written_.number;
-  sent_at_ = Clock::now();
+  sent_at_ = now;
   is_named_ = is_awaiting_ = true;
   if (end_ == End::wanted) end_ = End::at_rest;
   connection_->send(view_.arm ? force_message(options_.device_id, sent_n_, word_, profile) : snapshot_request(profile));
