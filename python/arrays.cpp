@@ -206,19 +206,23 @@ py::object voxels_of(const FieldPtr& field) {
   return array.attr("__mul__")(py::float_(grid->scale)).attr("__add__")(py::float_(grid->offset));
 }
 
-py::object affine_of(const Field& field) {
-  const GridView* const grid = grid_behind(field);
-  if (!grid || grid->geometry.is_rectilinear()) return py::none();
+py::array_t<double> matrix_of(const Mat3& linear, const Vec3& origin_m) {
   py::array_t<double> matrix({4, 4});
   auto at = matrix.mutable_unchecked<2>();
   for (int r = 0; r < 3; ++r) {
-    const Vec3& row = grid->geometry.index_to_world_m.row[r];
+    const Vec3& row = linear.row[r];
     at(r, 0) = row.x, at(r, 1) = row.y, at(r, 2) = row.z;
   }
-  const Vec3& origin_m = grid->geometry.origin_m;
   at(0, 3) = origin_m.x, at(1, 3) = origin_m.y, at(2, 3) = origin_m.z;
   at(3, 0) = at(3, 1) = at(3, 2) = 0.0, at(3, 3) = 1.0;
   return matrix;
+}
+py::array_t<double> matrix_of(const Similarity& map) { return matrix_of(map.scale * map.rotation, map.translation_m); }
+
+py::object affine_of(const Field& field) {
+  const GridView* const grid = grid_behind(field);
+  if (!grid || grid->geometry.is_rectilinear()) return py::none();
+  return matrix_of(grid->geometry.index_to_world_m, grid->geometry.origin_m);
 }
 
 namespace {

@@ -37,6 +37,9 @@ Volume array_volume(const pybind11::object& array, const PlacedArray& placed, co
 /// Voxels of a field on a grid, indexed [z, y, x] or [z, y, x, component], read-only, without a copy unless scaled; None for
 /// other fields.
 pybind11::object voxels_of(const FieldPtr& field);
+/// Matrix of an affine map, shape (4, 4).
+pybind11::array_t<double> matrix_of(const Mat3& linear, const Vec3& origin_m);
+pybind11::array_t<double> matrix_of(const Similarity& map);
 /// Matrix from indices of those voxels (x, y, z) to world positions, shape (4, 4); None if there is none.
 pybind11::object affine_of(const Field& field);
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -21,6 +22,7 @@
 #include "palpa/study/live_run.h"
 #include "parameters.h"
 #include "run_options.h"
+#include "session.h"
 #include "study.h"
 
 namespace palpa::python {
@@ -200,22 +202,6 @@ py::dict view_of(const LiveView& view) {
   return seen;
 }
 
-py::list primitives_of(const Seen& seen) {
-  py::list all;
-  for (std::size_t n = 0; n < seen.count; ++n) {
-    const PlacedPrimitive& placed = seen.primitives[n];
-    py::dict one;
-    one["kind"] = name_of(placed.primitive.kind);
-    one["mode"] = placed.primitive.id.mode;
-    one["position_m"] = array_of(placed.primitive.position_m);
-    one["direction"] = array_of(placed.primitive.direction);
-    one["strength_n"] = placed.primitive.strength_n;
-    one["force_n"] = array_of(placed.force_n);
-    all.append(one);
-  }
-  return all;
-}
-
 py::dict times_of(const LoopStatistics::Times& times) {
   py::dict all;
   all["mean_us"] = times.mean_us;
@@ -279,7 +265,11 @@ void bind_live(py::module_& module) {
              run.scene().set(scene);
            })
       .def("latest", [](Live& live) { return view_of(live.latest()); })
-      .def("primitives", [](Live& live) { return primitives_of(live.seen()); })
+      .def("primitives",
+           [](Live& live) {
+             const Seen seen = live.seen();
+             return primitives_of(std::span(seen.primitives).first(seen.count));
+           })
       .def("statistics", [](Live& live) { return statistics_of(live.run().loop().statistics()); })
       .def("has_ended", [](Live& live) { return live.run().has_ended(); })
       .def("panic", [](Live& live) { live.run().loop().panic(); })

@@ -301,19 +301,7 @@ void bind_scene(py::module_& module) {
       .def(
           "to_toml", [](const Scene& scene) { return to_toml(scene); }, "The scene as TOML, as `load_scene` reads it.")
       .def(
-          "hand_to_world",
-          [](const Scene& scene) {
-            const Similarity map = scene.hand_to_world();
-            py::array_t<double> matrix({4, 4});
-            auto at = matrix.mutable_unchecked<2>();
-            for (int r = 0; r < 3; ++r) {
-              const Vec3& row = map.rotation.row[r];
-              at(r, 0) = map.scale * row.x, at(r, 1) = map.scale * row.y, at(r, 2) = map.scale * row.z;
-            }
-            at(0, 3) = map.translation_m.x, at(1, 3) = map.translation_m.y, at(2, 3) = map.translation_m.z;
-            at(3, 0) = at(3, 1) = at(3, 2) = 0.0, at(3, 3) = 1.0;
-            return matrix;
-          },
+          "hand_to_world", [](const Scene& scene) { return matrix_of(scene.hand_to_world()); },
           "The map from the hand frame to the world [m], shape (4, 4).")
       .def(
           "__eq__", [](const Scene& a, const Scene& b) { return a == b; }, py::is_operator());

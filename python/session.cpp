@@ -6,7 +6,14 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <optional>
 #include <span>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "arrays.h"
@@ -134,49 +141,221 @@ py::object value_of(const SessionEvent& event) {
   return event.text ? py::object(py::str(event.text)) : py::float_(event.value);
 }
 
-/// (rows, forces of the modes (n, modes, 3), names of the modes, events (tick, kind, subject, value) each).
-py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::object& dt_s) {
-  constexpr auto interval = std::chrono::milliseconds(50);  // Longer: Ctrl-C takes effect later; shorter: more work
-  constexpr py::ssize_t at_least = 64;                      // [1] ticks between checks of the clock
-  FeltSession::Use use(felt);
-  const Numbers positions = rows_of(positions_m, "positions_m", 3);
-  const py::ssize_t count = positions.shape(0);
-  const Numbers steps = steps_of(dt_s, count);
-  Session& session = use.session();
-  const std::size_t modes = session.modes().size();
+/// A path of the hand, and the ticks along it. Made and read with the interpreter's lock, run without it.
+class TickPath {
+ public:
+  TickPath(const py::object& positions_m, const py::object& dt_s, std::size_t modes, const std::string& name)
+      : positions_(rows_of(positions_m, name, 3)),
+        count_(positions_.shape(0)),
+        steps_(steps_of(dt_s, count_)),
+        rows_(count_),
+        forces_({count_, static_cast<py::ssize_t>(modes), py::ssize_t{3}}),
+        position_(positions_.data()),
+        step_s_(steps_.data()),
+        row_(rows_.mutable_data()),
+        force_(forces_.mutable_data()) {}
 
-  py::array_t<TickRow> rows(count);
-  py::array_t<double> forces({count, static_cast<py::ssize_t>(modes), py::ssize_t{3}});
-  const double* const from = positions.data();
-  const double* const step = steps.data();
-  TickRow* const to = rows.mutable_data();
-  double* force = forces.mutable_data();
-  std::vector<ToldEvent> events;
-  double t_s = 0.0;
+  /// Calls `goes_on(n)` after each tick; ends where it returns false.
+  template <class GoesOn>
+  void run(Session& session, const GoesOn& goes_on) {
+    double t_s = 0.0;
+    for (py::ssize_t n = 0; n < count_; ++n) {
+      const double* const p = position_ + 3 * n;
+      row_[n] = row_of(session.tick({.position_m = {p[0], p[1], p[2]}}, step_s_[n]), t_s);
+      t_s += step_s_[n];
+      for (const ModeForce& mode : session.modes()) force_ = put(force_, mode.force_n);
+      for (const SessionEvent& event : session.events()) events_.push_back({n, event});
+      if (!goes_on(n)) return;
+    }
+  }
+  /// (rows, forces of the modes (n, modes, 3), names of the modes, events (tick, kind, subject, value) each).
+  py::tuple results(const Session& session) const {
+    py::list names, events;
+    for (const SceneMode& mode : session.scene().modes()) names.append(mode.name);
+    for (const auto& [n, event] : events_)
+      events.append(py::make_tuple(n, name_of(event.kind), subject_of(session, event), value_of(event)));
+    return py::make_tuple(rows_, forces_, names, events);
+  }
+
+ private:
+  Numbers positions_;
+  py::ssize_t count_;
+  Numbers steps_;
+  py::array_t<TickRow> rows_;
+  py::array_t<double> forces_;
+  std::vector<ToldEvent> events_;
+  const double* position_;
+  const double* step_s_;
+  TickRow* row_;
+  double* force_;
+};
+
+// Longer: Ctrl-C takes effect later; shorter: more work.
+constexpr auto signal_interval = std::chrono::milliseconds(50);
+
+/// With the interpreter's lock released: raises KeyboardInterrupt after Ctrl-C.
+void check_signals() {
+  const py::gil_scoped_acquire acquire;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::object& dt_s) {
+  constexpr py::ssize_t at_least = 64;  // [1] ticks between checks of the clock
+  FeltSession::Use use(felt);
+  TickPath path(positions_m, dt_s, use.session().modes().size(), "positions_m");
   ModeFailure failure;
   {
     const py::gil_scoped_release release;
     const ModeFailure::Watch watch(failure);
-    auto look = std::chrono::steady_clock::now() + interval;
-    for (py::ssize_t n = 0; n < count && !failure.failed(); ++n) {
-      const double* const p = from + 3 * n;
-      to[n] = row_of(session.tick({.position_m = {p[0], p[1], p[2]}}, step[n]), t_s);
-      t_s += step[n];
-      for (const ModeForce& mode : session.modes()) force = put(force, mode.force_n);
-      for (const SessionEvent& event : session.events()) events.push_back({n, event});
-      if (n % at_least != at_least - 1 || std::chrono::steady_clock::now() < look) continue;
-      const py::gil_scoped_acquire acquire;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      look = std::chrono::steady_clock::now() + interval;
-    }
+    auto look = std::chrono::steady_clock::now() + signal_interval;
+    path.run(use.session(), [&](py::ssize_t n) {
+      if (failure.failed()) return false;
+      if (n % at_least != at_least - 1 || std::chrono::steady_clock::now() < look) return true;
+      check_signals();
+      look = std::chrono::steady_clock::now() + signal_interval;
+      return true;
+    });
   }
   failure.raise();
   felt.tell();
-  py::list names, event_rows;
-  for (std::size_t m = 0; m < modes; ++m) names.append(session.scene().modes()[m].name);
-  for (const auto& [n, event] : events)
-    event_rows.append(py::make_tuple(n, name_of(event.kind), subject_of(session, event), value_of(event)));
-  return py::make_tuple(std::move(rows), std::move(forces), names, event_rows);
+  return path.results(use.session());
+}
+
+/// Runs of one session for each path, on several threads.
+class Rollout {
+ public:
+  struct Run {
+    Scene scene;
+    TickPath path;
+    std::optional<Session> session{};
+    ModeFailure failure{};
+    std::exception_ptr error{};
+  };
+
+  Rollout(std::deque<Run>& runs, Session* start) : runs_(runs), start_(start) {}
+
+  /// Without the interpreter's lock.
+  void run(int threads) {
+    std::vector<std::jthread> workers;
+    try {
+      for (int n = 0; n < threads; ++n) workers.emplace_back([this] { work(); });
+      std::unique_lock lock(mutex_);
+      while (!ended_.wait_for(lock, signal_interval, [&] { return done_ == runs_.size(); })) {
+        lock.unlock();
+        check_signals();
+        lock.lock();
+      }
+    } catch (...) {
+      stops_ = true;
+      throw;
+    }
+  }
+
+ private:
+  void work() noexcept {
+    for (std::size_t n = next_++; n < runs_.size(); n = next_++) {
+      Run& run = runs_[n];
+      try {
+        const ModeFailure::Watch watch(run.failure);
+        run.session.emplace(run.scene);
+        if (start_) run.session->copy_state_from(*start_);
+        run.path.run(*run.session, [&](py::ssize_t) { return !stops_ && !run.failure.failed(); });
+      } catch (...) {
+        run.error = std::current_exception();
+      }
+      const std::lock_guard lock(mutex_);
+      if (++done_ == runs_.size()) ended_.notify_one();
+    }
+  }
+
+  std::deque<Run>& runs_;
+  Session* const start_;
+  std::atomic<std::size_t> next_{0};
+  std::atomic<bool> stops_{false};
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  std::size_t done_ = 0;
+};
+
+void check_equal_scenes(const Scene& scene, const Scene& of_start, const char* what) {
+  if (to_toml(scene) != to_toml(of_start))
+    throw py::value_error(std::string(what) +
+                          ": the scenes differ; a state fits the scene that it was made in, and 'resume_in_changed_scene' "
+                          "continues in another one");
+}
+
+py::list rollout(const std::vector<std::shared_ptr<Scene>>& scenes, const py::list& paths_m, const py::object& dt_s,
+                 int threads, FeltSession* start) {
+  std::optional<FeltSession::Use> use;
+  if (start) use.emplace(*start);
+  std::deque<Rollout::Run> runs;
+  for (std::size_t n = 0; n < paths_m.size(); ++n) {
+    const Scene& scene = *scenes[scenes.size() == 1 ? 0 : n];
+    if (use) check_equal_scenes(scene, use->session().scene(), "rollout");
+    const std::string name = "paths_m[" + std::to_string(n) + "]";
+    runs.emplace_back(scene, TickPath(py::reinterpret_borrow<py::object>(paths_m[n]), dt_s, scene.modes().size(), name));
+  }
+  {
+    const py::gil_scoped_release release;
+    Rollout(runs, use ? &use->session() : nullptr).run(std::min(threads, static_cast<int>(runs.size())));
+  }
+  py::list results;
+  for (Rollout::Run& run : runs) {
+    if (run.error) std::rethrow_exception(run.error);
+    run.failure.raise();
+    warn_of_modes(run.session->scene());
+    results.append(run.path.results(*run.session));
+  }
+  return results;
+}
+
+void copy_state(FeltSession& into, FeltSession& other) {
+  if (&into == &other) return;
+  FeltSession::Use use(into), use_other(other);
+  check_equal_scenes(use.session().scene(), use_other.session().scene(), "Session.copy_state_from");
+  use.session().copy_state_from(use_other.session());
+}
+
+void resume(FeltSession& into, FeltSession& other) {
+  if (&into == &other) return;
+  FeltSession::Use use(into), use_other(other);
+  use.session().resume_in_changed_scene(use_other.session());
+}
+
+void refine_path(FeltSession& felt, int times) {
+  constexpr int most = 16;
+  if (times < 1 || times > most)
+    throw py::value_error("Session.refine_path: 'times' is " + std::to_string(times) + "; it lies between 1 and 16");
+  FeltSession::Use(felt).session().refine_path(times);
+}
+
+void set_force_limit(FeltSession& felt, double most_n) {
+  if (!(most_n > 0.0))
+    throw py::value_error("Session.set_force_limit: 'most_n' is " + detail::toml_number(most_n) +
+                          "; it is a force in newtons above 0, inf without a limit");
+  FeltSession::Use(felt).session().set_force_limit(most_n);
+}
+
+py::list sub_steps_of(FeltSession& felt) {
+  FeltSession::Use use(felt);
+  py::list all;
+  for (const SubStep& step : use.session().sub_steps()) {
+    py::dict one;
+    one["time_step_s"] = step.time_step_s;
+    one["start_m"] = array_of(step.start_m);
+    one["probe_m"] = array_of(step.probe_m);
+    one["stiffness_n_per_m"] = step.stiffness_n_per_m;
+    one["balance_m"] = array_of(step.balance.position_m);
+    one["proxy_m"] = array_of(step.proxy_m);
+    one["directed_n"] = array_of(step.directed_n);
+    one["error_bound_m"] = step.balance.error_bound_m;
+    one["stage"] = step.balance.stage;
+    one["iterations"] = step.balance.iterations;
+    one["stop"] = name_of(step.stop);
+    one["primitives"] = py::make_tuple(step.first_primitive, step.first_primitive + step.primitives);
+    all.append(one);
+  }
+  return all;
 }
 
 py::dict modes_of(FeltSession& felt) {
@@ -258,6 +437,26 @@ void bind_ticks(py::module_& module) {
 
 }  // namespace
 
+py::list primitives_of(std::span<const PlacedPrimitive> placed) {
+  py::list all;
+  for (const PlacedPrimitive& each : placed) {
+    const Primitive& primitive = each.primitive;
+    py::dict one;
+    one["kind"] = name_of(primitive.kind);
+    one["mode"] = primitive.id.mode;
+    one["slot"] = primitive.id.slot;
+    one["position_m"] = array_of(primitive.position_m);
+    one["direction"] = array_of(primitive.direction);
+    one["strength_n"] = primitive.strength_n;
+    one["drag_ns_per_m"] = primitive.drag_ns_per_m;
+    one["stiffness_n_per_m"] = primitive.stiffness_n_per_m;
+    one["force_n"] = array_of(each.force_n);
+    one["state"] = name_of(each.state);
+    all.append(one);
+  }
+  return all;
+}
+
 void bind_session(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(TickRow, t_s, probe_m, proxy_m, proxy_velocity_m_per_s, force_n, error_bound_m, sub_steps, iterations,
                        status, dropped, stored_j, elastic_j, dissipated_j, injected_j, path_j, damper_j, moved_j, let_go_j,
@@ -286,6 +485,27 @@ void bind_session(py::module_& module) {
       .def(
           "reset", [](FeltSession& felt) { FeltSession::Use(felt).session().reset(); },
           "Puts the proxy on the next probe position and forgets all memories: after a gap.")
+      .def("copy_state_from", &copy_state, py::arg("other"),
+           "Takes over the state of a session of an equal scene: proxy, memories, time, force limit. Both go on alike.\n\n"
+           "Raises ValueError if the scenes differ.")
+      .def("resume_in_changed_scene", &resume, py::arg("other"),
+           "Continues from a session of another scene: with its whole state if both scenes' modes use equal levels of equal\n"
+           "data, as after a change of strengths or coupling; else with its proxy and time, and fresh memories.")
+      .def("refine_path", &refine_path, py::arg("times"), "Divides sub-steps by `times`, 1 to 16: for studies of convergence.")
+      .def("set_force_limit", &set_force_limit, py::arg("most_n"),
+           "Sets the force limit of guard and device [N], infinity by default: a stronger level cannot be broken through.")
+      .def(
+          "primitives", [](FeltSession& felt) { return primitives_of(FeltSession::Use(felt).session().primitives()); },
+          "Primitives of the last tick, sub-step by sub-step: a dict each. kind; mode (its number in the scene) and slot;\n"
+          "position_m, direction, strength_n, drag_ns_per_m, stiffness_n_per_m (inf: rigid); force_n on the proxy; state.")
+      .def("sub_steps", &sub_steps_of,
+           "Sub-steps of the last tick: a dict each. time_step_s; start_m, probe_m, balance_m, proxy_m; stiffness_n_per_m of "
+           "the\n"
+           "coupling; directed_n; error_bound_m, stage, iterations of the balance; stop, why the move ended; primitives "
+           "(first, end) in primitives().")
+      .def(
+          "hand_to_world", [](FeltSession& felt) { return matrix_of(FeltSession::Use(felt).session().hand_to_world()); },
+          "The map from the hand frame to the world [m], shape (4, 4).")
       .def("_modes", &modes_of)
       .def("events", &events_of, "What happened in the last tick: (kind, subject, value) each.")
       .def("__repr__",
@@ -296,6 +516,7 @@ void bind_session(py::module_& module) {
              return py::str("Session(modes={})").format(names);
            })
       .def("_scene", [](FeltSession& felt) { return FeltSession::Use(felt).session().scene(); });
+  module.def("rollout", &rollout, py::arg("scenes"), py::arg("paths_m"), py::arg("dt_s"), py::arg("threads"), py::arg("start"));
 }
 
 }  // namespace palpa::python

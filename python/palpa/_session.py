@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _palpa
 from ._parameters import Named
+from ._scene import Scene
 
 
 class Ticks(numpy.ndarray):
@@ -67,6 +69,28 @@ def ticks(self: _palpa.Session, positions_m: ArrayLike, dt_s: ArrayLike) -> Tick
     Returns palpa.Ticks, a structured array, with attributes `mode_force_n` and `events` of all ticks.
     """
     return Ticks._of(*self._ticks(positions_m, dt_s))
+
+
+def rollout(scene: Scene | Sequence[Scene], paths_m: ArrayLike | Sequence[ArrayLike], dt_s: ArrayLike, *,
+            threads: int | None = None, start: _palpa.Session | None = None) -> list[Ticks]:
+    """Ticks of many paths of the hand, each in a session of its own, on several cores: a list of palpa.Ticks, one per path.
+
+    scene: one for all paths, or one per path. paths_m: positions [m] of shape (n, 3) each, or one array of shape (paths, n, 3).
+    dt_s: [s] as in Session.ticks. threads: None: one per core. start: a session of an equal scene, whose state every path
+    starts with; None: fresh sessions.
+    The ticks equal those of Session.ticks to the bit, for any number of threads. Modes in Python run on one core at a time.
+    """
+    scenes = [scene] if isinstance(scene, Scene) else list(scene)
+    paths_m = list(paths_m)
+    if not all(isinstance(each, Scene) for each in scenes):
+        raise TypeError("'scene' takes a palpa.Scene, or a list of them, one per path")
+    if len(scenes) != 1 and len(scenes) != len(paths_m):
+        raise ValueError(f"'scene' has {len(scenes)} scenes for {len(paths_m)} paths; give one for all, or one per path")
+    if threads is None:
+        threads = len(os.sched_getaffinity(0))
+    if not isinstance(threads, int) or isinstance(threads, bool) or not 1 <= threads <= 1024:
+        raise ValueError(f"'threads' is {threads!r}; it is a whole number from 1 to 1024")
+    return [Ticks._of(*each) for each in _palpa.rollout(scenes, paths_m, dt_s, threads, start)]
 
 
 def modes(self: _palpa.Session) -> Mapping[str, _palpa.ModeForce]:

@@ -51,9 +51,13 @@ class Arm:
                 self.force = device["commands"]["set_cursor_force"]["values"]
 
 
-async def version(path, _headers):
-    if path == "/version":
-        return http.HTTPStatus.OK, [("Content-Type", "application/json")], b'{"ok":true,"data":{"project_version":"3.4.2"}}'
+async def version(*asked):
+    """Answer to GET /version: of (path, headers) before version 14 of the library, of (connection, request) since."""
+    answer = '{"ok":true,"data":{"project_version":"3.4.2"}}'
+    if asked[0] == "/version":
+        return http.HTTPStatus.OK, [("Content-Type", "application/json")], answer.encode()
+    if getattr(asked[1], "path", None) == "/version":
+        return asked[0].respond(http.HTTPStatus.OK, answer)
     return None
 
 

@@ -247,3 +247,128 @@ def test_wrong_time_steps_are_told_by_every_call():
             assert "\n" not in str(told.value)
     with pytest.raises(TypeError, match="positions_m"):
         palpa.compare_laws(scene, path.astype(complex), 1e-3)
+
+
+# ---- state, many paths ----
+
+
+def wandering(n, seed):
+    phase = np.random.default_rng(seed).uniform(0, 6, 3)
+    t_s = np.arange(n) * 1e-3
+    return np.column_stack([0.005 * np.sin(2 * t_s + phase[0]), 0.02 + 0.005 * np.sin(3 * t_s + phase[1]),
+                            0.05 + 0.012 * np.cos(8 * t_s)])
+
+
+def assert_alike(rows, others):
+    assert rows.tobytes() == others.tobytes() and rows.events == others.events
+    assert all((rows.mode_force_n[name] == force_n).all() for name, force_n in others.mode_force_n.items())
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_a_rollout_equals_the_ticks_of_each_path(threads):
+    scene, paths = head_scene(), [wandering(n, n) for n in (900, 0, 700, 1, 1200)]
+    together = palpa.rollout(scene, paths, 1e-3, threads=threads)
+    assert len(together) == len(paths) and np.abs(together[0]["force_n"]).max() > 0.1
+    for path, rows in zip(paths, together):
+        assert_alike(rows, palpa.Session(scene).ticks(path, 1e-3))
+
+
+def test_a_rollout_has_a_scene_for_each_path():
+    soft, firm = head_scene(), head_scene()
+    firm.modes["skin"].mode.levels[0].strength_n = 3
+    path = wandering(800, 3)
+    rows = palpa.rollout([soft, firm], np.array([path, path]), 1e-3)
+    assert_alike(rows[1], palpa.Session(firm).ticks(path, 1e-3))
+    assert np.abs(rows[1]["force_n"]).max() > np.abs(rows[0]["force_n"]).max()
+    with pytest.raises(ValueError, match="2 scenes for 3 paths"):
+        palpa.rollout([soft, firm], [path] * 3, 1e-3)
+
+
+def test_a_rollout_begins_in_the_state_of_a_session():
+    path, session = wandering(1500, 4), palpa.Session(head_scene())
+    session.ticks(path[:1000], 1e-3)
+    rows = palpa.rollout(head_scene(), [path[1000:]] * 2, 1e-3, start=session)
+    assert_alike(rows[0], rows[1])
+    assert_alike(rows[0], session.ticks(path[1000:], 1e-3))
+
+
+def test_a_rollout_says_what_is_wrong():
+    for wrong, why in (([np.zeros((4, 2))], r"'paths_m\[0\]' takes an array"), ([np.zeros((4, 3)), 1], r"'paths_m\[1\]' takes")):
+        with pytest.raises(TypeError, match=why):
+            palpa.rollout(head_scene(), wrong, 1e-3)
+    with pytest.raises(ValueError, match="'threads' is 0"):
+        palpa.rollout(head_scene(), [np.zeros((4, 3))], 1e-3, threads=0)
+    with pytest.raises(TypeError, match="'scene' takes a palpa.Scene"):
+        palpa.rollout("head.toml", [np.zeros((4, 3))], 1e-3)
+    broken = head_scene()
+
+    class Broken(palpa.Mode):
+        def place(self, here, out):
+            raise ArithmeticError("of the mode")
+
+    broken.add("broken", Broken())
+    with pytest.raises(ArithmeticError, match="of the mode"):
+        palpa.rollout(broken, [wandering(50, 1)] * 3, 1e-3, threads=2)
+
+
+def test_an_interrupt_ends_a_rollout():
+    class Ended(Exception):
+        pass
+
+    def end(number, frame):
+        raise Ended
+
+    before = signal.signal(signal.SIGALRM, end)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        with pytest.raises(Ended):
+            palpa.rollout(head_scene(), [wandering(100000, 1)] * 1000, 1e-3)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_a_copied_state_goes_on_alike():
+    path, first, second = wandering(1500, 5), palpa.Session(head_scene()), palpa.Session(head_scene())
+    first.ticks(path[:1000], 1e-3)
+    second.copy_state_from(first)
+    assert_alike(second.ticks(path[1000:], 1e-3), first.ticks(path[1000:], 1e-3))
+    with pytest.raises(ValueError, match="the scenes differ"):
+        second.copy_state_from(palpa.Session(palpa.Scene()))
+    firm = head_scene()
+    firm.modes["skin"].mode.levels[0].strength_n = 3
+    third = palpa.Session(firm)
+    third.resume_in_changed_scene(first)
+    proxy_m = first.tick(path[-1], 1e-3).proxy_m
+    assert np.linalg.norm(third.tick(path[-1], 1e-3).proxy_m - proxy_m) < 1e-3, "the proxy began elsewhere"
+
+
+def test_primitives_of_a_tick_balance_the_spring():
+    session = palpa.Session(head_scene())
+    for depth_m in np.linspace(0, 0.0018, 40):
+        tick = session.tick((0, 0.02, 0.049 - depth_m), 1e-3)
+        last = session.sub_steps()[-1]
+        placed = session.primitives()[slice(*last["primitives"])]
+        spring_n = last["stiffness_n_per_m"] * (last["probe_m"] - last["balance_m"])
+        assert np.linalg.norm(spring_n + sum((each["force_n"] for each in placed), last["directed_n"])) < 1e-6
+        assert (last["proxy_m"] == tick.proxy_m).all()
+    assert {each["kind"] for each in placed} == {"plane", "line"} and {each["state"] for each in placed} <= {"stick", "slip"}
+    assert placed[0]["strength_n"] == pytest.approx(0.8) and np.linalg.norm(placed[0]["direction"]) == pytest.approx(1)
+
+
+def test_the_path_and_the_force_limit_of_a_session_can_be_set():
+    session = palpa.Session(head_scene())
+    session.refine_path(4)
+    assert session.ticks(wandering(600, 1), 1e-3)["sub_steps"].max() >= 4
+    session.set_force_limit(float("inf"))
+    session.set_force_limit(3.3)
+    for wrong in (0, 17):
+        with pytest.raises(ValueError, match="between 1 and 16"):
+            session.refine_path(wrong)
+    for wrong in (0.0, -1.0, float("nan")):
+        with pytest.raises(ValueError, match="'most_n' is"):
+            session.set_force_limit(wrong)
+
+
+def test_a_session_has_the_map_of_its_scene():
+    scene = head_scene()
+    assert (palpa.Session(scene).hand_to_world() == scene.hand_to_world()).all()

@@ -292,7 +292,7 @@ assert not any(folder.exists() for folder in folders)
 left = palpa.run({str(scene_file)!r}, "sim:circle", duration_s=0.1)
 print(left.folder)
 """
-    done = subprocess.run([sys.executable, "-W", "error::ResourceWarning", "-c", program], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-W", "error::ResourceWarning", "-W", "ignore:This process:DeprecationWarning", "-c", program], capture_output=True, text=True)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     assert not os.path.exists(done.stdout.strip()), "it goes with the process that made it"
 

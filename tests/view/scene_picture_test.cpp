@@ -130,18 +130,22 @@ TEST(ScenePictureDeathTest, WithoutOpenGlSaysWhatToInstallAndNothingElse) {
   const auto draw = [] {
     try {
       scene_picture(Scene(), helix(), {}, small());
+      std::fputs("[drawn]", stderr);
       std::exit(1);
     } catch (const LoadError& error) {
       std::fprintf(stderr, "[%s]", error.what());
       std::exit(2);
     }
   };
-  for (const auto* variable : {"__EGL_VENDOR_LIBRARY_DIRS", "LIBGL_DRIVERS_PATH"}) {
-    setenv(variable, "/nonexistent", 1);
-    EXPECT_EXIT(draw(), testing::ExitedWithCode(2), "^\\[pictures: no OpenGL [^\n]*; install libgl1-mesa-dri[^\n]*\\]$")
-        << variable;
-    unsetenv(variable);
-  }
+  const std::string refused = "pictures: no OpenGL [^\n]*; install libgl1-mesa-dri[^\n]*";
+  setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent", 1);
+  EXPECT_EXIT(draw(), testing::ExitedWithCode(2), "^\\[" + refused + "\\]$");
+  unsetenv("__EGL_VENDOR_LIBRARY_DIRS");
+  // Mesa 25 (Debian 13) holds its drivers in one library and draws nevertheless.
+  setenv("LIBGL_DRIVERS_PATH", "/nonexistent", 1);
+  EXPECT_EXIT(
+      draw(), [](int status) { return WIFEXITED(status) && WEXITSTATUS(status) != 0; }, "^\\[(" + refused + "|drawn)\\]$");
+  unsetenv("LIBGL_DRIVERS_PATH");
 }
 
 TEST(ScenePicture, ShowsAPathWhereItIs) {
