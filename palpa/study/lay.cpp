@@ -15,10 +15,11 @@ using namespace detail;
 
 namespace {
 
-// Limits of the search: duration of a recording, duration of a trial, number of places, and their least distance. More time or
-// places: slower; less: a good place may be missed. Closer places are effectively tried twice.
+// Limits of the search: duration of a trial, and of its first part, which a place that is often at the force limit does not
+// survive; number of places, and their least distance. Longer, or more places: slower; shorter, or fewer: a good place may be
+// missed, or the force limit reached later. Closer places are effectively tried twice.
 constexpr double longest_s = 120.0;
-constexpr double for_s = 30.0;
+constexpr double first_part_s = 20.0;
 // [1] Share of contact that needs no further places. More: slower, and motions are narrowed; less: better places are missed.
 constexpr double plenty = 0.4;
 // [1] Weight of a place where the hand begins behind a level, and may stay behind it. More: such places win; less: they lose to
@@ -158,7 +159,10 @@ RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& r
     std::vector<Summary> summaries(offsets_m.size());
     in_parallel(feeling_threads(), static_cast<int>(offsets_m.size()), [&](std::size_t, int n) {
       const auto at = static_cast<std::size_t>(n);
-      summaries[at] = tried(scene_, displaced(recording, offsets_m[at], scale), hold, for_s);
+      const std::shared_ptr<const Target> displaced_hand = displaced(recording, offsets_m[at], scale);
+      summaries[at] = tried(scene_, displaced_hand, hold, first_part_s);
+      if (recording->duration_s() > first_part_s && !is_often_limited(summaries[at]))
+        summaries[at] = tried(scene_, displaced_hand, hold, longest_s);
     });
     for (std::size_t n = 0; n < summaries.size(); ++n) {
       const double worth = worth_of(summaries[n]) - (begins_behind(offsets_m[n]) ? 1.0 - behind_a_level : 0.0);
@@ -179,12 +183,8 @@ RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& r
     if (!limits || is_good()) break;
     try_places(smaller * widest, stays_of(places_m, smaller * widest), {.front = 1, .beyond = beyond_cost});
   }
-  // A place that was good in a trial may reach the force limit later: the first that rarely does is used.
-  for (const Try& one : tried_out) {
-    if (recording->duration_s() <= for_s) break;
-    const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, one.laid.scale), hold, longest_s);
-    if (200 * all.guard_limited_ticks <= all.ticks) return one.laid;
-  }
+  const auto unlimited = std::find_if(tried_out.begin(), tried_out.end(), [](const Try& one) { return !one.limited; });
+  if (unlimited != tried_out.end()) return unlimited->laid;
   return tried_out.empty() ? RecordingPlacement{} : tried_out.front().laid;
 }
 

@@ -27,7 +27,7 @@ struct Nearest {
 struct RecordingPlacement {
   double scale = 1.0;          ///< [1] factor of all positions
   Vec3 offset_m;               ///< displacement after scaling
-  double contact_share = 0.0;  ///< [1] share of ticks in contact, in a trial over its first 30 s
+  double contact_share = 0.0;  ///< [1] share of ticks in contact, in a trial over its first 120 s
 };
 
 /// Contact within the hand's reach. A session samples the scene along straight paths from the user, at 0.1 m/s, from the first

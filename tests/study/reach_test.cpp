@@ -37,11 +37,11 @@ Scene ball(const Vec3& centre_m, double strength_n, double drag_ns_per_m = 0.0) 
   return scene;
 }
 
-Summary summary_of(const Scene& scene, std::unique_ptr<Target> target, Hold hold) {
+Summary summary_of(const Scene& scene, std::unique_ptr<Target> target, Hold hold, double duration_s = 8.0) {
   Session session(scene);
   SummaryBuilder builder(scene);
   const auto hand = hand_device(std::move(target), hold);
-  run_simulated(session, *hand, {.duration_s = 8.0, .time_ticks = false}, nullptr,
+  run_simulated(session, *hand, {.duration_s = duration_s, .time_ticks = false}, nullptr,
                 [&](const TickFrame& frame, const Session& felt) { builder.add(frame, felt); });
   return builder.finish(1.0);
 }
@@ -196,6 +196,25 @@ TEST(Reach, ARecordingBesideALevelThatHoldsStaysBelowTheLimit) {
     EXPECT_LE(felt.guard_limited_ticks, felt.ticks / 100) << strength_n << " N, " << laid.scale;
     EXPECT_GE(felt.contact_share, 0.2) << strength_n << " N, " << laid.scale;
   }
+}
+
+/// Motion that is small for 40 s and wide afterwards.
+class WideAtLast final : public Target {
+ public:
+  Point at(double time_s) const noexcept override {
+    const double wide = time_s < 40.0 ? 0.2 : 1.0;
+    return {0.015 * wide * Vec3{std::sin(2.0 * time_s), std::cos(3.0 * time_s), std::sin(1.3 * time_s)}};
+  }
+  double duration_s() const noexcept override { return 60.0; }
+};
+
+TEST(Reach, ARecordingThatWidensLateStaysBelowTheLimit) {
+  const Scene scene = ball({0.01, 0.0, 0.0}, 20.0);
+  const auto recording = std::make_shared<WideAtLast>();
+  const RecordingPlacement laid = Reach(scene).place_recording(recording, Hold::rigid);
+  const Summary felt = summary_of(scene, displaced(recording, laid.offset_m, laid.scale), Hold::rigid, 60.0);
+  EXPECT_LE(felt.guard_limited_ticks, felt.ticks / 100) << laid.scale;
+  EXPECT_GE(felt.contact_share, 0.2) << laid.scale;
 }
 
 TEST(Reach, TheNearestThingIsWhereItIs) {
