@@ -435,6 +435,31 @@ void bind_ticks(py::module_& module) {
       });
 }
 
+void bind_state(py::class_<FeltSession>& session) {
+  session
+      .def("copy_state_from", &copy_state, py::arg("other"),
+           "Takes over the state of a session of an equal scene: proxy, memories, time, force limit. Both go on alike.\n\n"
+           "Raises ValueError if the scenes differ.")
+      .def("resume_in_changed_scene", &resume, py::arg("other"),
+           "Continues from a session of another scene: with its whole state if both scenes' modes use equal levels of equal\n"
+           "data, as after a change of strengths or coupling; else with its proxy and time, and fresh memories.")
+      .def("refine_path", &refine_path, py::arg("times"), "Divides sub-steps by `times`, 1 to 16: for studies of convergence.")
+      .def("set_force_limit", &set_force_limit, py::arg("most_n"),
+           "Sets the force limit of guard and device [N], infinity by default: a stronger level cannot be broken through.")
+      .def(
+          "primitives", [](FeltSession& felt) { return primitives_of(FeltSession::Use(felt).session().primitives()); },
+          "Primitives of the last tick, sub-step by sub-step: a dict each. kind; mode (its number in the scene) and slot;\n"
+          "position_m, direction, strength_n, drag_ns_per_m, stiffness_n_per_m (inf: rigid); force_n on the proxy; state.")
+      .def("sub_steps", &sub_steps_of,
+           "Sub-steps of the last tick: a dict each. time_step_s; start_m, probe_m, balance_m, proxy_m; stiffness_n_per_m of "
+           "the\n"
+           "coupling; directed_n; error_bound_m, stage, iterations of the balance; stop, why the move ended; primitives "
+           "(first, end) in primitives().")
+      .def(
+          "hand_to_world", [](FeltSession& felt) { return matrix_of(FeltSession::Use(felt).session().hand_to_world()); },
+          "The map from the hand frame to the world [m], shape (4, 4).");
+}
+
 }  // namespace
 
 py::list primitives_of(std::span<const PlacedPrimitive> placed) {
@@ -462,10 +487,12 @@ void bind_session(py::module_& module) {
                        status, dropped, stored_j, elastic_j, dissipated_j, injected_j, path_j, damper_j, moved_j, let_go_j,
                        ticks_j);
   bind_ticks(module);
-  py::class_<FeltSession>(module, "Session",
-                          "A scene being felt: the proxy, the modes' memories, the ledger.\n\n"
-                          "It holds a snapshot of the scene (voxels shared). Each thread needs a session of its own.\n"
-                          "encoder_step_m: [m] position step of the device, 0 if none.")
+  py::class_<FeltSession> session(module, "Session",
+                                  "A scene being felt: the proxy, the modes' memories, the ledger.\n\n"
+                                  "It holds a snapshot of the scene (voxels shared). Each thread needs a session of its own.\n"
+                                  "encoder_step_m: [m] position step of the device, 0 if none.");
+  bind_state(session);
+  session
       .def(py::init([](const Scene& scene, double encoder_step_m) {
              if (!(encoder_step_m >= 0.0 && encoder_step_m < 1.0))
                throw py::value_error("Session: 'encoder_step_m' is " + detail::toml_number(encoder_step_m) +
@@ -485,27 +512,6 @@ void bind_session(py::module_& module) {
       .def(
           "reset", [](FeltSession& felt) { FeltSession::Use(felt).session().reset(); },
           "Puts the proxy on the next probe position and forgets all memories: after a gap.")
-      .def("copy_state_from", &copy_state, py::arg("other"),
-           "Takes over the state of a session of an equal scene: proxy, memories, time, force limit. Both go on alike.\n\n"
-           "Raises ValueError if the scenes differ.")
-      .def("resume_in_changed_scene", &resume, py::arg("other"),
-           "Continues from a session of another scene: with its whole state if both scenes' modes use equal levels of equal\n"
-           "data, as after a change of strengths or coupling; else with its proxy and time, and fresh memories.")
-      .def("refine_path", &refine_path, py::arg("times"), "Divides sub-steps by `times`, 1 to 16: for studies of convergence.")
-      .def("set_force_limit", &set_force_limit, py::arg("most_n"),
-           "Sets the force limit of guard and device [N], infinity by default: a stronger level cannot be broken through.")
-      .def(
-          "primitives", [](FeltSession& felt) { return primitives_of(FeltSession::Use(felt).session().primitives()); },
-          "Primitives of the last tick, sub-step by sub-step: a dict each. kind; mode (its number in the scene) and slot;\n"
-          "position_m, direction, strength_n, drag_ns_per_m, stiffness_n_per_m (inf: rigid); force_n on the proxy; state.")
-      .def("sub_steps", &sub_steps_of,
-           "Sub-steps of the last tick: a dict each. time_step_s; start_m, probe_m, balance_m, proxy_m; stiffness_n_per_m of "
-           "the\n"
-           "coupling; directed_n; error_bound_m, stage, iterations of the balance; stop, why the move ended; primitives "
-           "(first, end) in primitives().")
-      .def(
-          "hand_to_world", [](FeltSession& felt) { return matrix_of(FeltSession::Use(felt).session().hand_to_world()); },
-          "The map from the hand frame to the world [m], shape (4, 4).")
       .def("_modes", &modes_of)
       .def("events", &events_of, "What happened in the last tick: (kind, subject, value) each.")
       .def("__repr__",
