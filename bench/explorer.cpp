@@ -13,6 +13,7 @@
 
 #include "driver.h"
 #include "explorer/presets.h"
+#include "tests/shared_data.h"
 
 namespace palpa::explorer {
 namespace {
@@ -69,7 +70,7 @@ int run(int count, int leg_s) {
   QElapsedTimer start;
   start.start();
   Driver driver;
-  const std::filesystem::path real = shared_data() / "ct_head_cranium/cranium.mhd";
+  const std::filesystem::path real = test::shared_data_folder() / "ct_head_cranium/cranium.mhd";
   const bool has_real = std::filesystem::exists(real);
   if (!driver.open(has_real ? embedded("head.toml") : embedded("head_phantom.toml"))) {
     std::fprintf(stderr, "the first scene does not open; is palpa-read built beside this program, or PALPA_BIN its folder?\n");

@@ -9,6 +9,7 @@
 
 #include "palpa/trace/trace.h"
 #include "program.h"
+#include "tests/shared_data.h"
 
 namespace palpa {
 namespace app_test {
@@ -72,8 +73,7 @@ TEST_F(Program, DemoFeelsTheEmbeddedHead) {
 }
 
 TEST_F(Program, DemoFeelsTheRealHeadUnderARecordedHand) {
-  const char* shared = ::getenv("PALPA_SHARED");
-  const fs::path data = fs::path(shared ? shared : "") / "data";
+  const fs::path data = test::shared_data();
   if (!fs::exists(data / "ct_head_cranium")) GTEST_SKIP() << "the real data are not here: " << data;
   if (!fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "palpa-read")) GTEST_SKIP() << "palpa-read is not built";
   const Ended demo = palpa({"demo", "--data", data, "--json"});
@@ -86,8 +86,7 @@ TEST_F(Program, DemoFeelsTheRealHeadUnderARecordedHand) {
 }
 
 TEST_F(Program, DemoFeelsTheHeadThatWasBroughtForIt) {
-  const char* shared = ::getenv("PALPA_SHARED");
-  const fs::path head = fs::path(shared ? shared : "") / "data/ct_head_cranium";
+  const fs::path head = test::shared_data("ct_head_cranium");
   if (!fs::exists(head)) GTEST_SKIP() << "the real data are not here: " << head;
   if (!fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "palpa-read")) GTEST_SKIP() << "palpa-read is not built";
   fs::create_directories(folder / "home/.local/share/palpa");
@@ -102,8 +101,7 @@ TEST_F(Program, DemoFeelsTheHeadThatWasBroughtForIt) {
 }
 
 TEST_F(Program, ConvertsAndSuggestsAScene) {
-  const char* shared = ::getenv("PALPA_SHARED");
-  const fs::path file = fs::path(shared ? shared : "") / "data/mra_avf_nrrd/avf_float_32.nrrd";
+  const fs::path file = test::shared_data("mra_avf_nrrd/avf_float_32.nrrd");
   if (!fs::exists(file)) GTEST_SKIP() << "the real data are not here: " << file;
   if (!fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "palpa-read")) GTEST_SKIP() << "palpa-read is not built";
   const Ended convert = palpa({"convert", file, "small.nrrd", "--downsample", "2", "--crop", "0:73,10:92,0:19", "--int16"});

@@ -147,9 +147,9 @@ expect "./test after ./demo turns the tests on" called 'cmake --preset release .
 expect "… runs them" called 'ctest --test-dir .*/build/release .*'
 expect "… and exits 0" exited 0
 run test --yes --without-data
-expect "./test --without-data hides the data" called 'cmake -DPALPA_SHARED_FOLDER=.*/build/no_data .*/build/release'
+expect "./test --without-data hides the data" called 'cmake -DPALPA_HIDE_DATA=ON .*/build/release'
 expect "… runs what uses them" called 'ctest .* --label-regex .*'
-expect "… and shows them again" called 'cmake -UPALPA_SHARED_FOLDER .*'
+expect "… and shows them again" called 'cmake -DPALPA_HIDE_DATA=OFF .*'
 run demo
 expect "./demo after ./test leaves the tests in" never_called '^cmake --preset'
 run test --sanitize

@@ -10,6 +10,7 @@
 #include "palpa/data/filter.h"
 #include "palpa/file/read_volume.h"
 #include "tests/data/test_fields.h"
+#include "tests/shared_data.h"
 
 namespace palpa {
 namespace real_axes_test {
@@ -20,10 +21,9 @@ class RealAxes : public ::testing::Test {
  protected:
   void SetUp() override {
     const char* bin = std::getenv("PALPA_BIN");
-    const char* shared = std::getenv("PALPA_SHARED");
     ReadOptions options;
     if (bin) options.reader = fs::path(bin) / "palpa-read";
-    const fs::path folder = fs::path(shared ? shared : "") / "data" / "dti_brain";
+    const fs::path folder = test::shared_data("dti_brain");
     if (!fs::exists(options.reader)) GTEST_SKIP() << "palpa-read is not built";
     if (!fs::exists(folder)) GTEST_SKIP() << "the shared data are not there; PALPA_SHARED names their folder";
     VolumeRequest request;

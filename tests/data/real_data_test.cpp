@@ -8,6 +8,7 @@
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
 #include "tests/data/test_fields.h"
+#include "tests/shared_data.h"
 
 namespace palpa {
 namespace real_data_test {
@@ -18,9 +19,8 @@ class RealFlow : public ::testing::Test {
  protected:
   void SetUp() override {
     const char* bin = std::getenv("PALPA_BIN");
-    const char* shared = std::getenv("PALPA_SHARED");
     if (bin) options_.reader = fs::path(bin) / "palpa-read";
-    if (shared) data_ = fs::path(shared) / "data";
+    data_ = test::shared_data();
     if (!fs::exists(options_.reader)) GTEST_SKIP() << "palpa-read is not built";
     if (!fs::exists(data_)) GTEST_SKIP() << "the shared data are not there; PALPA_SHARED names their folder";
   }

@@ -10,6 +10,7 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/device/hand.h"
+#include "tests/shared_data.h"
 
 namespace palpa {
 namespace recorded_hand_test {
@@ -443,9 +444,8 @@ TEST_F(RecordedHand, EachErrorNamesItsLine) {
 // ---- real recordings ----
 
 TEST_F(RecordedHand, RealRecordingsAreReadAsTheirDescriptionSays) {
-  const char* shared = std::getenv("PALPA_SHARED");
-  const fs::path folder = fs::path(shared ? shared : "") / "data" / "trajectories";
-  if (!shared || !fs::exists(folder)) GTEST_SKIP() << "no real recordings: set PALPA_SHARED to the folder of shared data";
+  const fs::path folder = test::shared_data("trajectories");
+  if (!fs::exists(folder)) GTEST_SKIP() << "no real recordings: set PALPA_SHARED to the folder of shared data";
   struct Described {
     const char* file;
     double duration_s;

@@ -8,6 +8,7 @@
 
 #include "display.h"
 #include "explorer/surface_finder.h"
+#include "tests/shared_data.h"
 
 namespace palpa::explorer {
 
@@ -43,15 +44,10 @@ fs::path fresh_folder(const std::string& name) {
 
 fs::path embedded(const std::string& scene) { return fs::path(PALPA_SCENES) / scene; }
 
-fs::path shared_data() {
-  const char* shared = std::getenv("PALPA_SHARED");
-  return shared ? fs::path(shared) / "data" : fs::path();
-}
-
 Driver::Driver(WindowOptions options) {
   application();
   if (options.settings_file.empty()) options.settings_file = (fresh_folder("settings") / "palpa.ini").string();
-  if (options.data_folders.empty()) options.data_folders = {shared_data()};
+  if (options.data_folders.empty()) options.data_folders = {test::shared_data_folder()};
   window_ = std::make_unique<MainWindow>(options);
   window_->show();
   (void)QTest::qWaitForWindowExposed(window_.get());

@@ -19,8 +19,6 @@ QApplication& application();
 /// Output folder of tests, empty at first.
 std::filesystem::path fresh_folder(const std::string& name);
 std::filesystem::path embedded(const std::string& scene);
-/// A scene of the shared data; skips with a message without them.
-std::filesystem::path shared_data();
 
 class Driver {
  public:

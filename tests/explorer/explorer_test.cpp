@@ -22,6 +22,7 @@
 
 #include "driver.h"
 #include "palpa/study/run.h"
+#include "tests/shared_data.h"
 
 namespace palpa::explorer {
 namespace explorer_test {
@@ -38,7 +39,7 @@ void PrintTo(const SceneCase& one, std::ostream* out) { *out << one.name; }
 class ExplorerScene : public testing::TestWithParam<SceneCase> {};
 
 fs::path file_of(const SceneCase& one) {
-  return one.is_shared && fs::path(one.file).has_parent_path() ? shared_data() / one.file : embedded(one.file);
+  return one.is_shared && fs::path(one.file).has_parent_path() ? test::shared_data(one.file) : embedded(one.file);
 }
 
 /// Presses on the surface nearest to the middle, deeper with the wheel, and holds.
@@ -63,7 +64,7 @@ std::optional<QPoint> touch_until_felt(Driver& driver, int notches) {
 }
 
 TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
-  if (GetParam().is_shared && !fs::exists(shared_data())) GTEST_SKIP() << "the shared data are not here";
+  if (GetParam().is_shared && !fs::exists(test::shared_data())) GTEST_SKIP() << "the shared data are not here";
   Driver driver;
   ASSERT_TRUE(driver.open(file_of(GetParam()))) << driver.message().toStdString();
   Driver::live(500);

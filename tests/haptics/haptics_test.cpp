@@ -15,6 +15,7 @@
 #include "bench/haptics/shape.h"
 #include "bench/haptics/suite.h"
 #include "palpa/base/load_error.h"
+#include "tests/shared_data.h"
 
 namespace palpa::haptics {
 namespace haptics_test {
@@ -92,8 +93,7 @@ TEST(Data, AreThoseThatWerePublished) {
 }
 
 TEST(Data, OfTheScanAreThoseThatWerePublished) {
-  const char* shared = std::getenv("PALPA_SHARED");
-  const fs::path head = fs::path(shared ? shared : "") / "data/ct_head_cranium/cranium.nhdr";
+  const fs::path head = palpa::test::shared_data("ct_head_cranium/cranium.nhdr");
   const char* bin = std::getenv("PALPA_BIN");
   const fs::path reader = fs::path(bin ? bin : "") / "palpa-read";
   if (!fs::exists(head) || !fs::exists(reader)) GTEST_SKIP() << "without the CT head, or without palpa-read";

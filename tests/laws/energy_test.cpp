@@ -182,7 +182,7 @@ TEST_P(EnergyOfScene, ClosesAndIsThatOfTheFilesAlone) {
       RunOptions options;
       options.scene = test::scene_file(GetParam());
       options.read.reader = test::reader();
-      options.scene_options.data_folders = {test::shared_data()};
+      options.scene_options.data_folders = {test::shared_data_folder()};
       options.hand = hand;
       options.hold = hold;
       options.rate_hz = rate_hz;

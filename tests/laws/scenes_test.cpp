@@ -28,7 +28,7 @@ TEST_P(ShippedScene, IsFeltAndSoIsEachOfItsModes) {
   } else {
     options.hand = (test::shared_data() / "trajectories/inverse3_woodcarving_20231121_102837.csv").string();
     options.hold = Hold::relaxed;
-    options.scene_options.data_folders = {test::shared_data()};
+    options.scene_options.data_folders = {test::shared_data_folder()};
   }
   const RunResult result = run(options);
   const Summary& s = result.summary;
@@ -47,7 +47,7 @@ TEST(CheckOfARealHead, IsFineThenWarnsThenStops) {
   ReadOptions read;
   read.reader = test::reader();
   SceneOptions options;
-  options.data_folders = {test::shared_data()};
+  options.data_folders = {test::shared_data_folder()};
   Scene scene = load_scene(test::scene_file("head"), volume_reader(read), standard_modes(), options).scene;
   std::vector<Grade> grades;
   std::string verdicts;

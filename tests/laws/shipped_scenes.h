@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/shared_data.h"
+
 namespace palpa::test {
 
 /// Names of all scenes, without ending, sorted.
@@ -28,7 +30,6 @@ inline std::filesystem::path from_environment(const char* variable, const char* 
   const char* value = std::getenv(variable);
   return std::filesystem::path(value ? value : "") / part;
 }
-inline std::filesystem::path shared_data() { return from_environment("PALPA_SHARED", "data"); }
 inline std::filesystem::path reader() { return from_environment("PALPA_BIN", "palpa-read"); }
 
 /// The reason why this scene cannot run here; empty: it can.

@@ -25,7 +25,7 @@ class EveryScene : public testing::TestWithParam<std::string> {};
 TEST_P(EveryScene, HoldsAStillHandStill) {
   if (const std::string missing = test::missing_for(GetParam()); !missing.empty()) GTEST_SKIP() << missing;
   const Scene scene = load_scene(test::scene_file(GetParam()), volume_reader({.reader = test::reader()}), standard_modes(),
-                                 {.data_folders = {test::shared_data()}, .sets = {{"time.play", "hold"}}})
+                                 {.data_folders = {test::shared_data_folder()}, .sets = {{"time.play", "hold"}}})
                           .scene;
 
   test::Random random(7);

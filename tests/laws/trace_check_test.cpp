@@ -38,7 +38,7 @@ TEST_P(ShippedTrace, ProvesEachOfItsBalances) {
   } else {
     options.hand = (test::shared_data() / "trajectories/inverse3_woodcarving_20231121_102837.csv").string();
     options.hold = Hold::firm;
-    options.scene_options.data_folders = {test::shared_data()};
+    options.scene_options.data_folders = {test::shared_data_folder()};
   }
   run(options);
 

@@ -19,7 +19,7 @@ class ShippedScene : public testing::TestWithParam<std::string> {
   }
   Scene scene() const {
     return load_scene(scene_file(GetParam()), volume_reader({.reader = reader()}), standard_modes(),
-                      {.data_folders = {shared_data()}, .sets = {}})
+                      {.data_folders = {shared_data_folder()}, .sets = {}})
         .scene;
   }
 };
@@ -27,7 +27,7 @@ class ShippedScene : public testing::TestWithParam<std::string> {
 TEST_P(ShippedScene, IsTheSameInStepsHalfAsLong) {
   RunOptions run;
   run.scene = scene_file(GetParam());
-  run.scene_options.data_folders = {shared_data()};
+  run.scene_options.data_folders = {shared_data_folder()};
   run.read.reader = reader();
   const auto recording = shared_data() / "trajectories/inverse3_woodcarving_20231121_102837.csv";
   run.hand = std::filesystem::exists(recording) ? recording.string() : "sim:stroke";

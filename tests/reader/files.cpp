@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "tests/shared_data.h"
+
 namespace palpa::test {
 
 TemporaryFolder::TemporaryFolder() {
@@ -36,8 +38,7 @@ ReadOptions built_reader() {
 }
 
 fs::path shared_file(const std::string& name) {
-  const char* shared = std::getenv("PALPA_SHARED");
-  const fs::path file = shared != nullptr ? fs::path(shared) / "data" / name : fs::path();
+  const fs::path file = shared_data(name);
   return fs::exists(file) ? file : fs::path();
 }
 

@@ -25,6 +25,7 @@
 #include "palpa/vtk/felt_actors.h"
 #include "palpa/vtk/from_vtk.h"
 #include "palpa/vtk/to_vtk.h"
+#include "tests/shared_data.h"
 
 namespace palpa {
 namespace vtk_test {
@@ -269,7 +270,7 @@ void expect_felt_alike(const Volume& ours, const Volume& theirs, const std::stri
 }
 
 TEST(FromVtk, WhatVtksOwnReadersHaveIsWhatOursHas) {
-  const fs::path data = fs::path(std::getenv("PALPA_SHARED")) / "data";
+  const fs::path data = test::shared_data();
   if (!fs::exists(data)) GTEST_SKIP() << "no real data";
   for (const char* name :
        {"cfd_wing/wing.vti", "mol_hydrogen/hydrogen.vti", "mri_flow_carotid/carotid.vtk", "mol_ironprot/ironProt.vtk"}) {
