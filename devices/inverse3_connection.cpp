@@ -91,6 +91,10 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
     question_->ask(service_);
   }
   bool is_writing() const noexcept override { return is_writing_; }
+  bool has_unread() noexcept override {
+    error_code error;
+    return beast::get_lowest_layer(stream_).socket().available(error) > 0 && !error;
+  }
 
   void send(std::string text) override {
     sent_ = std::move(text);

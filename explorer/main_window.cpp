@@ -7,8 +7,11 @@
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFrame>
+#include <QGuiApplication>
 #include <QHBoxLayout>
+#include <QKeyEvent>
 #include <QMimeData>
+#include <QScreen>
 #include <QScrollArea>
 #include <QStackedWidget>
 #include <QStandardPaths>
@@ -32,13 +35,15 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int frame_ms = 33;         // between updates of the views. Shorter: more processor time; longer: stutter
+constexpr int title_bar_px = 40;     // of a window manager, above the window. Less: the status bar is below the screen
 constexpr double in_front_m = 6e-3;  // of the surface: start and end of a press
 
 }  // namespace
 
 MainWindow::MainWindow(const WindowOptions& options) : options_(options), settings_(options.settings_file) {
   setWindowTitle(tr("Palpa"));
-  resize(1280, 840);
+  const QRect screen = QGuiApplication::primaryScreen()->availableGeometry();
+  if (!restoreGeometry(settings_.window())) resize(QSize(1280, 840).boundedTo(screen.size() - QSize(0, title_bar_px)));
   setAcceptDrops(true);
 
   pages_ = new QStackedWidget;
@@ -73,6 +78,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
 
   connect(start_page_, &StartPage::chosen, this, [this](const QString& file) { open(file.toStdString()); });
   connect(start_page_, &StartPage::open_asked, this, &MainWindow::ask_file);
+  connect(start_page_, &StartPage::folder_asked, this, &MainWindow::ask_folder);
   connect(&document_, &Document::opened_another, this, [this] { opened(document_.opened()); });
   connect(&document_, &Document::changed, this, &MainWindow::scene_changed);
   connect(&document_, &Document::refused, this, [this](const QString& why) { say(why, true); });
@@ -102,6 +108,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
   timer_.setTimerType(Qt::PreciseTimer);
   connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
   timer_.start();
+  qApp->installEventFilter(this);
 }
 
 MainWindow::~MainWindow() { touch_.end(); }
@@ -392,9 +399,18 @@ void MainWindow::ask_file() {
                                                     settings_.folder(QDir::homePath()));
   if (file.isEmpty()) return;
   settings_.set_folder(QFileInfo(file).absolutePath());
-  const fs::path path = file.toStdString();
-  open(path.filename() == "trace.toml" ? path.parent_path() : path);
+  open_chosen(file.toStdString());
 }
+
+void MainWindow::ask_folder() {
+  const QString folder = QFileDialog::getExistingDirectory(this, tr("Open a DICOM series, an OpenFOAM case or a trace"),
+                                                           settings_.folder(QDir::homePath()));
+  if (folder.isEmpty()) return;
+  settings_.set_folder(folder);
+  open(folder.toStdString());
+}
+
+void MainWindow::open_chosen(const fs::path& path) { open(path.filename() == "trace.toml" ? path.parent_path() : path); }
 
 void MainWindow::remember(const fs::path& path) {
   settings_.remember(path);
@@ -410,10 +426,23 @@ void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
 void MainWindow::dropEvent(QDropEvent* event) {
   for (const QUrl& url : event->mimeData()->urls()) {
     if (!url.isLocalFile()) continue;
-    const fs::path path = url.toLocalFile().toStdString();
-    open(path.filename() == "trace.toml" ? path.parent_path() : path);
+    open_chosen(url.toLocalFile().toStdString());
     break;
   }
+}
+
+// Fields with text claim these keys: a number has an undo of its own, and a space is a letter. The force must go off with any
+// focus.
+bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
+  if (event->type() == QEvent::ShortcutOverride && isActiveWindow()) {
+    const auto* key = static_cast<QKeyEvent*>(event);
+    const bool is_space = key->key() == Qt::Key_Space && key->modifiers() == Qt::NoModifier;
+    if (is_space || key->matches(QKeySequence::Undo) || key->matches(QKeySequence::Redo)) {
+      event->ignore();
+      return true;
+    }
+  }
+  return QMainWindow::eventFilter(watched, event);
 }
 
 // The button's release is sent to the window that becomes active during a drag.
@@ -430,6 +459,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   const std::string lost = touch_.end();
   if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", detail::sanitized(lost).c_str());
   timer_.stop();
+  settings_.set_window(saveGeometry());
   // Save unsaved changes for the next start.
   if (document_.is_open() && !document_.undo().isClean()) {
     const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);

@@ -55,6 +55,7 @@ class MainWindow : public QMainWindow {
   void dropEvent(QDropEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
   void changeEvent(QEvent* event) override;
+  bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
   void make_actions();
@@ -68,6 +69,8 @@ class MainWindow : public QMainWindow {
   void tick();
   void say(const QString& words, bool is_problem = false);
   void ask_file();
+  void ask_folder();
+  void open_chosen(const std::filesystem::path& path);
   bool save(bool under_another_name);
   void record(bool on);
   QImage picture();

@@ -34,8 +34,11 @@ void MainWindow::make_actions() {
   QMenu* help = menuBar()->addMenu(tr("&Help"));
 
   QAction* open_file = action(tr("&Open …"), QKeySequence::Open, tr("Open a scene, data or a trace"), [this] { ask_file(); });
+  QAction* open_folder = action(tr("Open a &folder …"), QKeySequence("Ctrl+Shift+O"),
+                                tr("Open a folder: a DICOM series, an OpenFOAM case, a trace"), [this] { ask_folder(); });
   QAction* save_scene = action(tr("&Save scene"), QKeySequence::Save, tr("Save the scene"), [this] { save(false); });
   file->addAction(open_file);
+  file->addAction(open_folder);
   file->addAction(save_scene);
   file->addAction(action(tr("Save scene &as …"), QKeySequence("Ctrl+Shift+S"), tr("Save the scene under another name"),
                          [this] { save(true); }));
@@ -92,7 +95,7 @@ void MainWindow::make_actions() {
                          [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); }));
   for (QDockWidget* dock : findChildren<QDockWidget*>()) look->addAction(dock->toggleViewAction());
 
-  hold_ = action(tr("&No force"), QKeySequence("Space"), tr("Turn the force off and on"), [this] {
+  hold_ = action(tr("Force &off"), QKeySequence("Space"), tr("Turn the force off and on"), [this] {
     touch_.is_held() ? touch_.resume() : touch_.panic();
     hold_->setChecked(touch_.is_held());
   });

@@ -30,6 +30,10 @@ QString Settings::folder(const QString& otherwise) const { return kept_.value("f
 
 void Settings::set_folder(const QString& folder) { kept_.setValue("folder", folder); }
 
+QByteArray Settings::window() const { return kept_.value("window").toByteArray(); }
+
+void Settings::set_window(const QByteArray& geometry) { kept_.setValue("window", geometry); }
+
 void Settings::set_hint_seen() {
   hint_seen_ = true;
   kept_.setValue("hint_seen", true);

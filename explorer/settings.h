@@ -19,6 +19,9 @@ class Settings {
   /// Folder of the last opened file; initially `otherwise`.
   QString folder(const QString& otherwise = {}) const;
   void set_folder(const QString& folder);
+  /// Position and size of the window, as by QWidget::saveGeometry; initially empty.
+  QByteArray window() const;
+  void set_window(const QByteArray& geometry);
   /// True once the hand has pressed on a surface.
   bool hint_seen() const { return hint_seen_; }
   void set_hint_seen();

@@ -75,8 +75,9 @@ SliceLook slice_look_of(const Scene& scene) {
     if (named.field->components() == 1) {
       look.least = look.low = value_ranges[0].min;
       look.most = look.high = value_ranges[0].max;
-      // Hounsfield units: window that separates soft tissue and bone.
-      if (named.unit == "HU" || (look.least < -500.0 && look.most > 1000.0)) look.low = -500.0, look.high = 1000.0;
+      // Hounsfield units, or a file without unit with air and bone: window that separates soft tissue and bone.
+      if (named.unit == "HU" || (named.unit.empty() && look.least <= -900.0 && look.most > 1000.0))
+        look.low = -500.0, look.high = 1000.0;
     } else {
       double squared = 0.0;
       for (const ValueRange& extent : value_ranges)

@@ -4,6 +4,7 @@
 #include <QFileInfo>
 #include <QFrame>
 #include <QHBoxLayout>
+#include <QKeyEvent>
 #include <QLabel>
 #include <QPushButton>
 #include <QToolButton>
@@ -82,13 +83,29 @@ StartPage::StartPage(QWidget* parent) : QWidget(parent), recent_(new QVBoxLayout
   open->setObjectName("open_file");
   open->setToolTip(tr("Ctrl+O"));
   connect(open, &QPushButton::clicked, this, [this] { Q_EMIT open_asked(); });
-  for (QWidget* part : {static_cast<QWidget*>(invitation), static_cast<QWidget*>(kinds), static_cast<QWidget*>(open)})
-    drop->addWidget(part, 0, Qt::AlignHCenter);
+  auto* folder = new QPushButton(tr("Open a folder …"));
+  folder->setObjectName("open_folder");
+  folder->setToolTip(tr("Ctrl+Shift+O: a DICOM series, an OpenFOAM case, a trace"));
+  connect(folder, &QPushButton::clicked, this, [this] { Q_EMIT folder_asked(); });
+  auto* buttons = new QHBoxLayout;
+  buttons->addWidget(open);
+  buttons->addWidget(folder);
+  drop->addWidget(invitation, 0, Qt::AlignHCenter);
+  drop->addWidget(kinds, 0, Qt::AlignHCenter);
+  drop->addLayout(buttons);
+  drop->setAlignment(buttons, Qt::AlignHCenter);
   all->addWidget(area);
 
   recent_->setSpacing(2);
   all->addLayout(recent_);
   all->addStretch();
+}
+
+// Space turns the force off everywhere, so Return opens what has the focus.
+void StartPage::keyPressEvent(QKeyEvent* event) {
+  auto* const button = qobject_cast<QAbstractButton*>(focusWidget());
+  if (button && (event->key() == Qt::Key_Return || event->key() == Qt::Key_Enter)) return button->click();
+  QWidget::keyPressEvent(event);
 }
 
 void StartPage::show_recent(const QStringList& files) {

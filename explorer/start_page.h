@@ -17,6 +17,10 @@ class StartPage : public QWidget {
  Q_SIGNALS:
   void chosen(const QString& file);
   void open_asked();
+  void folder_asked();
+
+ protected:
+  void keyPressEvent(QKeyEvent* event) override;
 
  private:
   QVBoxLayout* recent_;
