@@ -1,0 +1,81 @@
+// The window itself: keys with any focus, start page, size, slices.
+#include <gtest/gtest.h>
+
+#include <QDoubleSpinBox>
+#include <QScreen>
+#include <QToolButton>
+#include <algorithm>
+
+#include "driver.h"
+#include "explorer/slice_view.h"
+#include "palpa/data/analytic.h"
+
+namespace palpa::explorer {
+namespace window_test {
+
+TEST(ExplorerWindow, UndoAndForceOffWorkWhileANumberIsTyped) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  const Scene before = driver.window().document().scene();
+  QDoubleSpinBox* box = nullptr;
+  for (QDoubleSpinBox* one : driver.window().findChildren<QDoubleSpinBox*>())
+    if (!box && one->isVisible() && one->isEnabled()) box = one;
+  ASSERT_TRUE(box);
+  box->setFocus();
+  box->selectAll();
+  QTest::keyClicks(box, QString::number(0.5 * (box->minimum() + std::min(box->maximum(), box->value() + 10.0))));
+  QTest::keyClick(box, Qt::Key_Return);
+  ASSERT_FALSE(driver.window().document().scene() == before) << "nothing was typed";
+  ASSERT_TRUE(box->hasFocus());
+  QTest::keyClick(box, Qt::Key_Z, Qt::ControlModifier);
+  EXPECT_TRUE(driver.window().document().scene() == before);
+  QTest::keyClick(box, Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  EXPECT_FALSE(driver.window().document().scene() == before);
+  box->setFocus();
+  QTest::keyClick(box, Qt::Key_Space);
+  EXPECT_TRUE(driver.window().touch().is_held());
+}
+
+TEST(ExplorerWindow, APictureOfTheStartPageOpensByReturn) {
+  Driver driver;
+  auto* const tile = driver.window().findChild<QToolButton*>("tile_wing_phantom");
+  ASSERT_TRUE(tile);
+  tile->setFocus();
+  driver.look("start-page-by-keys");
+  QTest::keyClick(tile, Qt::Key_Return);
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().document().is_open(); }));
+  EXPECT_FALSE(driver.window().touch().is_held());
+}
+
+TEST(ExplorerWindow, TheWindowFitsTheScreenAndKeepsItsSize) {
+  WindowOptions options;
+  options.settings_file = (fresh_folder("window") / "palpa.ini").string();
+  const QSize screen = QGuiApplication::primaryScreen()->availableGeometry().size();
+  const QSize small(900, 640);
+  {
+    Driver driver(options);
+    EXPECT_LE(driver.window().width(), screen.width());
+    EXPECT_LE(driver.window().height(), screen.height());
+    driver.window().resize(small);
+    driver.window().close();
+  }
+  Driver driver(options);
+  EXPECT_EQ(driver.window().size(), small.expandedTo(driver.window().minimumSizeHint()));
+}
+
+TEST(ExplorerWindow, ASliceHasTheWindowOfCtOnlyForHounsfieldUnits) {
+  const auto window_of = [](const std::string& unit) {
+    Volume volume = head_phantom();
+    volume.fields[0].unit = unit;
+    Scene scene;
+    const FieldRef field = scene.add("scan", sampled(volume, 40));
+    scene.layers.push_back({.show = ViewLayer::Show::slices, .field = field});
+    const SliceLook look = slice_look_of(scene);
+    return look.high - look.low;
+  };
+  EXPECT_EQ(window_of("HU"), 1500.0);
+  EXPECT_GT(window_of("1/s2"), 1900.0) << "of other units the whole range";
+}
+
+}  // namespace window_test
+}  // namespace palpa::explorer
