@@ -177,6 +177,8 @@ void add_explore(CLI::App& app, Work& work) {
   command->add_option("FILE", given->files, "scene, data file, or trace (the start page)")->type_name("");
   add_repeated(command, "--data", given->data_folders, "folder with the files of a scene")->type_name("DIR");
   command->add_option("--device", given->device, "your haptic device, as of run (the mouse)")->type_name("NAME");
+  command->add_option("--screenshot", given->screenshot, "save the window as a picture once it is drawn")->type_name("PNG");
+  command->add_option("--quit-after-s", given->quit_after_s, "close the window after this time")->type_name("S");
   command->footer("Example:\n  palpa explore scenes/head_phantom.toml");
   command->callback([=, &work] { work = [=] { return run_explore(*given); }; });
 }

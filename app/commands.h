@@ -52,7 +52,9 @@ int run_devices(const DevicesArguments& arguments, const std::atomic<bool>& stop
 struct ExploreArguments {
   std::vector<std::string> files;  ///< scene, data or trace; none: the start page
   std::vector<std::string> data_folders;
-  std::string device;  ///< with settings, as in run; empty: the mouse
+  std::string device;        ///< with settings, as in run; empty: the mouse
+  std::string screenshot;    ///< new PNG of the window once it is drawn; empty: none
+  std::string quit_after_s;  ///< [s] as written; empty: the window stays
 };
 /// Replaces the process by palpa-explorer (exec). Throws LoadError if it is not installed.
 int run_explore(const ExploreArguments& arguments);

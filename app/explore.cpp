@@ -22,6 +22,8 @@ int run_explore(const ExploreArguments& arguments) {
   std::vector<std::string> words{program.string()};
   for (const std::string& folder : arguments.data_folders) words.insert(words.end(), {"--data", folder});
   if (!arguments.device.empty()) words.insert(words.end(), {"--device", arguments.device});
+  if (!arguments.screenshot.empty()) words.insert(words.end(), {"--screenshot", arguments.screenshot});
+  if (!arguments.quit_after_s.empty()) words.insert(words.end(), {"--quit-after-s", arguments.quit_after_s});
   words.push_back("--");  // ends the options: file names may begin with a dash
   words.insert(words.end(), arguments.files.begin(), arguments.files.end());
   std::vector<char*> raw;

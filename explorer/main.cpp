@@ -7,10 +7,14 @@
 #include <QApplication>
 #include <QOffscreenSurface>
 #include <QOpenGLContext>
+#include <QTimer>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 
 #include "explorer/main_window.h"
+#include "explorer/picture_file.h"
+#include "palpa/base/load_error.h"
 #include "palpa/base/sanitized.h"
 #include "palpa/version.h"
 
@@ -31,6 +35,39 @@ bool has_opengl() {
   return context.makeCurrent(&surface) && context.format().version() >= qMakePair(3, 2);
 }
 
+/// Saves the window as a picture once nothing is read or drawn, at the latest when asked.
+class Screenshot {
+ public:
+  Screenshot(palpa::explorer::MainWindow& window, const std::string& file) : window_(window), file_(file) {
+    timer_.setInterval(interval_ms);
+    QObject::connect(&timer_, &QTimer::timeout, [this] {
+      still_ = window_.is_busy() ? 0 : still_ + 1;
+      if (still_ == enough) save();
+    });
+    timer_.start();
+  }
+  void save() {
+    if (!timer_.isActive()) return;
+    timer_.stop();
+    try {
+      palpa::explorer::save_picture(window_.grab().toImage(), QString::fromStdString(file_));
+    } catch (const palpa::LoadError& error) {
+      std::fprintf(stderr, "palpa-explorer: %s\n", palpa::detail::sanitized(error.what()).c_str());
+      is_lost_ = true;
+    }
+  }
+  bool is_lost() const { return is_lost_; }
+
+ private:
+  // Between jobs, as from reading to drawing, there are pauses. Fewer or shorter: a picture of one; more: later.
+  static constexpr int interval_ms = 100, enough = 10;
+  palpa::explorer::MainWindow& window_;
+  std::string file_;
+  QTimer timer_;
+  int still_ = 0;
+  bool is_lost_ = false;
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -41,6 +78,13 @@ int main(int argc, char** argv) {
   line.add_option("FILE", files, "Scene, data file, or trace; two traces: one beside the other; none: the start page");
   line.add_option("--data", data, "Folder with the files of a scene")->allow_extra_args(false);
   line.add_option("--device", options.device, "Haptic device, as of palpa run; without it the mouse is the hand");
+  std::string screenshot_file;
+  line.add_option("--screenshot", screenshot_file, "Save the window as a new PNG once it is drawn")
+      ->check([](const std::string& file) {
+        return file.ends_with(".png") ? std::string() : "'" + file + "' is no name of a PNG; end it with .png";
+      });
+  double quit_after_s = 0.0;
+  line.add_option("--quit-after-s", quit_after_s, "Close the window after this time")->check(CLI::Range(0.1, 86400.0));
   line.set_version_flag("--version", palpa::version);
   try {
     line.parse(argc, argv);
@@ -81,5 +125,14 @@ int main(int argc, char** argv) {
   palpa::explorer::MainWindow window(options);
   window.show();
   if (!files.empty()) window.open(files.front(), files.size() == 2 ? files[1] : std::string());
-  return QApplication::exec();
+  std::optional<Screenshot> screenshot;
+  if (!screenshot_file.empty()) screenshot.emplace(window, screenshot_file);
+  if (quit_after_s > 0.0) {
+    QTimer::singleShot(static_cast<int>(1000.0 * quit_after_s), &window, [&] {
+      if (screenshot) screenshot->save();
+      window.close();
+    });
+  }
+  const int code = QApplication::exec();
+  return screenshot && screenshot->is_lost() ? 2 : code;
 }

@@ -44,6 +44,8 @@ class MainWindow : public QMainWindow {
   void open(const std::filesystem::path& path, const std::filesystem::path& second_trace = {});
   /// Shows a second trace beside the first.
   void compare_with(const std::filesystem::path& trace);
+  /// True while a job reads or draws.
+  bool is_busy() const { return !jobs_.words().isEmpty(); }
   /// For tests.
   View3D* view() { return views_->view(); }
   Touch& touch() { return touch_; }

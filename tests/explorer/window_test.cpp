@@ -5,6 +5,10 @@
 #include <QScreen>
 #include <QToolButton>
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+#include <string>
 
 #include "driver.h"
 #include "explorer/slice_view.h"
@@ -75,6 +79,30 @@ TEST(ExplorerWindow, ASliceHasTheWindowOfCtOnlyForHounsfieldUnits) {
   };
   EXPECT_EQ(window_of("HU"), 1500.0);
   EXPECT_GT(window_of("1/s2"), 1900.0) << "of other units the whole range";
+}
+
+/// Exit code of `palpa explore` with these words.
+int explored(const std::string& words) {
+  const char* bin = std::getenv("PALPA_BIN");
+  const int status = std::system(((bin ? bin : "") + ("/palpa explore " + words) + " 2>/dev/null").c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(ExplorerWindow, AProgramSavesItAsAPictureAndClosesIt) {
+  application();  // starts the display
+  const std::filesystem::path folder = fresh_folder("screenshot");
+  const std::string scene = embedded("wing_phantom.toml").string(), file = (folder / "wing.png").string();
+  EXPECT_EQ(explored(scene + " --screenshot " + file + " --quit-after-s 12"), 0);
+  const QImage picture(QString::fromStdString(file));
+  ASSERT_GT(picture.width(), 600);
+  std::set<QRgb> colors;
+  for (int x = 0; x < picture.width(); x += 7)
+    for (int y = 0; y < picture.height(); y += 7) colors.insert(picture.pixel(x, y));
+  EXPECT_GT(colors.size(), 200u) << "the scene is not drawn";
+  EXPECT_EQ(explored("--screenshot " + file + " --quit-after-s 2"), 2) << "no file is replaced";
+  EXPECT_EQ(explored("--screenshot " + (folder / "wing.jpg").string()), 2);
+  EXPECT_EQ(explored("--quit-after-s -1"), 2);
+  EXPECT_EQ(explored("--quit-after-s 1"), 0);
 }
 
 }  // namespace window_test
