@@ -214,11 +214,16 @@ void SliceView::paintEvent(QPaintEvent*) {
   paint_scale_bar(painter, view_, look_.map.scale, ink);
   const QRectF top(8, 4, width() - 16, 18);
   paint_rimmed(painter, top, Qt::AlignLeft, title(), ink);
-  if (look_.field)
+  if (look_.field) {
     paint_rimmed(
         painter, top, Qt::AlignRight,
         QString("%1 … %2 %3").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4).arg(QString::fromStdString(look_.unit)),
         ink);
+    const QString name = QString::fromStdString(look_.name);
+    const QString shown = look_.field->components() == 1 ? name : "|" + name + "|";
+    paint_rimmed(painter, top.translated(0, painter.fontMetrics().height()), Qt::AlignLeft,
+                 painter.fontMetrics().elidedText(shown, Qt::ElideMiddle, static_cast<int>(top.width())), ink);
+  }
   if (hasFocus()) {
     painter.setPen(QPen(palette().highlight().color(), 2));
     painter.setBrush(Qt::NoBrush);
