@@ -68,6 +68,24 @@ class Screenshot {
   bool is_lost_ = false;
 };
 
+/// The window until it is closed. Returns the exit code.
+int run(const palpa::explorer::WindowOptions& options, const std::vector<std::string>& files,
+        const std::string& screenshot_file, double quit_after_s) {
+  palpa::explorer::MainWindow window(options);
+  window.show();
+  if (!files.empty()) window.open(files.front(), files.size() == 2 ? files[1] : std::string());
+  std::optional<Screenshot> screenshot;
+  if (!screenshot_file.empty()) screenshot.emplace(window, screenshot_file);
+  if (quit_after_s > 0.0) {
+    QTimer::singleShot(static_cast<int>(1000.0 * quit_after_s), &window, [&] {
+      if (screenshot) screenshot->save();
+      window.close();
+    });
+  }
+  const int code = QApplication::exec();
+  return screenshot && screenshot->is_lost() ? 2 : code;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -122,17 +140,5 @@ int main(int argc, char** argv) {
   options.has_opengl = has_opengl();
   if (!options.has_opengl)
     std::fputs("palpa-explorer: no OpenGL 3.2: slices only. On Debian the package libgl1-mesa-dri brings it.\n", stderr);
-  palpa::explorer::MainWindow window(options);
-  window.show();
-  if (!files.empty()) window.open(files.front(), files.size() == 2 ? files[1] : std::string());
-  std::optional<Screenshot> screenshot;
-  if (!screenshot_file.empty()) screenshot.emplace(window, screenshot_file);
-  if (quit_after_s > 0.0) {
-    QTimer::singleShot(static_cast<int>(1000.0 * quit_after_s), &window, [&] {
-      if (screenshot) screenshot->save();
-      window.close();
-    });
-  }
-  const int code = QApplication::exec();
-  return screenshot && screenshot->is_lost() ? 2 : code;
+  return run(options, files, screenshot_file, quit_after_s);
 }
