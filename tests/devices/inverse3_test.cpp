@@ -179,7 +179,7 @@ TEST_F(Inverse3, KeepsWhatAMessageLeavesOut) {
   const auto left_out = json::parse(R"({"device_id":"049D"})");
   service.change_texts([&](const std::string& text) {
     json message = json::parse(text);
-    message["inverse3"] = {left_out};
+    message["inverse3"] = json::array({left_out});
     message.erase("wireless_verse_grip");
     return message.dump();
   });
