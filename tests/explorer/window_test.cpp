@@ -92,7 +92,7 @@ TEST(ExplorerWindow, AProgramSavesItAsAPictureAndClosesIt) {
   application();  // starts the display
   const std::filesystem::path folder = fresh_folder("screenshot");
   const std::string scene = embedded("wing_phantom.toml").string(), file = (folder / "wing.png").string();
-  EXPECT_EQ(explored(scene + " --screenshot " + file + " --quit-after-s 12"), 0);
+  EXPECT_EQ(explored(scene + " --screenshot " + file + " --quit-after-s 25"), 0);
   const QImage picture(QString::fromStdString(file));
   ASSERT_GT(picture.width(), 600);
   std::set<QRgb> colors;
