@@ -32,7 +32,7 @@ class Connection {
  public:
   virtual ~Connection() = default;
   virtual bool is_writing() const noexcept = 0;
-  /// Whether the system holds bytes that came before the next `send`, so that they cannot answer it.
+  /// True if the socket holds unread bytes, which cannot answer a later `send`.
   virtual bool has_unread() noexcept = 0;
   /// Sends a text; only while `is_writing` is false.
   virtual void send(std::string text) = 0;

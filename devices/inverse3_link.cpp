@@ -386,7 +386,7 @@ void Link::Exchange::send_what_is_due() {
   if (!connection_ || !has_view_ || connection_->is_writing() || end_ == End::said) return;
   // Send the final zero force before the pending answer.
   if ((is_awaiting_ && end_ != End::wanted) || !is_anything_due()) return;
-  // What is read next came unsolicited: it must not count as the answer, whose position would be old.
+  // The next message is unsolicited: taken as the answer, it would give an old position.
   if (end_ == End::none && connection_->has_unread()) return;
   if (end_ == End::at_rest) {
     end_ = End::said;

@@ -101,7 +101,7 @@ StartPage::StartPage(QWidget* parent) : QWidget(parent), recent_(new QVBoxLayout
   all->addStretch();
 }
 
-// Space turns the force off everywhere, so Return opens what has the focus.
+// Space turns the force off everywhere, so Return presses the button with the focus.
 void StartPage::keyPressEvent(QKeyEvent* event) {
   auto* const button = qobject_cast<QAbstractButton*>(focusWidget());
   if (button && (event->key() == Qt::Key_Return || event->key() == Qt::Key_Enter)) return button->click();

@@ -133,9 +133,9 @@ struct ToldEvent {
   SessionEvent event;
 };
 
-py::object subject_of(const Session& session, const SessionEvent& event) {
+py::object subject_of(const Scene& scene, const SessionEvent& event) {
   if (event.mode < 0) return py::str("session");
-  return py::str(session.scene().modes()[static_cast<std::size_t>(event.mode)].name);
+  return py::str(scene.modes()[static_cast<std::size_t>(event.mode)].name);
 }
 py::object value_of(const SessionEvent& event) {
   return event.text ? py::object(py::str(event.text)) : py::float_(event.value);
@@ -169,11 +169,11 @@ class TickPath {
     }
   }
   /// (rows, forces of the modes (n, modes, 3), names of the modes, events (tick, kind, subject, value) each).
-  py::tuple results(const Session& session) const {
+  py::tuple results(const Scene& scene) const {
     py::list names, events;
-    for (const SceneMode& mode : session.scene().modes()) names.append(mode.name);
+    for (const SceneMode& mode : scene.modes()) names.append(mode.name);
     for (const auto& [n, event] : events_)
-      events.append(py::make_tuple(n, name_of(event.kind), subject_of(session, event), value_of(event)));
+      events.append(py::make_tuple(n, name_of(event.kind), subject_of(scene, event), value_of(event)));
     return py::make_tuple(rows_, forces_, names, events);
   }
 
@@ -218,7 +218,7 @@ py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::obje
   }
   failure.raise();
   felt.tell();
-  return path.results(use.session());
+  return path.results(use.session().scene());
 }
 
 /// Runs of one session for each path, on several threads.
@@ -227,7 +227,6 @@ class Rollout {
   struct Run {
     Scene scene;
     TickPath path;
-    std::optional<Session> session{};
     ModeFailure failure{};
     std::exception_ptr error{};
   };
@@ -253,13 +252,13 @@ class Rollout {
 
  private:
   void work() noexcept {
-    for (std::size_t n = next_++; n < runs_.size(); n = next_++) {
+    for (std::size_t n = next_++; n < runs_.size() && !stops_; n = next_++) {
       Run& run = runs_[n];
       try {
         const ModeFailure::Watch watch(run.failure);
-        run.session.emplace(run.scene);
-        if (start_) run.session->copy_state_from(*start_);
-        run.path.run(*run.session, [&](py::ssize_t) { return !stops_ && !run.failure.failed(); });
+        Session session(run.scene);
+        if (start_) session.copy_state_from(*start_);
+        run.path.run(session, [&](py::ssize_t) { return !stops_ && !run.failure.failed(); });
       } catch (...) {
         run.error = std::current_exception();
       }
@@ -303,8 +302,8 @@ py::list rollout(const std::vector<std::shared_ptr<Scene>>& scenes, const py::li
   for (Rollout::Run& run : runs) {
     if (run.error) std::rethrow_exception(run.error);
     run.failure.raise();
-    warn_of_modes(run.session->scene());
-    results.append(run.path.results(*run.session));
+    warn_of_modes(run.scene);
+    results.append(run.path.results(run.scene));
   }
   return results;
 }
@@ -372,7 +371,7 @@ py::list events_of(FeltSession& felt) {
   const Session& session = use.session();
   py::list events;
   for (const SessionEvent& event : session.events())
-    events.append(py::make_tuple(name_of(event.kind), subject_of(session, event), value_of(event)));
+    events.append(py::make_tuple(name_of(event.kind), subject_of(session.scene(), event), value_of(event)));
   return events;
 }
 
