@@ -10,7 +10,6 @@
 #include <QGuiApplication>
 #include <QHBoxLayout>
 #include <QKeyEvent>
-#include <QMimeData>
 #include <QScreen>
 #include <QScrollArea>
 #include <QStackedWidget>
@@ -21,7 +20,6 @@
 #include <utility>
 
 #include "explorer/job_bar.h"
-#include "explorer/opening.h"
 #include "explorer/picture_file.h"
 #include "explorer/presets.h"
 #include "palpa/base/new_file.h"
@@ -83,7 +81,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
   connect(&document_, &Document::changed, this, &MainWindow::scene_changed);
   connect(&document_, &Document::refused, this, [this](const QString& why) { say(why, true); });
 
-  connect(views_, &SceneViews::said, this, &MainWindow::say);
+  connect(views_, &SceneViews::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(views_, &SceneViews::value_asked, this, [this](double value, const Vec3&) {
     if (desk_->isVisible()) return desk_->give_value_to_level(value);
     const SliceLook& look = views_->look();
@@ -131,7 +129,7 @@ void MainWindow::make_docks() {
   desk_ = new FunctionDesk(document_, jobs_, options_.has_opengl);
   addDockWidget(Qt::BottomDockWidgetArea, desk_);
   desk_->hide();
-  connect(desk_, &FunctionDesk::said, this, &MainWindow::say);
+  connect(desk_, &FunctionDesk::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(feel_, &FeelPanel::function_asked, desk_, &FunctionDesk::edit_strength);
   connect(feel_, &FeelPanel::mask_asked, desk_, &FunctionDesk::edit_mask);
   connect(see_, &SeePanel::colors_asked, desk_, &FunctionDesk::edit_colors);
@@ -147,7 +145,7 @@ void MainWindow::make_docks() {
     if (player_->has_trace()) views_->show_played(*player_, document_.scene().coupling.max_force_n);
   });
   replay_ = new Replay(*player_, jobs_, document_, options_.data_folders, this);
-  connect(replay_, &Replay::said, this, &MainWindow::say);
+  connect(replay_, &Replay::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(replay_, &Replay::shown, this, [this] {
     player_dock_->show();
     player_dock_->raise();
@@ -155,7 +153,7 @@ void MainWindow::make_docks() {
   connect(replay_, &Replay::failed, this, [this] { begin_touch(); });
   film_ = new Film(
       *player_, jobs_, [this] { return picture(); }, this);
-  connect(film_, &Film::said, this, &MainWindow::say);
+  connect(film_, &Film::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(player_dock_->toggleViewAction(), &QAction::toggled, this, [this](bool shown) {
     if (!shown && player_->has_trace() && !player_dock_->isVisible()) stop_playing();
   });
@@ -194,20 +192,6 @@ void MainWindow::lead_hand_by_mouse() {
   });
 }
 
-void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
-  const QString name = QString::fromStdString(path.filename().string());
-  jobs_.begin<Opened>(
-      Jobs::Purpose::open, tr("reading %1").arg(name),
-      [path, folders = options_.data_folders](std::stop_token stop) { return open_any(path, folders, stop); },
-      [this, path, second_trace](Opened opened) {
-        remember(path);
-        message_->hide();
-        opened.second_trace = second_trace;
-        document_.open(std::move(opened));
-      },
-      [this](const QString& why) { say(why, true); });
-}
-
 void MainWindow::opened(const Opened& opened) {
   const Scene& scene = opened.loaded.scene;
   setWindowTitle(tr("%1[*] – Palpa").arg(opened.title));
@@ -219,9 +203,7 @@ void MainWindow::opened(const Opened& opened) {
   }
   record_->setChecked(false);
   views_->start(scene);
-  QStringList warnings;
-  for (const std::string& warning : opened.loaded.warnings) warnings << QString::fromStdString(warning);
-  if (!warnings.isEmpty()) say(warnings.join("\n"));
+  say_of(opened);
   scene_changed();
   replay_->end();
   player_dock_->hide();
@@ -394,41 +376,13 @@ void MainWindow::screenshot() {
   }
 }
 
-void MainWindow::ask_file() {
-  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scene, data, or a trace (its trace.toml)"),
-                                                    settings_.folder(QDir::homePath()));
-  if (file.isEmpty()) return;
-  settings_.set_folder(QFileInfo(file).absolutePath());
-  open_chosen(file.toStdString());
-}
-
-void MainWindow::ask_folder() {
-  const QString folder = QFileDialog::getExistingDirectory(this, tr("Open a DICOM series, an OpenFOAM case or a trace"),
-                                                           settings_.folder(QDir::homePath()));
-  if (folder.isEmpty()) return;
-  settings_.set_folder(folder);
-  open(folder.toStdString());
-}
-
-void MainWindow::open_chosen(const fs::path& path) { open(path.filename() == "trace.toml" ? path.parent_path() : path); }
-
 void MainWindow::remember(const fs::path& path) {
   settings_.remember(path);
   start_page_->show_recent(settings_.recent());
 }
 
-void MainWindow::say(const QString& words, bool is_problem) { message_->say(words, is_problem); }
-
-void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
-  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
-}
-
-void MainWindow::dropEvent(QDropEvent* event) {
-  for (const QUrl& url : event->mimeData()->urls()) {
-    if (!url.isLocalFile()) continue;
-    open_chosen(url.toLocalFile().toStdString());
-    break;
-  }
+void MainWindow::say(const QString& words, bool is_problem, const QList<MessageBar::Offer>& offers) {
+  message_->say(words, is_problem, offers);
 }
 
 // Fields with text claim these keys: a number has an undo of its own, and a space is a letter. The force must go off with any

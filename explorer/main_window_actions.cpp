@@ -33,12 +33,10 @@ void MainWindow::make_actions() {
   QMenu* feel = menuBar()->addMenu(tr("F&eel"));
   QMenu* help = menuBar()->addMenu(tr("&Help"));
 
-  QAction* open_file = action(tr("&Open …"), QKeySequence::Open, tr("Open a scene, data or a trace"), [this] { ask_file(); });
-  QAction* open_folder = action(tr("Open a &folder …"), QKeySequence("Ctrl+Shift+O"),
-                                tr("Open a folder: a DICOM series, an OpenFOAM case, a trace"), [this] { ask_folder(); });
+  const QList<QAction*> opening = make_opening_actions();
+  QAction* open_file = opening.front();
   QAction* save_scene = action(tr("&Save scene"), QKeySequence::Save, tr("Save the scene"), [this] { save(false); });
-  file->addAction(open_file);
-  file->addAction(open_folder);
+  file->addActions(opening);
   file->addAction(save_scene);
   file->addAction(action(tr("Save scene &as …"), QKeySequence("Ctrl+Shift+S"), tr("Save the scene under another name"),
                          [this] { save(true); }));
