@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <QComboBox>
+#include <QDialogButtonBox>
 #include <QDropEvent>
 #include <QFileDialog>
 #include <QLineEdit>
@@ -117,20 +118,37 @@ void drop(Driver& driver, const QList<QUrl>& urls) {
 }
 QUrl url_of(const fs::path& path) { return QUrl::fromLocalFile(QString::fromStdString(path.string())); }
 
-/// Types a name into the file dialog that `act` opens.
+/// Types a name into the file dialog that `act` opens, and presses its button.
 void choose_file(const fs::path& file, const std::function<void()>& act) {
   QTimer typing;
+  int ticks = 0;
   QObject::connect(&typing, &QTimer::timeout, [&] {
     auto* const dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
-    QLineEdit* const name = dialog ? dialog->findChild<QLineEdit*>("fileNameEdit") : nullptr;
-    if (!name) return;
-    typing.stop();
-    name->setFocus();
-    QTest::keyClicks(name, QString::fromStdString(file.string()));
-    QTest::keyClick(name, Qt::Key_Return);
+    auto* const name = dialog ? dialog->findChild<QLineEdit*>("fileNameEdit") : nullptr;
+    auto* const buttons = dialog ? dialog->findChild<QDialogButtonBox*>() : nullptr;
+    if (!name || !buttons) return;
+    if (++ticks > 100) return dialog->reject();
+    const QString wanted = QString::fromStdString(file.string());
+    if (name->text() != wanted) {
+      name->selectAll();
+      QTest::keyClicks(name, wanted);
+    } else {
+      QTest::mouseClick(buttons->button(QDialogButtonBox::Open), Qt::LeftButton);
+    }
   });
-  typing.start(50);
+  typing.start(100);
   act();
+}
+
+/// A key of the window; without a window manager it is not active again once a dialog is closed.
+void press_key(Driver& driver, Qt::Key key) {
+  QApplication::setActiveWindow(&driver.window());
+  driver.key(key, Qt::ControlModifier | Qt::ShiftModifier);
+}
+
+void look_at(QWidget& dialog, const std::string& name) {
+  QTest::qWait(80);
+  dialog.grab().save(QString::fromStdString(std::string(PALPA_SCREENSHOTS) + "/" + name + ".png"));
 }
 
 TEST(ExplorerOpening, AFolderOfTwoSeriesAsksForOneByItsWordsAndImages) {
@@ -144,14 +162,14 @@ TEST(ExplorerOpening, AFolderOfTwoSeriesAsksForOneByItsWordsAndImages) {
   EXPECT_EQ(row_of(*chooser, 0)->text(0), "CT 201 head bone");
   EXPECT_EQ(row_of(*chooser, 0)->text(1), "5");
   EXPECT_TRUE(row_of(*chooser, 1)->isSelected()) << "the largest";
-  driver.look("choose-series");
+  look_at(*chooser, "choose-series");
   ASSERT_TRUE(is_opened(driver, [&] {
     QTest::keyClick(chooser->findChild<QTreeWidget*>(), Qt::Key_Up);
     QTest::keyClick(chooser->findChild<QTreeWidget*>(), Qt::Key_Return);
   }));
   EXPECT_EQ(dims_of(driver)[2], 5);
   // The other one, by the menu's key and the mouse.
-  driver.key(Qt::Key_C, Qt::ControlModifier | Qt::ShiftModifier);
+  press_key(driver, Qt::Key_C);
   chooser = chooser_of(driver);
   ASSERT_TRUE(chooser);
   ASSERT_TRUE(is_opened(driver, [&] {
@@ -202,7 +220,7 @@ TEST(ExplorerOpening, ThreeArraysBecomeOneVector) {
   write_fields(file, grid, fields);
   Driver driver;
   ASSERT_TRUE(is_opened(driver, [&] { driver.window().open(file); }));
-  driver.key(Qt::Key_C, Qt::ControlModifier | Qt::ShiftModifier);
+  press_key(driver, Qt::Key_C);
   PartChooser* const chooser = chooser_of(driver);
   ASSERT_TRUE(chooser);
   EXPECT_EQ(chooser->findChild<QTreeWidget*>()->topLevelItemCount(), 4);
@@ -216,7 +234,7 @@ TEST(ExplorerOpening, ThreeArraysBecomeOneVector) {
   auto* const name = chooser->findChild<QLineEdit*>("vector_name");
   name->selectAll();
   QTest::keyClicks(name, "my wind");
-  driver.look("choose-arrays");
+  look_at(*chooser, "choose-arrays");
   ASSERT_TRUE(is_opened(driver, [&] { QTest::mouseClick(open_button(*chooser), Qt::LeftButton); }));
   const Scene& scene = driver.window().document().scene();
   const Field& wind = *scene.field({"flow.my_wind"}).field;
@@ -305,7 +323,7 @@ TEST(ExplorerOpening, AddedDataKeepTheirGridAndAreFeltWhereTheyAreSeen) {
   ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
   const Scene before = driver.window().document().scene();
   const auto add = [&] {
-    choose_file(folder / "head.nrrd", [&] { driver.key(Qt::Key_A, Qt::ControlModifier | Qt::ShiftModifier); });
+    choose_file(folder / "head.nrrd", [&] { press_key(driver, Qt::Key_A); });
     return Driver::wait_for([&] { return !(driver.window().document().scene() == before); }, 60'000);
   };
   ASSERT_TRUE(add()) << driver.message().toStdString();
@@ -359,9 +377,9 @@ TEST(ExplorerOpening, WrongInputIsSaidAndLeavesTheSceneAsItIs) {
   says("1.dcm: ");
   drop(driver, {url_of(folder / "lost.vtm")});
   says("there is no such file");
-  choose_file(embedded("head_phantom.toml"), [&] { driver.key(Qt::Key_A, Qt::ControlModifier | Qt::ShiftModifier); });
+  choose_file(embedded("head_phantom.toml"), [&] { press_key(driver, Qt::Key_A); });
   says("is a scene or a trace, not data");
-  driver.key(Qt::Key_C, Qt::ControlModifier | Qt::ShiftModifier);
+  press_key(driver, Qt::Key_C);
   says("names its series and arrays itself");
 }
 
