@@ -140,16 +140,16 @@ void MainWindow::open_chosen(const QStringList& files) {
 }
 
 void MainWindow::add(Wanted wanted) {
+  const QString name = name_of(wanted.paths.front());
+  if (wanted.paths.front().extension() == ".toml" || is_trace(wanted.paths.front()))
+    return say(tr("%1 is a scene or a trace, not data: File ▸ Open opens it.").arg(name), true);
   wanted.taken.clear();
   for (const SceneVolume& volume : document_.scene().volumes()) wanted.taken.push_back(volume.name);
   jobs_.begin<Found>(
-      Jobs::Purpose::open, tr("reading %1").arg(name_of(wanted.paths.front())),
+      Jobs::Purpose::open, tr("reading %1").arg(name),
       [wanted, folders = options_.data_folders](std::stop_token stop) { return open_or_ask(wanted, folders, stop); },
-      [this, wanted](const Found& found) {
+      [this, wanted, name](const Found& found) {
         if (!found.opened) return choose(found.to_choose, wanted, [this](const Wanted& chosen) { add(chosen); });
-        const QString name = name_of(wanted.paths.front());
-        if (found.opened->request.files.empty())
-          return say(tr("%1 is a scene or a trace, not data: File ▸ Open opens it.").arg(name), true);
         QStringList remarks = found.opened->notes;
         if (!document_.edit(tr("add %1").arg(name), -1,
                             [&](Scene& scene) { remarks += add_to(scene, found.opened->loaded.scene); }))

@@ -318,12 +318,12 @@ TEST(ExplorerOpening, AddedDataKeepTheirGridAndAreFeltWhereTheyAreSeen) {
   const fs::path folder = fresh_folder("added");
   const GridGeometry grid = cubes(20, 16, 12);
   const auto ball = [](const Vec3& p) { return Vec3{100.0 / (1.0 + std::exp(4e3 * (norm(p) - 5e-3))) + 1e2 * p.x, 0, 0}; };
-  write_fields(folder / "head.nrrd", grid, {field_of("ball", grid, 1, ball)});
+  write_fields(folder / "head.vti", grid, {field_of("ball", grid, 1, ball)});
   Driver driver;
   ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
   const Scene before = driver.window().document().scene();
   const auto add = [&] {
-    choose_file(folder / "head.nrrd", [&] { press_key(driver, Qt::Key_A); });
+    choose_file(folder / "head.vti", [&] { press_key(driver, Qt::Key_A); });
     return Driver::wait_for([&] { return !(driver.window().document().scene() == before); }, 60'000);
   };
   ASSERT_TRUE(add()) << driver.message().toStdString();
@@ -353,6 +353,7 @@ TEST(ExplorerOpening, AddedDataKeepTheirGridAndAreFeltWhereTheyAreSeen) {
   const fs::path saved = folder / "both.toml";
   driver.window().document().save(saved);
   EXPECT_EQ(load_scene(saved).scene.volumes().size(), 2u);
+  QApplication::setActiveWindow(&driver.window());
   driver.key(Qt::Key_Z, Qt::ControlModifier);
   EXPECT_TRUE(driver.window().document().scene() == before);
 }
