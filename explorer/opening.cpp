@@ -13,6 +13,7 @@
 #include "palpa/scene/first_scene.h"
 #include "palpa/study/recorded_scene.h"
 #include "palpa/trace/trace.h"
+#include "palpa/view/layers.h"
 
 namespace palpa::explorer {
 
@@ -302,6 +303,8 @@ fs::path find_beside(const fs::path& velocity) {
 
 QStringList add_to(Scene& scene, const Scene& added) {
   QStringList remarks;
+  std::vector<ViewLayer> layers = detail::layers_of(scene);  // also those that no scene file names
+  for (const ViewLayer& layer : detail::layers_of(added)) layers.push_back(layer);
   const Box here = scene.volumes().empty() ? Box{} : scene.volumes().front().volume.bounds_m();
   for (const SceneVolume& volume : added.volumes()) {
     const GridView* grid = grid_behind(*volume.volume.fields.front().field);
@@ -326,7 +329,7 @@ QStringList add_to(Scene& scene, const Scene& added) {
     for (int number = 2; scene.find_mode(name); ++number) name = mode.name + "_" + std::to_string(number);
     scene.add(name, mode.mode, mode.masks, mode.enabled);
   }
-  scene.layers.insert(scene.layers.end(), added.layers.begin(), added.layers.end());
+  scene.layers = layers;
   return remarks;
 }
 
