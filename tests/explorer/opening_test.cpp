@@ -339,7 +339,7 @@ TEST(ExplorerOpening, AddedDataKeepTheirGridAndAreFeltWhereTheyAreSeen) {
     of_head += layer.field.name == before.volumes().front().name;
     for (const SceneMode& mode : scene.modes()) {
       const auto* surface = mode.mode.as<SurfaceAndFriction>();
-      if (!surface || layer.field.name != added || surface->field.name != added) continue;
+      if (!surface || !layer.field.name.starts_with(added) || surface->field.name != layer.field.name) continue;
       for (const auto& level : surface->levels) linked += layer.level == level.value;
     }
   }
