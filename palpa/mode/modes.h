@@ -77,7 +77,6 @@ struct SurfaceAndFriction {
   double noise_per_m = 0.0;  ///< [unit of the field per world metre]
   Strength flat_strength_n{0.0};
   double texture_ratio = 0.0;  ///< [1]
-  FieldRef detail{};           ///< derived from the field if there is texture
 
   static constexpr auto parameters() {
     using S = SurfaceAndFriction;
@@ -104,7 +103,7 @@ struct SurfaceAndFriction {
               "resistance to all motion in the solid, as far as noise_per_m leaves no surface there"),
         param("texture_ratio", &S::texture_ratio,
               "by how much friction varies, as a share of it, with detail too fine for the field's smooth filter", Range{0, 1}),
-        companion_param(&S::detail, &S::field, Derivation::detail, &S::has_texture)};
+        companion_param(&S::field, Derivation::detail, &S::has_texture)};
   }
   bool has_texture() const { return texture_ratio > 0.0; }
   /// Checks: levels or material, friction as a force or as a coefficient; flat strength needs a noise and a solid side, texture
@@ -282,8 +281,7 @@ struct VortexForce {
   static constexpr auto type = "vortex_force";
   static constexpr auto summary = "A pull towards the core of a vortex.";
 
-  FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< smoothed velocity
+  FieldRef field{};  ///< Q of the velocity; its companion: the smoothed velocity
   Strength strength_n{0.5};
   VortexDirection direction = VortexDirection::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -291,7 +289,7 @@ struct VortexForce {
   static constexpr auto parameters() {
     using M = VortexForce;
     return std::tuple{derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-                      companion_param(&M::velocity, &M::field, Derivation::smooth_vector, &M::needs_velocity),
+                      companion_param(&M::field, Derivation::smooth_vector, &M::needs_velocity),
                       param("strength_n", &M::strength_n,
                             "force of the pull; a number: where Q is at least 5 % of its maximum; or a function of q(FIELD)"),
                       choice_param("direction", &M::direction, "what points to the core", "q", "vorticity", "reduced_velocity"),
@@ -313,8 +311,7 @@ struct VortexPlane {
   static constexpr auto type = "vortex_plane";
   static constexpr auto summary = "A tube around the core of a vortex: free to enter, held inside.";
 
-  FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< smoothed velocity
+  FieldRef field{};  ///< Q of the velocity; its companion: the smoothed velocity
   Strength strength_n{0.5};
   VortexDirection direction = VortexDirection::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -322,7 +319,7 @@ struct VortexPlane {
   static constexpr auto parameters() {
     using M = VortexPlane;
     return std::tuple{derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-                      companion_param(&M::velocity, &M::field, Derivation::smooth_vector, &M::needs_velocity),
+                      companion_param(&M::field, Derivation::smooth_vector, &M::needs_velocity),
                       param("strength_n", &M::strength_n,
                             "force that holds the hand in the vortex; a number: where Q is at least 5 % of its maximum; or a "
                             "function of q(FIELD)"),
@@ -354,8 +351,7 @@ struct VortexLine {
   /// Method to find the core: the ridge of Q, or the zero of the reduced velocity across the axis.
   enum class By { q, reduced_velocity };
 
-  FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< smoothed velocity
+  FieldRef field{};  ///< Q of the velocity; its companion: the smoothed velocity
   Strength strength_n{0.5};
   By direction = By::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -364,7 +360,7 @@ struct VortexLine {
     using M = VortexLine;
     return std::tuple{
         derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-        companion_param(&M::velocity, &M::field, Derivation::smooth_vector, &M::needs_velocity),
+        companion_param(&M::field, Derivation::smooth_vector, &M::needs_velocity),
         param("strength_n", &M::strength_n,
               "force onto the core; a number: where Q is at least 5 % of its maximum; or a function of q(FIELD)"),
         choice_param("direction", &M::direction, "what the step to the core is taken from", "q", "reduced_velocity"),

@@ -87,7 +87,7 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
   const ScalarSample sample = here.scalar(field, x_m);
   if (!sample.inside || !(norm(sample.gradient) > 0.0)) return;
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
-  HeldLevel level{field.index, on.value, on.pressed_to};
+  HeldLevel level{here.number_of(field), on.value, on.pressed_to};
   const Vec3 uphill = normalized(sample.gradient);
   const Vec3 normal = on.from_low ? -uphill : uphill;
   const Vec3 foot_m = detail::foot_on_level_m(here, x_m, sample, on.pressed_to);
@@ -119,7 +119,8 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
 // Factor of the texture on friction, [1] 0…2: rougher where the voxels exceed the filter. Sampled at the start of the step, the
 // origin of friction: sampled at the end, no end might fit its own friction.
 double SurfaceAndFriction::texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept {
-  return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_offset_m(slot)).value : 1.0;
+  return has_texture() ? 1.0 + texture_ratio * here.companion_scalar(field, here.proxy_m + here.foot_offset_m(slot)).value
+                       : 1.0;
 }
 
 // Every value of a material is solid, to the degree of its strength.
@@ -150,7 +151,7 @@ void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memo
     if (is_held(memory.held[i])) give_way(result, surface_slot(i), memory.held[i]);
   }
   for (const Crossing& crossing : result.crossings) {
-    if (crossing.field != field.index) continue;
+    if (crossing.field != result.here.number_of(field)) continue;
     const bool inwards = solid == Solid::both || crossing.up == (solid == Solid::high);
     for (std::size_t i = 0; i < levels.size(); ++i) {
       if (levels[i].value != crossing.value) continue;

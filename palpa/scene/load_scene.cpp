@@ -198,7 +198,7 @@ class Loader {
         if (ref.name.empty()) return;
         info.felt ? scene.field(ref, *info.felt) : scene.field(ref).field;
       }
-      void companion(FieldRef&, const FieldRef& of, Derivation felt) override { scene.field(of, felt); }
+      void companion(FieldRef& of, Derivation felt) override { scene.field(of, felt); }
       void strength(const ParameterInfo&, Strength& strength) override {
         if (!strength.is_constant()) scene.field(strength.of);
       }

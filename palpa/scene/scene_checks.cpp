@@ -169,7 +169,7 @@ class LevelChecks final : public SceneChecks {
 class TextureChecks final : public SceneChecks {
  public:
   using SceneChecks::SceneChecks;
-  void companion(FieldRef&, const FieldRef& of, Derivation felt) override {
+  void companion(FieldRef& of, Derivation felt) override {
     if (felt != Derivation::detail || of.name.empty() || has_detail(*scene_.field(of).field)) return;
     find("texture_ratio",
          the("texture_ratio") + " is not felt: nothing of " + in_quotes(of.name) +

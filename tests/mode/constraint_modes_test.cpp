@@ -6,12 +6,13 @@
 
 #include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
+#include "tests/mode/resolved.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace constraint_modes_test {
 
-const FieldRef first{"first", 0};
+const FieldRef first = test::resolved("first", 0);
 
 /// A field that is a formula everywhere within a metre.
 class Everywhere final : public Field {

@@ -8,6 +8,7 @@
 
 #include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
+#include "tests/mode/resolved.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {
@@ -41,8 +42,8 @@ class AtHand : public testing::Test {
   PrimitiveSet out_{16};
 };
 
-const FieldRef ball{"ball", 0};
-const FieldRef flow{"flow", 1};
+const FieldRef ball = test::resolved("ball", 0);
+const FieldRef flow = test::resolved("flow", 1);
 
 TEST_F(AtHand, SamplesAreOfTheHandFrame) {
   test::Random random(1);

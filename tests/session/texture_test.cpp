@@ -11,6 +11,7 @@
 #include "palpa/mode/modes.h"
 #include "palpa/scene/mode_inputs.h"
 #include "palpa/session/session.h"
+#include "tests/mode/resolved.h"
 #include "tests/session/hands.h"
 
 namespace palpa {
@@ -114,8 +115,7 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
       const Contact foot{.offset_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
       if (coulomb) mode.levels[0].stiffness_n_per_m = 300.0;
       here.contacts = {&foot, coulomb ? 1u : 0u};
-      mode.field = {"data", 0};
-      mode.detail = {"data", 1};
+      mode.field = test::resolved("data", 0, 1);
       mode.static_friction_ratio = ratio;
       mode.friction_ns_per_m = 0.7;
       SurfaceAndFriction::Memory memory;
