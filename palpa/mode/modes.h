@@ -110,18 +110,21 @@ struct SurfaceAndFriction {
   /// needs friction.
   std::string problem() const;
 
-  /// Largest number of levels that hold the proxy at once: a rigid one below elastic ones.
-  static constexpr std::size_t most_held = 4;
+  /// Largest number of shells placed at once: a rigid one below elastic ones.
+  static constexpr std::size_t most_placed = 4;
+  /// Input of the next placement, from the path: side of the proxy at each shell that it has crossed, and positions of planes
+  /// in the field. No contact: a placed plane may be off, and a shell stays where its plane cannot be placed, in flat data.
+  /// What holds the proxy is in the session's ContactTable alone, from where `place` reads it (`ModeContext::contacts`).
   struct Memory {
-    struct Held {
+    struct Shell {
       std::int32_t level = -1;  ///< index; -1: none
-      bool from_low = true;     ///< met from lower values: the low side is free
+      bool from_low = true;     ///< crossed from lower values: the low side is free
       double kinetic_s = 0.0;   ///< remaining time of kinetic friction
-      double pressed_to = 0.0;  ///< position of the level, in the field's own unit: its value until it yields
+      double pressed_to = 0.0;  ///< position of the plane, in the field's own unit: the level's value until it yields
     };
-    std::array<Held, most_held> held;  ///< levels, in any order; for material the friction of the first
-    bool captured = false;             ///< held by material
-    double value = 0.0;                ///< of the material, in the field's own unit
+    std::array<Shell, most_placed> shells;  ///< to place, in any order; for material the friction of the first
+    bool stays = false;                     ///< the material's plane stays at `value`; else it is placed at the proxy
+    double value = 0.0;                     ///< position of the material's plane, in the field's own unit
   };
   void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;
   void on_step_accepted(const StepResult& result, Memory& memory) const noexcept;
@@ -130,9 +133,9 @@ struct SurfaceAndFriction {
   struct Standing;
   double texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept;
   void stand(const ModeContext& here, const Standing& on, PrimitiveSink out) const noexcept;
-  void give_way(const StepResult& result, std::uint16_t slot, Memory::Held& held) const noexcept;
+  void give_way(const StepResult& result, std::uint16_t slot, Memory::Shell& shell) const noexcept;
   void rub(const StepResult& result, Memory& memory) const noexcept;
-  void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;
+  void cross(Memory& memory, std::int32_t level, bool from_low) const noexcept;
   bool is_solid(double value) const noexcept;
 };
 
@@ -330,8 +333,9 @@ struct VortexPlane {
   /// Checks: a background only if the direction depends on it.
   std::string problem() const;
 
+  /// Position of the plane for the next placement; no contact, as in SurfaceAndFriction.
   struct Memory {
-    bool captured = false;
+    bool stays = false;  ///< the plane stays on the level `value`; else it is placed on the proxy's
     double value = 0.0;  ///< Q of the plane's level, [1/s²] where velocities are in m/s
   };
   void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;

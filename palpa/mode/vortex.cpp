@@ -73,7 +73,7 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
   const bool on_level = direction == VortexDirection::q;
   const ScalarSample q = here.scalar(field);
   HeldLevel level =
-      on_level ? HeldLevel{here.number_of(field), memory.captured ? memory.value : here.value_at_start(field)} : HeldLevel{};
+      on_level ? HeldLevel{here.number_of(field), memory.stays ? memory.value : here.value_at_start(field)} : HeldLevel{};
   const LevelStrength bears = here.newtons(strength_n, level, TransferFunction::Side::above);
   level.limited = bears.limited;
   const double strength = std::min(in_vortex_n(here, *this, bears.newtons), core.steady_n);
@@ -84,7 +84,7 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
 
 void VortexPlane::on_step_accepted(const StepResult& result, Memory& memory) const noexcept {
   const PrimitiveState state = result.state(tube_slot);
-  memory.captured = direction == VortexDirection::q && result.placed(tube_slot) && state != PrimitiveState::off;
+  memory.stays = direction == VortexDirection::q && result.placed(tube_slot) && state != PrimitiveState::off;
   if (state == PrimitiveState::slip) memory.value = result.here.scalar(field).value;  // pulled outwards
   if (state == PrimitiveState::stick) memory.value = result.contacts.front().level.value;
 }

@@ -107,7 +107,7 @@ TEST_F(AtHand, ALevelIsPlacedOnlyOnceItHasBeenMet) {
   const SurfaceAndFriction mode{.field = ball, .levels = {{.value = 0.0, .strength_n = 2.0, .friction_n = 0.3}}};
   place(mode, {0, 0, 0.0498}, {});
   EXPECT_TRUE(out_.empty());
-  const SurfaceAndFriction::Memory met{.held = {{{.level = 0}}}};
+  const SurfaceAndFriction::Memory met{.shells = {{{.level = 0}}}};
   place(mode, {0, 0, 0.0498}, {}, reinterpret_cast<const std::byte*>(&met));
   ASSERT_EQ(out_.size(), 2u);
   EXPECT_NEAR(distance(out_[0].position_m, {0, 0, 0.05}), 0.0, 1e-12) << "one Newton step back to the level";
@@ -119,7 +119,7 @@ TEST_F(AtHand, ALevelIsPlacedOnlyOnceItHasBeenMet) {
 
 TEST_F(AtHand, CoulombFrictionNamesItsPlane) {
   const SurfaceAndFriction mode{.field = ball, .levels = {{.value = 0.0, .strength_n = 2.0}}, .friction_coefficient = 0.4};
-  const SurfaceAndFriction::Memory met{.held = {{{.level = 0}}}};
+  const SurfaceAndFriction::Memory met{.shells = {{{.level = 0}}}};
   place(mode, {0, 0, 0.0498}, {}, reinterpret_cast<const std::byte*>(&met));
   ASSERT_EQ(out_.size(), 2u);
   EXPECT_EQ(out_.friction_of(1).plane, 0);

@@ -119,7 +119,7 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
       mode.static_friction_ratio = ratio;
       mode.friction_ns_per_m = 0.7;
       SurfaceAndFriction::Memory memory;
-      memory.held[0].level = 0;
+      memory.shells[0].level = 0;
       PrimitiveSet with, without;
       with.clear(at);
       without.clear(at);
