@@ -44,10 +44,7 @@ Volume rough(double radius_m, double noise_m, Filter filter) {
 
 Scene scene_of(const Volume& data, SurfaceAndFriction mode, Filter filter = Filter::smooth, const Similarity& pose = {}) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   mode.field = scene.add("data", data, pose, filter);
   scene.add("surface", mode);
   return scene;
