@@ -164,7 +164,7 @@ TEST(Reach, ARecordingIsLaidForLongContactHoweverManyModesShareASmallPlace) {
   const TransferFunction inside({{0.0, 0.0}, {0.001, 1.0}, {1.0, 1.0}});
   const FieldRef wide = scene.add("wide", depth_of(0.05, middle_m, 0.02, apart_m));
   const FieldRef small = scene.add("small", depth_of(0.012, middle_m, 0.02, apart_m));
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   scene.add("water", Viscosity{.field = wide, .drag_ns_per_m = 1.0}, {Mask{.of = wide, .curve = inside}});
   for (const char* name : {"one", "two", "three", "four"})
     scene.add(name, Viscosity{.field = small, .drag_ns_per_m = 1.0}, {Mask{.of = small, .curve = inside}});
