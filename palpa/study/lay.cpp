@@ -1,8 +1,11 @@
 // Placement of a recorded hand.
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <tuple>
 
 #include "palpa/study/reach.h"
@@ -96,7 +99,7 @@ struct Weights {
   int front = 1;        // factor of cells at a front
   double beyond = 0.0;  // cost of a cell beyond the force limit; 0: as others
 };
-/// All displacements with contact, the best first.
+/// All displacements with contact, the best first, by an estimate of what a trial measures (worth_of).
 template <class BeginsBehind>
 std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<Stay>& stays, const Weights& weights,
                                  const BeginsBehind& begins_behind) {
@@ -107,18 +110,31 @@ std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<
   }
   // The centre of the workspace is in these cells of the lattice.
   constexpr int i0 = across / 2, j0 = across / 2, k0 = static_cast<int>((half_m + before_m) / cell_z_m);
+  double samples = 0.0;
+  for (const Stay& stay : stays) samples += stay.count;
+  std::uint64_t all_modes = 0;
+  for (const ReachLattice::Cell& cell : lattice.cells) all_modes |= cell.modes;
+  const int all_kinds = std::max(1, std::popcount(all_modes));
+  std::array<int, 64> met{};  // samples by mode
   std::vector<Place> places;
   for (int i = -high.i - i0; i <= across - 1 - low.i - i0; ++i)
     for (int j = -high.j - j0; j <= across - 1 - low.j - j0; ++j)
       for (int k = -high.k - k0; k <= along - 1 - low.k - k0; ++k) {
         Place place{0.0, i, j, k};
+        double contact = 0.0;
+        met.fill(0);
         for (const Stay& stay : stays) {
           const ReachLattice::Cell cell = lattice.at(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0);
-          place.worth += stay.count * (cell.beyond && weights.beyond > 0.0 ? -weights.beyond
-                                                                           : cell.worth * (cell.front ? weights.front : 1));
+          if (cell.modes == 0) continue;
+          const bool beyond = cell.beyond && weights.beyond > 0.0;
+          contact += stay.count * (beyond ? -weights.beyond : cell.front ? weights.front : 1.0);
+          for (std::uint64_t modes = cell.modes; modes != 0; modes &= modes - 1) met[std::countr_zero(modes)] += stay.count;
         }
+        if (contact <= 0.0) continue;
+        const auto kinds = std::count_if(met.begin(), met.end(), [&](int count) { return count > some_contact * samples; });
+        place.worth = contact / samples + static_cast<double>(kinds) / static_cast<double>(all_kinds);
         if (begins_behind(place.offset_m())) place.worth *= behind_a_level;
-        if (place.worth > 0.0) places.push_back(place);
+        places.push_back(place);
       }
   std::sort(places.begin(), places.end(),
             [](const Place& a, const Place& b) { return a.worth != b.worth ? a.worth > b.worth : a.far() < b.far(); });

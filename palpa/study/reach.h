@@ -50,11 +50,12 @@ class Reach {
   /// hundred more paths. Programming error (assert) without contact.
   /// \param hold  of the hand: an arm has to aim deeper than it gets
   Encounter encounter(const SimulatedMotion& motion, Hold hold) const;
-  /// Placement of a recording with most contact. All displacements by whole cells of 10 x 10 x 5 mm are ranked by the time in
-  /// cells with contact; fronts and rare modes count for more, a start behind a level for less. The best few are tried, and the
-  /// one with the longest contact with the most modes is chosen, if its force stays below the limit. A motion wider than 0.25
-  /// m, impossible on a desktop device, is first scaled to 0.15 m. If trials are often at the force limit, as beside levels
-  /// that hold, cells beyond the limit are avoided, then smaller motions tried. Programming error (assert) without contact.
+  /// Placement of a recording with most contact. All displacements by whole cells of 10 x 10 x 5 mm are ranked by the share of
+  /// the time in cells with contact plus that of the modes met in more than 2 % of it; fronts count for more, a start behind a
+  /// level for less. The best few are tried, and the one with the longest contact with the most modes is chosen, if its force
+  /// stays below the limit. A motion wider than 0.25 m, impossible on a desktop device, is first scaled to 0.15 m. If trials
+  /// are often at the force limit, as beside levels that hold, cells beyond the limit are avoided, then smaller motions tried.
+  /// Programming error (assert) without contact.
   RecordingPlacement place_recording(const std::shared_ptr<const Target>& recording, Hold hold) const;
   /// Share [1] of these hand positions [m] in contact.
   double felt_share(std::span<const Vec3> places_m) const noexcept;

@@ -18,7 +18,6 @@ Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hol
 }
 
 double kinds_met(const Summary& summary) {
-  constexpr double some_contact = 0.02;  // [1] of the ticks. More: small objects never count; less: a touch by chance does
   const auto met = std::count_if(summary.modes.begin(), summary.modes.end(),
                                  [](const ModeSummary& mode) { return mode.contact_share > some_contact; });
   return static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "palpa/data/analytic.h"
+#include "palpa/data/phantom_parts.h"
 #include "palpa/device/front.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
@@ -151,6 +152,28 @@ TEST(Reach, ARecordingIsLaidWhereItFeelsMost) {
   EXPECT_GE(laid.contact_share, 0.6);
   EXPECT_NEAR(contact_share(scene, displaced(recording, laid.offset_m), Hold::rigid), laid.contact_share, 0.05);
   EXPECT_LE(distance(recording->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1);
+}
+
+// Modes that push in the same places draw no recording away from a place where all are met, and some far longer.
+TEST(Reach, ARecordingIsLaidForLongContactHoweverManyModesShareASmallPlace) {
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
+  const auto depth_of = [](double first_radius_m, const Vec3& first_m, double other_radius_m, const Vec3& other_m) {
+    return detail::phantom::volume_of(
+        "depth", "m", detail::phantom::cube(0.1), 1e-3, {{-0.3, 0.1}}, [=](const Vec3& x) noexcept {
+          const double one_m = first_radius_m - distance(x, first_m), two_m = other_radius_m - distance(x, other_m);
+          return ScalarSample{std::max(one_m, two_m), {}, true};
+        });
+  };
+  const Vec3 middle_m{-0.035, 0.0, 0.0}, apart_m{0.06, 0.04, 0.0};
+  const TransferFunction inside({{0.0, 0.0}, {0.001, 1.0}, {1.0, 1.0}});
+  const FieldRef wide = scene.add("wide", depth_of(0.05, middle_m, 0.02, apart_m));
+  const FieldRef small = scene.add("small", depth_of(0.012, middle_m, 0.02, apart_m));
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"};
+  scene.add("water", Viscosity{.field = wide, .drag_ns_per_m = 1.0}, {Mask{.of = wide, .curve = inside}});
+  for (const char* name : {"one", "two", "three", "four"})
+    scene.add(name, Viscosity{.field = small, .drag_ns_per_m = 1.0}, {Mask{.of = small, .curve = inside}});
+  const RecordingPlacement laid = Reach(scene).place_recording(std::make_shared<ToAndFro>(), Hold::rigid);
+  EXPECT_GE(laid.contact_share, 0.9);
 }
 
 // To a position with as much contact as near by, from a recording's largest distance.
