@@ -59,7 +59,7 @@ class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<Da
 
   static void expect_promises(const LoadedScene& first, const Felt& felt) {
     const std::vector<SceneMode>& modes = first.scene.modes();
-    for (const UnyieldingLevel& level : unyielding_levels(first.scene, first.scene.coupling.max_force_n)) {
+    for (const UnyieldingLevel& level : unyielding_levels(first.scene, first.scene.coupling().max_force_n)) {
       for (const double value : values_of(modes[level.mode], level.name)) {
         for (const SessionEvent& event : felt.broken)
           EXPECT_FALSE(event.mode == static_cast<int>(level.mode) && event.value == value) << level.name << " lets go";
@@ -70,7 +70,7 @@ class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<Da
       if (drives(modes[m].mode.type())) continue;
       EXPECT_LT(mode.injected_j - mode.dissipated_j, 1e-6) << mode.name << " brings energy in";
     }
-    EXPECT_LE(felt.summary.force_max_n, first.scene.coupling.max_force_n + 1e-9);
+    EXPECT_LE(felt.summary.force_max_n, first.scene.coupling().max_force_n + 1e-9);
   }
 
   static std::vector<double> values_of(const SceneMode& mode, const std::string& name) {
