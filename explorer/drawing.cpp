@@ -150,7 +150,7 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
   const Vec3 size = drawing.bounds_m.size_m();
   vtkNew<vtkRenderer> solid, shells;
   drawing.signs = detail::draw_layers(solid, shells, scene, layers,
-                                      {drawing.bounds_m, true, scene.time.at(0.0), 0.6 * largest_component(size), towards});
+                                      {drawing.bounds_m, true, scene.time().at(0.0), 0.6 * largest_component(size), towards});
   drawing.fine_shells = drawing.signs.shells;
 
   const auto each = [](vtkRenderer* renderer, const auto& what) {

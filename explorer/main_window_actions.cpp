@@ -143,8 +143,7 @@ void MainWindow::make_actions() {
                                return;
                              const std::string name = document_.scene().modes()[static_cast<std::size_t>(number - 1)].name;
                              document_.edit(tr("turn %1 on or off").arg(QString::fromStdString(name)), -1, [&](Scene& scene) {
-                               SceneMode& mode = *scene.find_mode(name);
-                               mode.enabled = !mode.enabled;
+                               scene.edit_mode(name, [](SceneMode& mode) { mode.enabled = !mode.enabled; });
                              });
                            }));
   }

@@ -320,9 +320,7 @@ QStringList add_to(Scene& scene, const Scene& added) {
         remarks << tr("%1 is in another frame of reference than %2: they lie together only by chance.")
                        .arg(name, QString::fromStdString(other.name));
     }
-    scene.add(volume.name, volume.volume, {}, grid ? std::optional(grid->filter) : std::nullopt);
-    SceneVolume& kept = *scene.find_volume(volume.name);
-    kept.source = volume.source, kept.smoothing_m = volume.smoothing_m;
+    scene.add(SceneVolume(volume), grid ? std::optional(grid->filter) : std::nullopt);
   }
   for (const SceneMode& mode : added.modes()) {
     std::string name = mode.name;

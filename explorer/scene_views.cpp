@@ -23,7 +23,7 @@ bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).l
 FieldPtr flow_of(const Scene& scene) {
   for (const std::string& name : field_names(scene)) {
     const FieldPtr field = scene.field({name}).field;
-    if (field->components() == 3) return detail::in_hand_frame(frozen(field, scene.time.at(0.0)), scene.hand_to_world());
+    if (field->components() == 3) return detail::in_hand_frame(frozen(field, scene.time().at(0.0)), scene.hand_to_world());
   }
   return nullptr;
 }
@@ -78,11 +78,11 @@ void SceneViews::draw_layers(const Scene& scene) {
   // Compare only the settings that change the picture.
   Scene seen = scene;
   // Disabled modes are drawn, too.
-  for (const SceneMode& mode : scene.modes()) seen.find_mode(mode.name)->enabled = true;
+  for (const SceneMode& mode : scene.modes()) seen.edit_mode(mode.name, [](SceneMode& all) { all.enabled = true; });
   seen.layers = detail::layers_of(seen);
   Scene compared = seen;
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
-  compared.coupling = {};
+  compared.set(CouplingOptions{});
   const std::string key = to_toml(compared);
   if (key == drawn_) return;
   drawn_ = key;
