@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 
 #include "palpa/scene/load_scene.h"
 
@@ -43,6 +44,8 @@ class Document : public QObject {
   /// lost then.
   void save(const std::filesystem::path& file);
   QUndoStack& undo() { return undo_; }
+  /// Indices of surface layers whose level does not follow the felt one.
+  std::set<std::size_t> loose_layers;
 
  Q_SIGNALS:
   void opened_another();
