@@ -207,10 +207,6 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
     if (strength->is_constant()) return number_editor(row, number, strength->constant_n, context);
     auto* button = new QPushButton;
     button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
-    // With one property of a style sheet, the style draws a light ground.
-    button->setStyleSheet(
-        "QPushButton { text-align: left; padding: 3px 6px; border: 1px solid palette(mid); border-radius: 3px;"
-        " background: palette(button); color: palette(button-text); }");
     button->setObjectName(QString("function_%1").arg(number));
     connect(button, &QPushButton::clicked, this, [this, number] { Q_EMIT function_asked(number); });
     setters_.push_back([button](const ParameterRow::Value& given) {
@@ -218,7 +214,8 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
       const auto& points = function.curve.points();
       const bool grows = !points.empty() && points.back().result > points.front().result;
       const bool falls = !points.empty() && points.back().result < points.front().result;
-      const QString name = QString::fromStdString(function.of.name);
+      QString name = QString::fromStdString(function.of.name);
+      if (name.startsWith("magnitude(")) name = "|" + name.mid(10).chopped(1) + "|";
       button->setText((grows ? tr("Grows with %1 …") : falls ? tr("Falls with %1 …") : tr("By %1 …")).arg(name));
       button->setToolTip(tr("A function of %1 with %2 points; click to edit it")
                              .arg(QString::fromStdString(function.of.name))
