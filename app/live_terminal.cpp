@@ -81,8 +81,7 @@ bool LiveTerminal::obey(char key, LiveLoop& loop, LiveScene& scene) {
     try {
       scene.change([&](Scene& changed) {
         if (number >= changed.modes().size()) return;
-        SceneMode& mode = *changed.find_mode(changed.modes()[number].name);
-        mode.enabled = !mode.enabled;
+        changed.edit_mode(changed.modes()[number].name, [](SceneMode& mode) { mode.enabled = !mode.enabled; });
       });
     } catch (const std::exception& error) {
       print_error(error.what());

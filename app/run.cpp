@@ -42,10 +42,10 @@ Json description(const PreparedRun& prepared, double rate_hz) {
   Json notes = prepared.notes;
   notes.push_back(forecast(prepared));
   return {{"title", scene.title},
-          {"law", scene.law},
-          {"stiffness_n_per_m", scene.coupling.stiffness_n_per_m},
-          {"damping_ns_per_m", scene.coupling.damping_ns_per_m},
-          {"max_force_n", scene.coupling.max_force_n},
+          {"law", scene.law()},
+          {"stiffness_n_per_m", scene.coupling().stiffness_n_per_m},
+          {"damping_ns_per_m", scene.coupling().damping_ns_per_m},
+          {"max_force_n", scene.coupling().max_force_n},
           {"world_m_per_hand_m", scene.hand_to_world().scale},
           {"hand", prepared.hand ? prepared.hand->name() : "yours"},
           {"device", prepared.real_device ? prepared.real_device->name() : prepared.device},

@@ -115,20 +115,21 @@ std::map<double, std::vector<double>> slopes_pressed(const Scene& scene, const F
 /// The scene with one surface mode and these levels only, without friction and damper: its force is the surface's.
 Scene bare_surface(const Scene& scene, const SceneMode& wanted, std::vector<SurfaceAndFriction::Level> levels) {
   Scene bare = scene;
-  bare.coupling.damping_ns_per_m = 0.0;
-  for (const SceneMode& mode : scene.modes()) bare.find_mode(mode.name)->enabled = mode.name == wanted.name;
-  SurfaceAndFriction surface = *surface_of(wanted);
-  surface.friction_n = surface.friction_coefficient = 0.0;
-  surface.flat_strength_n = Strength{0.0};
-  surface.levels = std::move(levels);
-  for (SurfaceAndFriction::Level& level : surface.levels) level.friction_n = level.friction_coefficient = std::nullopt;
-  bare.find_mode(wanted.name)->mode = Mode(surface);
+  bare.edit<CouplingOptions>([&](auto& coupling) { coupling.damping_ns_per_m = 0.0; });
+  for (const SceneMode& mode : scene.modes())
+    bare.edit_mode(mode.name, [&](SceneMode& one) { one.enabled = one.name == wanted.name; });
+  bare.edit<SurfaceAndFriction>(wanted.name, [&](SurfaceAndFriction& surface) {
+    surface.friction_n = surface.friction_coefficient = 0.0;
+    surface.flat_strength_n = Strength{0.0};
+    surface.levels = std::move(levels);
+    for (SurfaceAndFriction::Level& level : surface.levels) level.friction_n = level.friction_coefficient = std::nullopt;
+  });
   return bare;
 }
 
 /// Each level alone, rigid and with two stiffnesses of its own: measured over set stiffness.
 Figure felt_by_given(const FeltScene& felt) {
-  const double k = felt.scene.coupling.stiffness_n_per_m;
+  const double k = felt.scene.coupling().stiffness_n_per_m;
   Figure figure{.name = "stiffness felt : given, each level alone", .asked = "1 +- 1 %", .applies = false};
   int presses = 0;
   double low = 1.0, high = 1.0;
@@ -166,7 +167,7 @@ std::vector<Figure> breaks(const FeltScene& felt) {
   weak.limits.encoder_step_m = 0.0;
   const double beside_m = 0.5 * felt.rigid.radius_m;
   for (const DevicePlant& plant : {DevicePlant{}, weak}) {
-    const double guard_n = std::min(felt.scene.coupling.max_force_n, plant.limits.max_force_n);
+    const double guard_n = std::min(felt.scene.coupling().max_force_n, plant.limits.max_force_n);
     for (const auto& [u_m, v_m] : {std::pair{0.0, 0.0}, {beside_m, 0.0}, {-beside_m, 0.0}, {0.0, beside_m}, {0.0, -beside_m}}) {
       const FeltRun run =
           feel(felt.scene, press_at(felt.rigid, u_m, v_m, press_m_per_s), press_duration_s(felt.rigid, press_m_per_s), plant);

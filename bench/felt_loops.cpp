@@ -48,7 +48,7 @@ Worst worst_of(const FeltScene& felt, std::span<const int> of_hands, bool with_f
     for (const int hand : of_hands) {
       for (const double beside : {-0.5, 0.0, 0.5}) {
         const double rms_n = still_rms_n(felt, plant, hand, beside * felt.held.radius_m);
-        const double share = rms_n / (felt.scene.coupling.stiffness_n_per_m * plant.limits.encoder_step_m);
+        const double share = rms_n / (felt.scene.coupling().stiffness_n_per_m * plant.limits.encoder_step_m);
         if (share > worst.share) worst = {rms_n, share, plant.name + " " + hands[hand]};
       }
     }

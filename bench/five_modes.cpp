@@ -76,10 +76,7 @@ Volume warmth_on(int voxels) {
 
 Scene in_reach(const Vec3& centre_m) {
   Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.2});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = centre_m;
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = centre_m, .towards_user = "+z", .up = "+y"});
   return scene;
 }
 

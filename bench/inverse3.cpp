@@ -43,7 +43,7 @@ void measure_round_trips(Device& device) {
 void feel(Device& device, test::Inverse3StandIn& service, const PreparedRun& prepared) {
   LiveScene scene(prepared.loaded.scene);
   LiveOptions options{.duration_s = 60.0};
-  options.guard = guard_options_for(device.limits(), prepared.loaded.scene.coupling.max_force_n);
+  options.guard = guard_options_for(device.limits(), prepared.loaded.scene.coupling().max_force_n);
   LiveLoop loop(scene, device, options);
   std::atomic<bool> stop{false}, ended{false};
   long felt = 0, faults = 0;

@@ -113,11 +113,9 @@ std::unique_ptr<SimulatedDevice> hand_at(const PreparedRun& prepared, double beg
 
 void change(Scene& scene, std::int64_t n, bool is_swap) {
   if (is_swap) {
-    SceneMode& mode = *scene.find_mode(scene.modes().back().name);
-    mode.enabled = n % 2 == 0;
-    return;
+    return scene.edit_mode(scene.modes().back().name, [&](SceneMode& mode) { mode.enabled = n % 2 == 0; });
   }
-  scene.coupling.damping_ns_per_m = 0.2 + 0.1 * static_cast<double>(n % 2);
+  scene.edit<CouplingOptions>([&](auto& coupling) { coupling.damping_ns_per_m = 0.2 + 0.1 * static_cast<double>(n % 2); });
 }
 
 void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double rate_hz, Recorder& recorder) {
@@ -125,7 +123,7 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
   PacedHand paced(*hand);
   LiveScene scene(prepared.loaded.scene);
   LiveOptions options{.rate_hz = rate_hz, .duration_s = block_s, .rehearse = kind.rehearses};
-  options.guard = guard_options_for(hand->limits(), prepared.loaded.scene.coupling.max_force_n);
+  options.guard = guard_options_for(hand->limits(), prepared.loaded.scene.coupling().max_force_n);
   LiveLoop loop(scene, paced, options, &recorder);
   std::atomic<bool> stop{false}, ended{false};
   std::thread felt([&] {

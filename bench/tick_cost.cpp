@@ -65,7 +65,8 @@ Scene scene_of(std::string_view name, const char* data) {
   const RunOptions options = options_of(name, data);
   Scene scene = load_scene(options.scene, volume_reader(), standard_modes(), options.scene_options).scene;
   if (name.starts_with(disabled)) {
-    for (const SceneMode& mode : std::vector<SceneMode>(scene.modes())) scene.find_mode(mode.name)->enabled = false;
+    for (const SceneMode& mode : std::vector<SceneMode>(scene.modes()))
+      scene.edit_mode(mode.name, [](SceneMode& one) { one.enabled = false; });
   }
   return scene;
 }

@@ -82,7 +82,7 @@ void measure(const RunOptions& options) {
   if (hand.probes.empty()) throw LoadError("hand: shows nothing; give one that lasts longer");
 
   Scene empty = scene;
-  for (const SceneMode& mode : scene.modes()) empty.find_mode(mode.name)->enabled = false;
+  for (const SceneMode& mode : scene.modes()) empty.edit_mode(mode.name, [](SceneMode& one) { one.enabled = false; });
   const double tick_s = seconds_per_tick(scene, hand);
   const double empty_s = seconds_per_tick(empty, hand);
   std::vector<double> cold_us = cold_ticks_us(scene, hand);

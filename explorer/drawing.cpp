@@ -183,7 +183,7 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
   drawing.bounds_m = detail::worth_showing(scene, {});
   const Vec3 size = drawing.bounds_m.size_m();
   vtkNew<vtkRenderer> solid, shells;
-  detail::LayerOptions options{drawing.bounds_m, true, scene.time.at(0.0), 0.6 * largest_component(size), towards};
+  detail::LayerOptions options{drawing.bounds_m, true, scene.time().at(0.0), 0.6 * largest_component(size), towards};
   if (rough) options.most_samples = rough_samples, options.most_lines = rough_lines;
   drawing.signs = detail::draw_layers(solid, shells, scene, layers, options);
   drawing.fine_shells = drawing.signs.shells;

@@ -15,14 +15,9 @@ std::vector<ParameterRow> rows_of_mode(const SceneMode& mode) {
   return rows_of([&](ParameterVisitor& visitor) { look_through(mode.mode, visitor); });
 }
 
-const SceneMode* mode_named(const Scene& scene, const std::string& name) {
-  for (const SceneMode& mode : scene.modes())
-    if (mode.name == name) return &mode;
-  return nullptr;
-}
-
 void set_mode_row(Scene& scene, const std::string& mode, std::size_t row, const ParameterRow::Value& value) {
-  set_row([&](ParameterVisitor& visitor) { scene.find_mode(mode)->mode.visit(visitor); }, row, value);
+  scene.edit_mode(
+      mode, [&](SceneMode& changed) { set_row([&](ParameterVisitor& visitor) { changed.mode.visit(visitor); }, row, value); });
 }
 
 /// True if the layer's colours depend on this field.
@@ -53,7 +48,7 @@ FunctionDesk::FunctionDesk(Document& document, Jobs& jobs, bool has_opengl, QWid
     const FieldRef field{editor_->shown().field};
     document_.edit(felt_->is_mask ? tr("mask") : tr("strength"), felt_->is_mask ? 900'002 : 900'000, [&](Scene& scene) {
       if (felt_->is_mask) {
-        scene.find_mode(felt_->mode)->masks.at(felt_->number) = {field, curve};
+        scene.edit_mode(felt_->mode, [&](SceneMode& mode) { mode.masks.at(felt_->number) = {field, curve}; });
       } else {
         set_mode_row(scene, felt_->mode, felt_->number, Strength(field, curve));
       }
@@ -116,7 +111,7 @@ void FunctionDesk::open() {
 
 void FunctionDesk::choose_seen(const Scene& scene) {
   seen_.reset();
-  const SceneMode* mode = felt_ ? mode_named(scene, felt_->mode) : nullptr;
+  const SceneMode* mode = felt_ ? scene.find_mode(felt_->mode) : nullptr;
   FunctionEditor::Shown shown;
   if (!mode || !show_felt(scene, shown)) return;
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
@@ -140,7 +135,7 @@ void FunctionDesk::choose_felt(const Scene& scene) {
 }
 
 bool FunctionDesk::show_felt(const Scene& scene, FunctionEditor::Shown& shown) const {
-  const SceneMode* mode = mode_named(scene, felt_->mode);
+  const SceneMode* mode = scene.find_mode(felt_->mode);
   if (!mode) return false;
   const QString name = QString::fromStdString(mode->name);
   if (felt_->is_mask) {

@@ -15,7 +15,8 @@ bool is_linked(const ViewLayer& layer, const FeltLevel& felt) {
 }
 
 void set_level(Scene& scene, const FeltLevel& felt, double value) {
-  set_row([&](ParameterVisitor& v) { scene.find_mode(felt.mode)->mode.visit(v); }, felt.row, value);
+  scene.edit_mode(felt.mode,
+                  [&](SceneMode& mode) { set_row([&](ParameterVisitor& v) { mode.mode.visit(v); }, felt.row, value); });
 }
 
 }  // namespace

@@ -157,7 +157,7 @@ void MainWindow::make_docks() {
   tabifyDockWidget(below, player_dock_);
   player_dock_->hide();
   connect(player_, &Player::moved, this, [this] {
-    if (player_->has_trace()) views_->show_played(*player_, document_.scene().coupling.max_force_n);
+    if (player_->has_trace()) views_->show_played(*player_, document_.scene().coupling().max_force_n);
   });
   replay_ = new Replay(*player_, jobs_, document_, options_.data_folders, this);
   connect(player_, &Player::said, this, [this](const QString& words, bool problem) { say(words, problem); });
@@ -327,7 +327,7 @@ void MainWindow::tick() {
   if (player_->has_trace()) player_->pass(1e-3 * frame_ms);
   if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
   const Moment& moment = touch_.moment();
-  if (moment.tick >= 0) views_->show_felt(moment, document_.scene().coupling.max_force_n, mouse_leads_);
+  if (moment.tick >= 0) views_->show_felt(moment, document_.scene().coupling().max_force_n, mouse_leads_);
   instruments_->update_from(touch_.samples());
   if (ticks_++ % 8 == 0) {
     show_recording();

@@ -138,10 +138,8 @@ void MainWindow::make_actions() {
     mode_actions_ << action({}, QKeySequence(QString("Ctrl+%1").arg(number + 1)), tr("Turn a mode on or off"), [this, number] {
       if (!document_.is_open() || document_.scene().modes().size() <= static_cast<std::size_t>(number)) return;
       const std::string name = document_.scene().modes()[static_cast<std::size_t>(number)].name;
-      document_.edit(tr("turn %1 on or off").arg(QString::fromStdString(name)), -1, [&](Scene& scene) {
-        SceneMode& mode = *scene.find_mode(name);
-        mode.enabled = !mode.enabled;
-      });
+      document_.edit(tr("turn %1 on or off").arg(QString::fromStdString(name)), -1,
+                     [&](Scene& scene) { scene.edit_mode(name, [](SceneMode& mode) { mode.enabled = !mode.enabled; }); });
     });
     mode_actions_.last()->setCheckable(true);
     mode_actions_.last()->setVisible(false);

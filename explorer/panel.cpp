@@ -167,11 +167,13 @@ FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, pare
   inside->addWidget(coupling_);
   column_->addWidget(coupling);
   column_->addStretch();
-  connect(
-      coupling_, &ParameterForm::changed, this, [this](const QString& what, std::size_t row, const ParameterRow::Value& value) {
-        document_.edit(what, key_of(999, row),
-                       [&](Scene& scene) { set_row([&](ParameterVisitor& v) { visit_part(scene.coupling, v); }, row, value); });
-      });
+  connect(coupling_, &ParameterForm::changed, this,
+          [this](const QString& what, std::size_t row, const ParameterRow::Value& value) {
+            document_.edit(what, key_of(999, row), [&](Scene& scene) {
+              scene.edit<CouplingOptions>(
+                  [&](auto& options) { set_row([&](ParameterVisitor& v) { visit_part(options, v); }, row, value); });
+            });
+          });
 }
 
 void FeelPanel::list_modes(QMenu* menu) {
@@ -201,7 +203,8 @@ void FeelPanel::scale(double factor) {
   document_.edit(factor > 1.0 ? tr("firmer") : tr("softer"), factor > 1.0 ? 900'010 : 900'011, [&](Scene& scene) {
     const std::vector<SceneMode> modes = scene.modes();
     for (const SceneMode& mode : modes)
-      scale_strengths([&](ParameterVisitor& v) { scene.find_mode(mode.name)->mode.visit(v); }, factor);
+      scene.edit_mode(mode.name,
+                      [&](SceneMode& scaled) { scale_strengths([&](ParameterVisitor& v) { scaled.mode.visit(v); }, factor); });
   });
 }
 
@@ -219,12 +222,13 @@ void FeelPanel::build() {
     swatch.fill(color_of_mode(number));
     connect(section.box, &QGroupBox::clicked, this, [this, name, words](bool on) {
       document_.edit(on ? tr("turn %1 on").arg(words) : tr("turn %1 off").arg(words), -1,
-                     [&](Scene& changed) { changed.find_mode(name)->enabled = on; });
+                     [&](Scene& changed) { changed.edit_mode(name, [&](SceneMode& mode) { mode.enabled = on; }); });
     });
     connect(section.form, &ParameterForm::changed, this,
             [this, name, number](const QString& what, std::size_t row, const ParameterRow::Value& value) {
               document_.edit(what, key_of(number, row), [&](Scene& changed) {
-                set_row([&](ParameterVisitor& v) { changed.find_mode(name)->mode.visit(v); }, row, value);
+                changed.edit_mode(
+                    name, [&](SceneMode& mode) { set_row([&](ParameterVisitor& v) { mode.mode.visit(v); }, row, value); });
               });
             });
     connect(section.form, &ParameterForm::function_asked, this,
@@ -239,7 +243,8 @@ void FeelPanel::build() {
       auto* more = new QPushButton(tr("Add %1").arg(item));
       connect(more, &QPushButton::clicked, this, [this, name, list, item] {
         document_.edit(tr("add %1").arg(item), -1, [&](Scene& changed) {
-          append_to([&](ParameterVisitor& v) { changed.find_mode(name)->mode.visit(v); }, list.name);
+          changed.edit_mode(name,
+                            [&](SceneMode& mode) { append_to([&](ParameterVisitor& v) { mode.mode.visit(v); }, list.name); });
         });
       });
       buttons->addWidget(more);
@@ -263,7 +268,9 @@ void FeelPanel::build() {
           const FieldPtr found = changed.field({field}).field;
           if (found->components() != 1) continue;
           const ValueRange extent = found->value_ranges()[0];
-          changed.find_mode(name)->masks.push_back({{field}, TransferFunction({{extent.min, 1.0}, {extent.max, 1.0}}, 1.0)});
+          changed.edit_mode(name, [&](SceneMode& mode) {
+            mode.masks.push_back({{field}, TransferFunction({{extent.min, 1.0}, {extent.max, 1.0}}, 1.0)});
+          });
           return;
         }
         throw SceneError("mask: the scene has no scalar field; open a file that has one");
@@ -292,17 +299,17 @@ void FeelPanel::refresh() {
     build();
     built_ = names;
   }
-  const FormContext context{field_names(scene), scene.coupling.max_force_n, true, units_of(scene)};
+  const FormContext context{field_names(scene), scene.coupling().max_force_n, true, units_of(scene)};
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
     sections_[i].box->setChecked(mode.enabled);
     sections_[i].form->show_rows(rows_of([&](ParameterVisitor& v) { look_through(mode.mode, v); }), context);
   }
   coupling_->show_rows(rows_of([&](ParameterVisitor& v) {
-                         CouplingOptions copy = scene.coupling;
+                         CouplingOptions copy = scene.coupling();
                          visit_part(copy, v);
                        }),
-                       FormContext{{}, scene.coupling.max_force_n});
+                       FormContext{{}, scene.coupling().max_force_n});
 }
 
 SeePanel::SeePanel(Document& document, QWidget* parent) : Panel(document, parent), presets_(new QComboBox) {
@@ -469,7 +476,7 @@ void SeePanel::refresh() {
   const Scene& scene = document_.scene();
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
   if (layers.size() != built_) build(layers.size());
-  const FormContext context{field_names(scene), scene.coupling.max_force_n, false, units_of(scene)};
+  const FormContext context{field_names(scene), scene.coupling().max_force_n, false, units_of(scene)};
   for (std::size_t i = 0; i < layers.size(); ++i) {
     ViewLayer copy = layers[i];
     try {

@@ -121,7 +121,7 @@ void SceneViews::start(const Scene& scene) {
   flow_ = nullptr;
   if (const std::string name = name_of_flow(scene); !name.empty()) {
     const VolumeField named = scene.field({name});
-    const DataTime at = scene.time.at(0.0);
+    const DataTime at = scene.time().at(0.0);
     flow_ = detail::drawn_flow(scene, {name}, detail::in_hand_frame(frozen(named.field, at), scene.hand_to_world()), at);
     flow_name_ = QString::fromStdString(name);
     flow_unit_ = QString::fromStdString(named.unit);
@@ -198,11 +198,11 @@ void SceneViews::draw_layers(const Scene& scene) {
   // Compare only the settings that change the picture.
   Scene seen = scene;
   // Disabled modes are drawn, too.
-  for (const SceneMode& mode : scene.modes()) seen.find_mode(mode.name)->enabled = true;
+  for (const SceneMode& mode : scene.modes()) seen.edit_mode(mode.name, [](SceneMode& all) { all.enabled = true; });
   seen.layers = detail::layers_of(seen);
   Scene compared = seen;
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
-  compared.coupling = {};
+  compared.set(CouplingOptions{});
   const std::string key = to_toml(compared);
   scene_ = scene;
   if (key == drawn_) return;

@@ -112,7 +112,7 @@ SliceLook slice_look_of(const Scene& scene, const std::string& field) {
   if (name.empty()) return look;
   try {
     const VolumeField named = scene.field({name});
-    look.field = detail::in_hand_frame(frozen(named.field, scene.time.at(0.0)), look.map);
+    look.field = detail::in_hand_frame(frozen(named.field, scene.time().at(0.0)), look.map);
     look.name = name;
     look.unit = named.unit;
     const std::vector<ValueRange> value_ranges = named.field->value_ranges();

@@ -65,7 +65,7 @@ SurfaceFinder::SurfaceFinder(const Scene& scene) {
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (layers[i].show != ViewLayer::Show::surface) continue;
-    const FieldPtr field = frozen(scene.field(layers[i].field).field, scene.time.at(0.0));
+    const FieldPtr field = frozen(scene.field(layers[i].field).field, scene.time().at(0.0));
     surfaces_.push_back(
         {detail::in_hand_frame(field, scene.hand_to_world()), detail::surface_style(scene, layers, i, true).level});
   }

@@ -45,8 +45,8 @@ void Touch::begin(const LoadedScene& loaded, std::unique_ptr<Device> device, con
   prepared_.loaded = loaded;
   prepared_.duration_s = std::numeric_limits<double>::infinity();
   if (!device) {
-    auto pointer = std::make_unique<MouseHand>(
-        MouseHand::Options{.radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, loaded.scene.coupling.max_force_n)});
+    auto pointer = std::make_unique<MouseHand>(MouseHand::Options{
+        .radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, loaded.scene.coupling().max_force_n)});
     pointer_ = pointer.get();
     pointer_->put(wanted_m_);
     pointer_->have_mouse(has_mouse_);

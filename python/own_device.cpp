@@ -289,7 +289,7 @@ class Guarded {
     ~Leaves() { in_use = false; }
   };
   static GuardOptions options(const DeviceLimits& limits, const Scene& scene, std::uint32_t dead_man_buttons) {
-    GuardOptions options = guard_options_for(limits, scene.coupling.max_force_n);
+    GuardOptions options = guard_options_for(limits, scene.coupling().max_force_n);
     options.dead_man_buttons = dead_man_buttons;
     return options;
   }

@@ -105,7 +105,12 @@ class ItemPart final : public Part {
  public:
   ItemPart(PartPtr of, std::string list, std::size_t i) : of_(std::move(of)), list_(std::move(list)), i_(i) {}
   void visit(ParameterVisitor& visitor) override;
-  void renew() override {}
+  void edit(const std::function<void(Part&)>& change) override {
+    of_->edit([&](Part& of) {
+      ItemPart item(borrowed(of), list_, i_);
+      change(item);
+    });
+  }
 
  private:
   PartPtr of_;
@@ -342,13 +347,18 @@ void ModePart::renew() {
   if (const Mode* fresh = known_modes().find(mode_.type())) mode_ = *fresh;
 }
 
-SceneMode& SceneModePart::mode() {
-  if (SceneMode* mode = scene_->find_mode(name_)) return *mode;
+const SceneMode& SceneModePart::mode() const {
+  if (const SceneMode* mode = scene_->find_mode(name_)) return *mode;
   throw py::key_error("mode " + detail::in_quotes(name_) + " is no longer in its scene");
 }
 
-void SceneModePart::renew() {
-  if (const Mode* fresh = known_modes().find(mode().mode.type())) mode().mode = *fresh;
+void SceneModePart::edit(const std::function<void(Part&)>& change) {
+  mode();  // KeyError without one
+  scene_->edit_mode(name_, [&](SceneMode& mode) {
+    ModePart part(mode.mode);
+    change(part);
+    mode.mode = part.mode();
+  });
 }
 
 ModeCatalog& known_modes() {
@@ -363,7 +373,9 @@ py::object value_of(const PartPtr& part, std::string_view name) {
   return getter.result;
 }
 
-void set_value(Part& part, std::string_view name, py::handle value) {
+namespace {
+
+void set_in(Part& part, std::string_view name, py::handle value) {
   const Visit visit = [&](ParameterVisitor& visitor) { part.visit(visitor); };
   const detail::Keys keys = keys_of(visit);
   const detail::Key* key = detail::find(keys, name);
@@ -372,10 +384,10 @@ void set_value(Part& part, std::string_view name, py::handle value) {
   const bool refills = empties || key->or_kind || key->kind == ParameterKind::list || key->kind == ParameterKind::named_tables;
   if (!refills) return assign(visit, name, value);
   // A list is emptied by renewing the part; all other values are copied, lists as parts of the old one.
-  const PartPtr borrowed(&part, [](Part*) {});
+  const PartPtr before = borrowed(part);
   std::vector<std::pair<std::string, py::object>> others;
   for (const detail::Key& other : keys) {
-    py::object kept = value_of(borrowed, other.name);
+    py::object kept = value_of(before, other.name);
     if (!other.items.empty()) {
       py::list copies;
       for (const py::handle item : kept) {
@@ -412,6 +424,12 @@ void set_value(Part& part, std::string_view name, py::handle value) {
     fill(false);
     throw;
   }
+}
+
+}  // namespace
+
+void set_value(Part& part, std::string_view name, py::handle value) {
+  part.edit([&](Part& changed) { set_in(changed, name, value); });
 }
 
 double number_of(py::handle value, std::string_view name) {

@@ -22,22 +22,50 @@ class Part {
  public:
   virtual ~Part() = default;
   virtual void visit(ParameterVisitor& visitor) = 0;
+  /// Calls `change` with a part whose visitors may change values and which may be renewed: this, or a copy that replaces it in
+  /// its scene afterwards, if it is valid.
+  virtual void edit(const std::function<void(Part&)>& change) { change(*this); }
   /// Resets to defaults. A visitor can only fill lists and optional values, not clear them.
-  virtual void renew() = 0;
+  virtual void renew() {}
 };
 using PartPtr = std::shared_ptr<Part>;
 
-/// Struct of a scene with a list: its coupling, workspace, …
+/// Part that somebody else owns.
+inline PartPtr borrowed(Part& part) {
+  return {&part, [](Part*) {}};
+}
+
+/// Struct with a list.
 template <class T>
-class MemberPart final : public Part {
+class StructPart final : public Part {
  public:
-  explicit MemberPart(std::shared_ptr<T> member) : member_(std::move(member)) {}
-  void visit(ParameterVisitor& visitor) override { detail::visit_parameters(*member_, visitor); }
-  void renew() override { *member_ = T{}; }
-  T& value() { return *member_; }
+  explicit StructPart(T value) : value_(std::move(value)) {}
+  void visit(ParameterVisitor& visitor) override { detail::visit_parameters(value_, visitor); }
+  void renew() override { value_ = T{}; }
+  const T& value() const { return value_; }
 
  private:
-  std::shared_ptr<T> member_;
+  T value_;
+};
+
+/// Coupling, workspace or time of a scene.
+template <class T>
+class OptionsPart final : public Part {
+ public:
+  using Get = const T& (Scene::*)() const noexcept;
+  OptionsPart(std::shared_ptr<Scene> scene, Get get) : scene_(std::move(scene)), get_(get) {}
+  void visit(ParameterVisitor& visitor) override { StructPart<T>(((*scene_).*get_)()).visit(visitor); }
+  void edit(const std::function<void(Part&)>& change) override {
+    scene_->edit<T>([&](T& options) {
+      StructPart<T> part(options);
+      change(part);
+      options = part.value();
+    });
+  }
+
+ private:
+  std::shared_ptr<Scene> scene_;
+  Get get_;
 };
 
 /// Mode outside of a scene.
@@ -46,7 +74,7 @@ class ModePart final : public Part {
   explicit ModePart(Mode mode) : mode_(std::move(mode)) {}
   void visit(ParameterVisitor& visitor) override { mode_.visit(visitor); }
   void renew() override;
-  Mode& mode() { return mode_; }
+  const Mode& mode() const { return mode_; }
 
  private:
   Mode mode_;
@@ -56,9 +84,9 @@ class ModePart final : public Part {
 class SceneModePart final : public Part {
  public:
   SceneModePart(std::shared_ptr<Scene> scene, std::string name) : scene_(std::move(scene)), name_(std::move(name)) {}
-  void visit(ParameterVisitor& visitor) override { mode().mode.visit(visitor); }
-  void renew() override;
-  SceneMode& mode();
+  void visit(ParameterVisitor& visitor) override { look_through(mode().mode, visitor); }
+  void edit(const std::function<void(Part&)>& change) override;
+  const SceneMode& mode() const;
 
  private:
   std::shared_ptr<Scene> scene_;

@@ -12,7 +12,6 @@
 #include "interruptible.h"
 #include "modes.h"
 #include "palpa/base/wording.h"
-#include "palpa/baseline/law.h"
 #include "palpa/data/analytic.h"
 #include "palpa/data/filter.h"
 #include "palpa/file/read_volume.h"
@@ -125,12 +124,12 @@ void bind_volumes(py::module_& module) {
           "bounds_m", [](const Volume& v) { return box_of(v.bounds_m()); }, "[m] low and high corner");
 
   module.def("read_volume", [](const std::vector<fs::path>& files, const py::dict& how) {
-    const auto request = std::make_shared<VolumeRequest>();
-    MemberPart<VolumeRequest> part(request);
+    StructPart part(VolumeRequest{});
     for (const auto& [key, value] : how) set_value(part, key.cast<std::string>(), value);
-    request->files = files;
+    VolumeRequest request = part.value();
+    request.files = files;
     return interruptible(
-        [&](const std::atomic<bool>&, std::stop_token stop) { return read_volume(*request, {.stop = std::move(stop)}); });
+        [&](const std::atomic<bool>&, std::stop_token stop) { return read_volume(request, {.stop = std::move(stop)}); });
   });
   module.def(
       "array_volume",
@@ -183,8 +182,8 @@ void bind_volumes(py::module_& module) {
 }
 
 template <class T>
-PartPtr member_of(const std::shared_ptr<Scene>& scene, T Scene::*member) {
-  return std::make_shared<MemberPart<T>>(std::shared_ptr<T>(scene, &((*scene).*member)));
+PartPtr options_of(const std::shared_ptr<Scene>& scene, const T& (Scene::*get)() const noexcept) {
+  return std::make_shared<OptionsPart<T>>(scene, get);
 }
 
 std::optional<Filter> filter_of(const py::object& name) {
@@ -196,7 +195,9 @@ std::optional<Filter> filter_of(const py::object& name) {
   throw py::value_error("no filter '" + word + "'; there are: trilinear, smooth, cubic");
 }
 
-SceneMode& mode_of(const std::shared_ptr<Scene>& scene, const std::string& name) { return SceneModePart(scene, name).mode(); }
+const SceneMode& mode_of(const std::shared_ptr<Scene>& scene, const std::string& name) {
+  return SceneModePart(scene, name).mode();
+}
 
 std::vector<Mask> masks_of(const py::iterable& masks) {
   std::vector<Mask> all;
@@ -218,22 +219,14 @@ void bind_scene(py::module_& module) {
       .def(py::init<>())
       .def(py::init<const Scene&>())
       .def_readwrite("title", &Scene::title, "what the scene is, in one line")
-      .def_property(
-          "law", [](const Scene& scene) { return scene.law; },
-          [](Scene& scene, const std::string& law) {
-            const std::vector<std::string> laws(baseline::law_names.begin(), baseline::law_names.end());
-            if (std::ranges::find(laws, law) == laws.end())
-              throw SceneError("no law " + detail::in_quotes(law) + "; " + detail::suggestion(law, laws));
-            scene.law = law;
-          },
-          "name of the law that finds the balance: one of palpa.laws()")
+      .def_property("law", &Scene::law, &Scene::set_law, "name of the law that finds the balance: one of palpa.laws()")
       .def_property(
           "needs", [](const Scene& scene) { return py::tuple(py::cast(scene.needs)); },
           [](Scene& scene, const std::vector<std::string>& needs) { scene.needs = needs; },
           "types of modes that plug-ins must bring")
-      .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::coupling); })
-      .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::workspace); })
-      .def("_time", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::time); })
+      .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::coupling); })
+      .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::workspace); })
+      .def("_time", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::time); })
       .def("_add_volume",
            [](Scene& scene, const std::string& name, const Volume& volume, const py::object& filter) {
              const auto by = filter_of(filter);
@@ -263,16 +256,20 @@ void bind_scene(py::module_& module) {
            })
       .def("_is_enabled",
            [](const std::shared_ptr<Scene>& scene, const std::string& name) { return mode_of(scene, name).enabled; })
-      .def("_enable", [](const std::shared_ptr<Scene>& scene, const std::string& name,
-                         bool enabled) { mode_of(scene, name).enabled = enabled; })
+      .def("_enable",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name, bool enabled) {
+             mode_of(scene, name), scene->edit_mode(name, [&](SceneMode& mode) { mode.enabled = enabled; });
+           })
       .def("_masks",
            [](const std::shared_ptr<Scene>& scene, const std::string& name) {
              py::list all;
              for (const Mask& mask : mode_of(scene, name).masks) all.append(mask);
              return py::tuple(all);
            })
-      .def("_set_masks", [](const std::shared_ptr<Scene>& scene, const std::string& name,
-                            const py::iterable& masks) { mode_of(scene, name).masks = masks_of(masks); })
+      .def("_set_masks",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name, const py::iterable& masks) {
+             mode_of(scene, name), scene->edit_mode(name, [&](SceneMode& mode) { mode.masks = masks_of(masks); });
+           })
       .def("_volumes",
            [](const Scene& scene) {
              py::dict volumes;

@@ -38,7 +38,7 @@ class Resampler {
   Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std::optional<Box>& crop);
 
   const GridGeometry& grid() const noexcept { return grid_; }
-  /// "resampled to … voxels of …", and the reason for no more.
+  /// "resampled to … voxels of …", and the reason for no more. Empty where a wanted part is as fine as its cells.
   std::string description() const;
   /// Memory for sampling beside the voxels, for this many numbers per point.
   std::uint64_t working_bytes(int components) const noexcept;

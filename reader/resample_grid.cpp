@@ -166,6 +166,7 @@ void Resampler::choose_grid(const std::optional<Box>& crop) {
 }
 
 std::string Resampler::description() const {
+  if (crop_ && !bounded_) return {};  // a request that was met is no warning
   char text[300];
   const Mat3& step = grid_.index_to_world_m;
   const double shortest = std::min({step.row[0].x, step.row[1].y, step.row[2].z});

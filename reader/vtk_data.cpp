@@ -128,7 +128,7 @@ class ResampledSource final : public Source {
     takes.crop = true;
     files = std::move(of_files);
     choose_frames(request, 1);
-    header.warnings.push_back(resampler_.description());
+    if (const std::string said = resampler_.description(); !said.empty()) header.warnings.push_back(said);
     std::set<std::string> names;
     bool of_cells_too = false;
     for_arrays(*blocks.front(), [&](const std::string& name, int type, int components, bool of_cells) {

@@ -65,11 +65,9 @@ int feel(const std::filesystem::path& file, const std::string& law) {
   std::ifstream in(file);
   const json told = json::parse(in);
   Scene scene({.stiffness_n_per_m = told.at("stiffness_n_per_m")});
-  scene.law = law;
-  scene.workspace.scale = 1.0;  // the hand's metres are the volume's, along the same axes
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set_law(law);
+  // The hand's metres are the volume's, along the same axes.
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   const FieldRef field = scene.add("data", read_volume(request_of(told.at("volume"), file.parent_path())));
   if (!add_rule(scene, told.at("rule"), field)) {
     std::puts("unsupported: no such rule");

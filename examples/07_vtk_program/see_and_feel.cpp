@@ -38,7 +38,10 @@ int main(int argc, char** argv) try {
   interactor->Initialize();
   // The haptic part, with this image and this function.
   palpa::Scene scene({.stiffness_n_per_m = 400});
-  scene.workspace.towards_user = "-y", scene.workspace.up = "+z";  // the camera's view
+  scene.edit<palpa::Workspace>([&](auto& workspace) {
+    workspace.towards_user = "-y";
+    workspace.up = "+z";
+  });  // the camera's view
   const palpa::FieldRef ct = scene.add("ct", palpa::from_vtk(image));
   scene.add("material",
             palpa::SurfaceAndFriction{.field = ct, .strength_n = {ct, palpa::transfer_function_from_vtk(*opacity, 4.0)}});

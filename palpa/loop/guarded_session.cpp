@@ -23,12 +23,12 @@ GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_forc
 }
 
 double force_limit_n(const Scene& scene, double device_max_force_n) noexcept {
-  return lesser_n(scene.coupling.max_force_n, device_max_force_n);
+  return lesser_n(scene.coupling().max_force_n, device_max_force_n);
 }
 
 // Filters between the session's force and the guard.
 struct Shaper {
-  explicit Shaper(const Scene& scene) noexcept : impact(scene.coupling.impact_ns_per_m) {}
+  explicit Shaper(const Scene& scene) noexcept : impact(scene.coupling().impact_ns_per_m) {}
   void reset() noexcept {
     release.reset();
     impact.reset();
@@ -70,11 +70,11 @@ Tick GuardedSession::State::exchanged(const Probe& probe, double dt_s) noexcept 
   const Tick last = session->tick(probe, dt_s);
   // The hand's part of the old session's force: a release in this very tick is dropped.
   const Vec3 held_n = guard.pass(held_force_n).command_n;
-  const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(last.probe_step_m);
+  const double by_hand_n = session->scene().coupling().stiffness_n_per_m * norm(last.probe_step_m);
   const Vec3 before_n = held_n + shortened(guard.pass(last.force_n).command_n - held_n, by_hand_n);
   session = std::exchange(next, nullptr);
   begin_with_limit();
-  shaper.impact.set_gain(session->scene().coupling.impact_ns_per_m);
+  shaper.impact.set_gain(session->scene().coupling().impact_ns_per_m);
   const Tick tick = session->tick(probe, dt_s);
   const Vec3 step_n = guard.pass(tick.force_n).command_n - before_n;
   shaper.release.shift(step_n);
@@ -107,7 +107,7 @@ Command GuardedSession::State::command_for(const TickFrame& frame, bool usable) 
   Vec3 wanted_n = felt.force_n;  // unchanged if not finite: the guard reports that
   if (usable && passed.state != GuardState::fault) {
     // The returned part of a withheld force grows gradually, and is no fall either.
-    const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(felt.probe_step_m) + felt.given_back_n;
+    const double by_hand_n = session->scene().coupling().stiffness_n_per_m * norm(felt.probe_step_m) + felt.given_back_n;
     const bool is_released = std::ranges::any_of(
         session->events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
     const Vec3 falling_n =

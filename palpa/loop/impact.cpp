@@ -41,7 +41,7 @@ Vec3 Impact::shape(const Vec3& command_n, const Session& session, const Vec3& pr
     const auto rows = session.primitives() | std::views::reverse;
     const auto level = std::ranges::find_if(rows, [&](const PlacedPrimitive& row) {
       return row.primitive.id.mode == event.mode && row.captured.any() && row.captured.value == event.value &&
-             is_hard(row.primitive, session.scene().coupling.stiffness_n_per_m);
+             is_hard(row.primitive, session.scene().coupling().stiffness_n_per_m);
     });
     if (level != rows.end()) hit(*level);
   }

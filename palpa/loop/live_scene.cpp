@@ -8,15 +8,18 @@ namespace palpa {
 namespace {
 
 Scene measured(Scene scene, std::vector<std::int64_t>& spent_ns) {
-  for (std::size_t m = 0; m < spent_ns.size(); ++m) scene.find_mode(scene.modes()[m].name)->mode.measure(&spent_ns[m]);
+  for (std::size_t m = 0; m < spent_ns.size(); ++m)
+    scene.edit_mode(scene.modes()[m].name, [&](SceneMode& mode) { mode.mode.measure(&spent_ns[m]); });
   return scene;
 }
 
 }  // namespace
 
 Scene clamped_to(Scene scene, const DeviceLimits& limits) {
-  scene.coupling.stiffness_n_per_m = std::min(scene.coupling.stiffness_n_per_m, limits.max_stiffness_n_per_m);
-  scene.coupling.damping_ns_per_m = std::min(scene.coupling.damping_ns_per_m, limits.max_damping_ns_per_m);
+  scene.edit<CouplingOptions>([&](auto& coupling) {
+    coupling.stiffness_n_per_m = std::min(coupling.stiffness_n_per_m, limits.max_stiffness_n_per_m);
+    coupling.damping_ns_per_m = std::min(coupling.damping_ns_per_m, limits.max_damping_ns_per_m);
+  });
   return scene;
 }
 

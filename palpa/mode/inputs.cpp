@@ -12,20 +12,16 @@ class Resolver final : public ParameterVisitor {
 
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (ref.name.empty()) return;
-    resolve(ref, info.felt);
-    if (info.name == "field") inputs_.main_field = ref.index;
+    const std::int32_t number = resolve(ref, info.felt);
+    if (info.name == "field") inputs_.main_field = number;
   }
-  void companion(FieldRef& ref, const FieldRef& of, Derivation felt) override {
-    ref.name = of.name;
-    resolve(ref, felt);
-  }
+  void companion(FieldRef& of, Derivation felt) override { detail::field_numbers(of).companion = number_of(of, felt); }
   void strength(const ParameterInfo&, Strength& strength) override {
     if (strength.is_constant()) {
       constant_ = constant_ || strength.constant_n != 0.0;
       return;
     }
     inputs_.strengths.push_back(&strength);
-    resolve(strength.of);
     watch(strength.of, strength.curve);
   }
   void number(const ParameterInfo& info, double& value) override {
@@ -39,22 +35,23 @@ class Resolver final : public ParameterVisitor {
   void list(const ParameterInfo&, ParameterList& list) override {
     for (std::size_t i = 0; i < list.size(); ++i) list.visit(i, *this);
   }
-  void mask(Mask& mask) {
-    resolve(mask.of);
-    watch(mask.of, mask.curve);
-  }
+  void mask(Mask& mask) { watch(mask.of, mask.curve); }
 
   bool onset_is_watched() const noexcept { return has_levels_ || (!constant_ && !inputs_.strengths.empty()); }
 
  private:
-  void resolve(FieldRef& ref, std::optional<Derivation> felt = {}) {
-    ref.index = number_of_(ref, felt);
-    if (std::find(inputs_.fields.begin(), inputs_.fields.end(), ref.index) == inputs_.fields.end())
-      inputs_.fields.push_back(ref.index);
+  std::int32_t number_of(const FieldRef& ref, std::optional<Derivation> felt) {
+    const std::int32_t number = number_of_(ref, felt);
+    if (std::ranges::find(inputs_.fields, number) == inputs_.fields.end()) inputs_.fields.push_back(number);
+    return number;
+  }
+  std::int32_t resolve(FieldRef& ref, std::optional<Derivation> felt = {}) {
+    return detail::field_numbers(ref).field = number_of(ref, felt);
   }
   // A strength can set in, or jump, only at its points.
-  void watch(const FieldRef& ref, const TransferFunction& curve) {
-    for (const TransferFunction::Point& point : curve.points()) inputs_.watches.push_back({ref.index, point.value});
+  void watch(FieldRef& ref, const TransferFunction& curve) {
+    const std::int32_t number = resolve(ref);
+    for (const TransferFunction::Point& point : curve.points()) inputs_.watches.push_back({number, point.value});
   }
 
   const NumberOfField& number_of_;

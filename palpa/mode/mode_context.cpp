@@ -260,7 +260,7 @@ Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, 
 }
 
 double ModeContext::value_at_start(const FieldRef& field) const noexcept {
-  const ScalarSample& start = samples_->scalar(field.index, proxy_m);
+  const ScalarSample& start = samples_->scalar(number_of(field), proxy_m);
   return start.inside ? start.value : scalar(field).value;
 }
 
@@ -335,7 +335,7 @@ LevelStrength ModeContext::newtons(const Strength& strength, const HeldLevel& le
                                    TransferFunction::Side side) const noexcept {
   if (!level.any()) return {newtons(strength)};
   if (strength.is_constant()) return bordered(strength.constant_n);
-  if (level.field == strength.of.index) return bordered(strength.curve.at(level.value, side));
+  if (level.field == number_of(strength.of)) return bordered(strength.curve.at(level.value, side));
   const ScalarSample& sample = scalar(strength.of);
   return sample.inside ? bordered(strength.curve.at(sample.value, side)) : LevelStrength{};
 }
@@ -354,7 +354,7 @@ double ModeContext::steepness_per_m(const Vec3& gradient) const noexcept {
 }
 
 Vec3 ModeContext::carried(const FieldRef& field, const Vec3& x_m) const noexcept {
-  return samples_->carried_m(field.index, x_m, samples_->came_from(), samples_->time());
+  return samples_->carried_m(number_of(field), x_m, samples_->came_from(), samples_->time());
 }
 
 }  // namespace palpa

@@ -174,11 +174,20 @@ class ModeContext {
   double most_n = std::numeric_limits<double>::infinity();
   std::span<const Contact> contacts;  ///< of the mode, in the last accepted sub-step
 
+  /// Session's number of a field, as in HeldLevel and Crossing.
+  std::int32_t number_of(const FieldRef& field) const noexcept { return detail::field_numbers(field).field; }
   /// Sample at `at_m`. `inside` is false without data there.
-  ScalarSample scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
-  VectorSample vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
+  ScalarSample scalar(const FieldRef& field) const noexcept { return scalar(field, at_m); }
+  VectorSample vector(const FieldRef& field) const noexcept { return samples_->vector(number_of(field), at_m); }
   /// At a position in the hand frame [m].
-  ScalarSample scalar(const FieldRef& field, const Vec3& x_m) const noexcept { return samples_->scalar(field.index, x_m); }
+  ScalarSample scalar(const FieldRef& field, const Vec3& x_m) const noexcept { return samples_->scalar(number_of(field), x_m); }
+  /// Likewise of the field's companion (`companion_param`).
+  ScalarSample companion_scalar(const FieldRef& field, const Vec3& x_m) const noexcept {
+    return samples_->scalar(detail::field_numbers(field).companion, x_m);
+  }
+  VectorSample companion_vector(const FieldRef& field) const noexcept {
+    return samples_->vector(detail::field_numbers(field).companion, at_m);
+  }
   /// Vector from the proxy to the foot of the elastic plane in `slot` [m] (`way_to_foot_m`); zero if it is not deflected.
   Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
     for (const Contact& contact : contacts) {
@@ -192,9 +201,9 @@ class ModeContext {
   /// proxy. Without data there, the value at `at_m`.
   double value_at_start(const FieldRef& field) const noexcept;
   /// Second derivative of a scalar field at `at_m` [unit per hand metre²].
-  Mat3 hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index, at_m); }
+  Mat3 hessian(const FieldRef& field) const noexcept { return samples_->hessian(number_of(field), at_m); }
   /// Range of a scalar field's values.
-  const ValueRange& range(const FieldRef& field) const noexcept { return samples_->range(field.index); }
+  const ValueRange& range(const FieldRef& field) const noexcept { return samples_->range(number_of(field)); }
 
   /// Strength in newtons at this position: the number or the transfer function, times the mode's masks, faded towards the edges
   /// of its fields to at most k/2 × the depth (a fade steeper than the coupling would kick the hand at its end). Zero where any

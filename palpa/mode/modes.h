@@ -77,7 +77,6 @@ struct SurfaceAndFriction {
   double noise_per_m = 0.0;  ///< [unit of the field per world metre]
   Strength flat_strength_n{0.0};
   double texture_ratio = 0.0;  ///< [1]
-  FieldRef detail{};           ///< derived from the field if there is texture
 
   static constexpr auto parameters() {
     using S = SurfaceAndFriction;
@@ -104,25 +103,28 @@ struct SurfaceAndFriction {
               "resistance to all motion in the solid, as far as noise_per_m leaves no surface there"),
         param("texture_ratio", &S::texture_ratio,
               "by how much friction varies, as a share of it, with detail too fine for the field's smooth filter", Range{0, 1}),
-        companion_param(&S::detail, &S::field, Derivation::detail, &S::has_texture)};
+        companion_param(&S::field, Derivation::detail, &S::has_texture)};
   }
   bool has_texture() const { return texture_ratio > 0.0; }
   /// Checks: levels or material, friction as a force or as a coefficient; flat strength needs a noise and a solid side, texture
   /// needs friction.
   std::string problem() const;
 
-  /// Largest number of levels that hold the proxy at once: a rigid one below elastic ones.
-  static constexpr std::size_t most_held = 4;
+  /// Largest number of shells placed at once: a rigid one below elastic ones.
+  static constexpr std::size_t most_placed = 4;
+  /// Input of the next placement, from the path: side of the proxy at each shell that it has crossed, and positions of planes
+  /// in the field. No contact: a placed plane may be off, and a shell stays where its plane cannot be placed, in flat data.
+  /// What holds the proxy is in the session's ContactTable alone, from where `place` reads it (`ModeContext::contacts`).
   struct Memory {
-    struct Held {
+    struct Shell {
       std::int32_t level = -1;  ///< index; -1: none
-      bool from_low = true;     ///< met from lower values: the low side is free
+      bool from_low = true;     ///< crossed from lower values: the low side is free
       double kinetic_s = 0.0;   ///< remaining time of kinetic friction
-      double pressed_to = 0.0;  ///< position of the level, in the field's own unit: its value until it yields
+      double pressed_to = 0.0;  ///< position of the plane, in the field's own unit: the level's value until it yields
     };
-    std::array<Held, most_held> held;  ///< levels, in any order; for material the friction of the first
-    bool captured = false;             ///< held by material
-    double value = 0.0;                ///< of the material, in the field's own unit
+    std::array<Shell, most_placed> shells;  ///< to place, in any order; for material the friction of the first
+    bool stays = false;                     ///< the material's plane stays at `value`; else it is placed at the proxy
+    double value = 0.0;                     ///< position of the material's plane, in the field's own unit
   };
   void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;
   void on_step_accepted(const StepResult& result, Memory& memory) const noexcept;
@@ -131,9 +133,9 @@ struct SurfaceAndFriction {
   struct Standing;
   double texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept;
   void stand(const ModeContext& here, const Standing& on, PrimitiveSink out) const noexcept;
-  void give_way(const StepResult& result, std::uint16_t slot, Memory::Held& held) const noexcept;
+  void give_way(const StepResult& result, std::uint16_t slot, Memory::Shell& shell) const noexcept;
   void rub(const StepResult& result, Memory& memory) const noexcept;
-  void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;
+  void cross(Memory& memory, std::int32_t level, bool from_low) const noexcept;
   bool is_solid(double value) const noexcept;
 };
 
@@ -282,8 +284,7 @@ struct VortexForce {
   static constexpr auto type = "vortex_force";
   static constexpr auto summary = "A pull towards the core of a vortex.";
 
-  FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< smoothed velocity
+  FieldRef field{};  ///< Q of the velocity; its companion: the smoothed velocity
   Strength strength_n{0.5};
   VortexDirection direction = VortexDirection::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -291,7 +292,7 @@ struct VortexForce {
   static constexpr auto parameters() {
     using M = VortexForce;
     return std::tuple{derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-                      companion_param(&M::velocity, &M::field, Derivation::smooth_vector, &M::needs_velocity),
+                      companion_param(&M::field, Derivation::smooth_vector, &M::needs_velocity),
                       param("strength_n", &M::strength_n,
                             "force of the pull; a number: where Q is at least 5 % of its maximum; or a function of q(FIELD)"),
                       choice_param("direction", &M::direction, "what points to the core", "q", "vorticity", "reduced_velocity"),
@@ -313,8 +314,7 @@ struct VortexPlane {
   static constexpr auto type = "vortex_plane";
   static constexpr auto summary = "A tube around the core of a vortex: free to enter, held inside.";
 
-  FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< smoothed velocity
+  FieldRef field{};  ///< Q of the velocity; its companion: the smoothed velocity
   Strength strength_n{0.5};
   VortexDirection direction = VortexDirection::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -322,7 +322,7 @@ struct VortexPlane {
   static constexpr auto parameters() {
     using M = VortexPlane;
     return std::tuple{derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-                      companion_param(&M::velocity, &M::field, Derivation::smooth_vector, &M::needs_velocity),
+                      companion_param(&M::field, Derivation::smooth_vector, &M::needs_velocity),
                       param("strength_n", &M::strength_n,
                             "force that holds the hand in the vortex; a number: where Q is at least 5 % of its maximum; or a "
                             "function of q(FIELD)"),
@@ -333,8 +333,9 @@ struct VortexPlane {
   /// Checks: a background only if the direction depends on it.
   std::string problem() const;
 
+  /// Position of the plane for the next placement; no contact, as in SurfaceAndFriction.
   struct Memory {
-    bool captured = false;
+    bool stays = false;  ///< the plane stays on the level `value`; else it is placed on the proxy's
     double value = 0.0;  ///< Q of the plane's level, [1/s²] where velocities are in m/s
   };
   void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;
@@ -354,8 +355,7 @@ struct VortexLine {
   /// Method to find the core: the ridge of Q, or the zero of the reduced velocity across the axis.
   enum class By { q, reduced_velocity };
 
-  FieldRef field{};     ///< Q of the velocity
-  FieldRef velocity{};  ///< smoothed velocity
+  FieldRef field{};  ///< Q of the velocity; its companion: the smoothed velocity
   Strength strength_n{0.5};
   By direction = By::q;
   Vec3 background{};  ///< [unit of the field] along the axes of the world
@@ -364,7 +364,7 @@ struct VortexLine {
     using M = VortexLine;
     return std::tuple{
         derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-        companion_param(&M::velocity, &M::field, Derivation::smooth_vector, &M::needs_velocity),
+        companion_param(&M::field, Derivation::smooth_vector, &M::needs_velocity),
         param("strength_n", &M::strength_n,
               "force onto the core; a number: where Q is at least 5 % of its maximum; or a function of q(FIELD)"),
         choice_param("direction", &M::direction, "what the step to the core is taken from", "q", "reduced_velocity"),

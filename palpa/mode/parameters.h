@@ -11,19 +11,44 @@
 #include <string_view>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "palpa/data/derived.h"
 
 namespace palpa {
 
-/// A field of a scene by name: `volume` (its only field), `volume.field`, or `FUNC(FIELD)`. A session resolves the name to
-/// `index`.
-struct FieldRef {
-  std::string name;
-  std::int32_t index = -1;
-  friend bool operator==(const FieldRef& a, const FieldRef& b) { return a.name == b.name; }
+class FieldRef;
+
+namespace detail {
+/// Numbers of a field and of its companion (`companion_param`) in a session; -1: none.
+struct FieldNumbers {
+  std::int32_t field = -1;
+  std::int32_t companion = -1;
 };
+/// Numbers that a reference is resolved to. For the runtime, in its own copies of modes.
+FieldNumbers& field_numbers(FieldRef& ref) noexcept;
+const FieldNumbers& field_numbers(const FieldRef& ref) noexcept;
+}  // namespace detail
+
+/// A field of a scene by name: `volume` (its only field), `volume.field`, or `FUNC(FIELD)`. A session resolves the references
+/// in its own copies of the modes; a mode reads data through them by its ModeContext.
+class FieldRef {
+ public:
+  FieldRef() = default;
+  FieldRef(std::string field) : name(std::move(field)) {}  // NOLINT: implicit on purpose
+
+  std::string name;
+  friend bool operator==(const FieldRef& a, const FieldRef& b) { return a.name == b.name; }
+
+ private:
+  friend detail::FieldNumbers& detail::field_numbers(FieldRef& ref) noexcept;
+  friend const detail::FieldNumbers& detail::field_numbers(const FieldRef& ref) noexcept;
+  detail::FieldNumbers numbers_;
+};
+
+inline detail::FieldNumbers& detail::field_numbers(FieldRef& ref) noexcept { return ref.numbers_; }
+inline const detail::FieldNumbers& detail::field_numbers(const FieldRef& ref) noexcept { return ref.numbers_; }
 
 /// Transfer function of a field's value, for strengths and masks. Piecewise linear; `outside` beyond the points. Two points
 /// with equal value are a step. At the first and at the last value the result is that of the end point, on either side.
@@ -161,8 +186,8 @@ class ParameterVisitor {
   virtual void numbers(const ParameterInfo&, std::vector<double>&) {}  ///< info.count of them, or none
   virtual void texts(const ParameterInfo&, std::vector<std::string>&) {}
   virtual void other(const ParameterInfo&) {}  ///< handled by the reader and writer of the struct
-  /// Without a key: `ref` is the derivation `felt` of another parameter's field. Visited only if the mode needs it.
-  virtual void companion(FieldRef& /*ref*/, const FieldRef& /*of*/, Derivation /*felt*/) {}
+  /// Without a key: the derivation `felt` of another parameter's field. Visited only if the mode needs it.
+  virtual void companion(FieldRef& /*of*/, Derivation /*felt*/) {}
 };
 
 /// Entry of a mode's `parameters()`. Made by the functions below.
@@ -247,17 +272,17 @@ constexpr auto derived_param(std::string_view name, FieldRef O::*member, Derivat
   const ParameterKind kind = of_scalar ? ParameterKind::scalar_field : ParameterKind::vector_field;
   return Parameter<O, FieldRef>{member, {.name = name, .sentence = sentence, .kind = kind, .felt = felt}};
 }
-/// Second derivation of another parameter's field, filled in if `needed` returns true.
+/// Second derivation of another parameter's field, its companion, resolved if `needed` returns true:
+/// `here.companion_scalar(field)`.
 template <class Owner>
 struct Companion {
-  FieldRef Owner::*member;
   FieldRef Owner::*of;
   Derivation felt;
   bool (Owner::*needed)() const;
 };
 template <class O>
-constexpr auto companion_param(FieldRef O::*member, FieldRef O::*of, Derivation felt, bool (O::*needed)() const) {
-  return Companion<O>{member, of, felt, needed};
+constexpr auto companion_param(FieldRef O::*of, Derivation felt, bool (O::*needed)() const) {
+  return Companion<O>{of, felt, needed};
 }
 template <class O>
 constexpr auto optional_field_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
@@ -457,7 +482,7 @@ void visit_parameter(O& owner, const Parameter<O, T, N>& p, ParameterVisitor& vi
 
 template <class O>
 void visit_parameter(O& owner, const Companion<O>& companion, ParameterVisitor& visitor) {
-  if ((owner.*(companion.needed))()) visitor.companion(owner.*(companion.member), owner.*(companion.of), companion.felt);
+  if ((owner.*(companion.needed))()) visitor.companion(owner.*(companion.of), companion.felt);
 }
 
 template <class O>

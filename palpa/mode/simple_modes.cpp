@@ -62,7 +62,7 @@ std::string VortexLine::problem() const {
 }
 
 void VortexLine::place(const ModeContext& here, PrimitiveSink out) const noexcept {
-  const VectorSample u = here.vector(velocity);
+  const VectorSample u = here.companion_vector(field);
   const detail::CoreLine core = direction == By::q ? detail::core_by_q(here.scalar(field), here.hessian(field), u)
                                                    : detail::core_by_velocity(u, here.direction_to_hand(background));
   const double strength = core.trust * detail::in_vortex_n(here, field, !strength_n.is_constant(), here.newtons(strength_n));

@@ -21,8 +21,7 @@ ToCore by_q(const ModeContext& here, const FieldRef& field) noexcept {
   return {normalized(q.gradient), detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field))};
 }
 
-ToCore by_vorticity(const ModeContext& here, const FieldRef& velocity, const Vec3& background) noexcept {
-  const VectorSample u = here.vector(velocity);
+ToCore by_vorticity(const ModeContext& here, const VectorSample& u, const Vec3& background) noexcept {
   if (!u.inside) return {};
   const Mat3& j = u.jacobian;
   const Vec3 axis = normalized({j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y});
@@ -31,8 +30,8 @@ ToCore by_vorticity(const ModeContext& here, const FieldRef& velocity, const Vec
   return {normalized(inwards), detail::steady_strength_n(here.stiffness_n_per_m, norm(inwards), j)};
 }
 
-ToCore by_reduced_velocity(const ModeContext& here, const FieldRef& velocity, const Vec3& background) noexcept {
-  const detail::CoreLine core = detail::core_by_velocity(here.vector(velocity), background);
+ToCore by_reduced_velocity(const ModeContext& here, const VectorSample& u, const Vec3& background) noexcept {
+  const detail::CoreLine core = detail::core_by_velocity(u, background);
   return {normalized(core.offset_m), core.trust * 0.5 * here.stiffness_n_per_m * norm(core.offset_m)};
 }
 
@@ -40,8 +39,9 @@ template <class M>
 ToCore to_core(const ModeContext& here, const M& mode) noexcept {
   if (mode.direction == VortexDirection::q) return by_q(here, mode.field);
   const Vec3 background = here.direction_to_hand(mode.background);
-  return mode.direction == VortexDirection::vorticity ? by_vorticity(here, mode.velocity, background)
-                                                      : by_reduced_velocity(here, mode.velocity, background);
+  const VectorSample u = here.companion_vector(mode.field);
+  return mode.direction == VortexDirection::vorticity ? by_vorticity(here, u, background)
+                                                      : by_reduced_velocity(here, u, background);
 }
 
 template <class M>
@@ -73,7 +73,7 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
   const bool on_level = direction == VortexDirection::q;
   const ScalarSample q = here.scalar(field);
   HeldLevel level =
-      on_level ? HeldLevel{field.index, memory.captured ? memory.value : here.value_at_start(field)} : HeldLevel{};
+      on_level ? HeldLevel{here.number_of(field), memory.stays ? memory.value : here.value_at_start(field)} : HeldLevel{};
   const LevelStrength bears = here.newtons(strength_n, level, TransferFunction::Side::above);
   level.limited = bears.limited;
   const double strength = std::min(in_vortex_n(here, *this, bears.newtons), core.steady_n);
@@ -84,7 +84,7 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
 
 void VortexPlane::on_step_accepted(const StepResult& result, Memory& memory) const noexcept {
   const PrimitiveState state = result.state(tube_slot);
-  memory.captured = direction == VortexDirection::q && result.placed(tube_slot) && state != PrimitiveState::off;
+  memory.stays = direction == VortexDirection::q && result.placed(tube_slot) && state != PrimitiveState::off;
   if (state == PrimitiveState::slip) memory.value = result.here.scalar(field).value;  // pulled outwards
   if (state == PrimitiveState::stick) memory.value = result.contacts.front().level.value;
 }

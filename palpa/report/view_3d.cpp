@@ -181,7 +181,8 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
     for (const TickFrame& frame : recorded.ticks) {
       if (usable(frame)) path_m.push_back(frame.result.proxy_m);
     }
-    const SceneShapes shapes = scene_shapes(*scene, worth_showing(*scene, path_m), scene->time.at(0.0), options.most_triangles);
+    const SceneShapes shapes =
+        scene_shapes(*scene, worth_showing(*scene, path_m), scene->time().at(0.0), options.most_triangles);
     for (const Shape& shape : shapes.shapes) layers.push_back(json_of(shape));
     for (const ColorBar& bar : shapes.bars) bars.push_back(json_of(bar));
     view["cloud"] = shapes.has_cloud;

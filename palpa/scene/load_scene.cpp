@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "palpa/base/input_file.h"
 #include "palpa/base/limits.h"
@@ -35,29 +34,26 @@ class Loader {
         options_(options),
         root_(parse_toml(text, name_)) {}
 
-  LoadedScene load() {
+  /// The scene refuses what is not valid; its findings get the place in the file here.
+  LoadedScene load() try {
     for (const auto& [path, value] : options_.sets) SetPath(root_).set(path, value);
     check_format();
     const Section scene = read_header();
-    read_table(scene, "coupling", loaded_.scene.coupling);
-    detail::LawPart law{loaded_.scene.law};
+    read_options<CouplingOptions>(scene, "coupling");
+    detail::LawPart law{loaded_.scene.law()};
     read_table(scene, "law", law);
-    loaded_.scene.law = law.method;
+    loaded_.scene.set_law(law.method);
     volumes_.plan(scene);
-    read_table(scene, "workspace", loaded_.scene.workspace);
-    read_table(scene, "time", loaded_.scene.time);
+    read_options<Workspace>(scene, "workspace");
+    read_options<TimeOptions>(scene, "time");
     read_view(scene);
-    std::vector<SceneMode> modes = read_modes(scene);
+    std::vector<detail::CheckedMode> modes = read_modes(scene);
 
     volumes_.open(loaded_.scene, loaded_.warnings);
-    try {
-      for (SceneMode& mode : modes)
-        loaded_.scene.add(std::move(mode.name), std::move(mode.mode), std::move(mode.masks), mode.enabled);
-    } catch (const detail::SceneProblem& problem) {
-      fail(place_of(problem.finding.part), problem.finding.text);
-    }
+    loaded_.scene.hand_to_world();
+    for (detail::CheckedMode& mode : modes) loaded_.scene.add(std::move(mode));
     for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
-    std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene, true));
+    std::vector<Finding> warnings = detail::warnings(loaded_.scene);
     std::ranges::move(detail::layer_findings(loaded_.scene, loaded_.scene.layers), std::back_inserter(warnings));
     if (options_.thin_parts) {
       detail::ThinPartFindings thin = detail::thin_part_findings(loaded_.scene, volumes_.with_filter());
@@ -68,6 +64,8 @@ class Loader {
       loaded_.warnings.push_back(detail::one_line(place_of(finding.part) + ": " + finding.text));
     }
     return std::move(loaded_);
+  } catch (const detail::SceneProblem& problem) {
+    fail(place_of(problem.finding.part), problem.finding.text);
   }
 
  private:
@@ -99,6 +97,11 @@ class Loader {
   template <class Part>
   void read_table(const Section& scene, const std::string& key, Part& part) const {
     if (const toml::table* table = scene.subtable(key)) read(*table, "[" + key + "]", part, &volumes_.names());
+  }
+
+  template <class Options>
+  void read_options(const Section& scene, const std::string& key) {
+    loaded_.scene.edit<Options>([&](Options& options) { read_table(scene, key, options); });
   }
 
   void read_view(const Section& scene) {
@@ -146,20 +149,14 @@ class Loader {
     return types;
   }
 
-  std::vector<SceneMode> read_modes(const Section& scene) {
+  std::vector<detail::CheckedMode> read_modes(const Section& scene) {
     mode_tables_ = tables_in(scene.node("mode"));
     if (mode_tables_.empty()) {
       fail(scene.node("mode") ? place_of(*scene.node("mode")) : name_ + ":1:1",
            "a scene without modes cannot be felt; add a [[mode]]");
     }
-    std::vector<SceneMode> modes;
-    std::set<std::string> names;
-    for (std::size_t i = 0; i < mode_tables_.size(); ++i) {
-      modes.push_back(read_mode(*mode_tables_[i], i));
-      if (!names.insert(modes.back().name).second)
-        fail(place_of(*mode_tables_[i]->get("name")), detail::name_is_taken("mode", modes.back().name));
-      refuse_first(detail::parameter_findings(modes.back(), i));
-    }
+    std::vector<detail::CheckedMode> modes;
+    for (std::size_t i = 0; i < mode_tables_.size(); ++i) modes.emplace_back(read_mode(*mode_tables_[i], i), i);
     return modes;
   }
 
@@ -198,7 +195,7 @@ class Loader {
         if (ref.name.empty()) return;
         info.felt ? scene.field(ref, *info.felt) : scene.field(ref).field;
       }
-      void companion(FieldRef&, const FieldRef& of, Derivation felt) override { scene.field(of, felt); }
+      void companion(FieldRef& of, Derivation felt) override { scene.field(of, felt); }
       void strength(const ParameterInfo&, Strength& strength) override {
         if (!strength.is_constant()) scene.field(strength.of);
       }
@@ -220,14 +217,6 @@ class Loader {
   }
 
   // ---- Findings
-
-  /// Fails at the first that is no warning; gives back the warnings.
-  std::vector<Finding> refuse_first(std::vector<Finding> found) const {
-    for (const Finding& finding : found) {
-      if (!finding.warning) fail(place_of(finding.part), finding.text);
-    }
-    return found;
-  }
 
   /// The place of the nearest thing that is written down.
   std::string place_of(const detail::Part& part) const {

@@ -298,14 +298,9 @@ void VolumeLoader::open(const VolumePlan& plan, Scene& scene, std::vector<std::s
     volume = at(*node, plan, [&] { return filtered(volume, plan.filter); });
   }
   warn_of_other_space(plan, volume, scene, warnings);
-  at(*plan.table, plan, [&] {
-    return plan.track.empty() ? scene.add(plan.name, std::move(volume), plan.placed, plan.filter)
-                              : scene.add_moving(plan.name, std::move(volume), plan.track, plan.filter);
-  });
-  SceneVolume& added = *scene.find_volume(plan.name);
-  added.source = plan.source;
-  added.smoothing_m = plan.smoothing_m.value_or(0.0);
-  for (const std::string& warning : added.volume.warnings) warnings.push_back(warning_of(plan, warning));
+  SceneVolume added{plan.name, std::move(volume), plan.placed, plan.track, plan.smoothing_m.value_or(0.0), plan.source};
+  at(*plan.table, plan, [&] { return scene.add(std::move(added), plan.filter); });
+  for (const std::string& warning : scene.volumes().back().volume.warnings) warnings.push_back(warning_of(plan, warning));
 }
 
 }  // namespace palpa::detail::scene_file

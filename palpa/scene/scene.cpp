@@ -27,11 +27,26 @@ using detail::toml_number;
 
 [[noreturn]] void refuse(const std::string& text) { throw SceneError(detail::one_line("scene: " + text)); }
 
+template <class Options>
+const Options& in_range(const Options& options) {
+  detail::refuse_first(detail::range_findings(options));
+  return options;
+}
+
 }  // namespace
 
 class Scene::DerivedFields : public detail::DerivedFields {};
 
-Scene::Scene(CouplingOptions options) : coupling(options), derived_(std::make_shared<DerivedFields>()) {}
+Scene::Scene(const CouplingOptions& coupling) : derived_(std::make_shared<DerivedFields>()) { set(coupling); }
+
+void Scene::set(const CouplingOptions& coupling) { std::get<CouplingOptions>(options_) = in_range(coupling); }
+void Scene::set(const Workspace& workspace) { std::get<Workspace>(options_) = in_range(workspace); }
+void Scene::set(const TimeOptions& time) { std::get<TimeOptions>(options_) = in_range(time); }
+
+void Scene::set_law(std::string name) {
+  detail::refuse_first(detail::law_findings(name));
+  law_ = std::move(name);
+}
 
 DataTime TimeOptions::at(double elapsed_s) const noexcept {
   if (play == Play::hold) return {start_s};
@@ -39,19 +54,21 @@ DataTime TimeOptions::at(double elapsed_s) const noexcept {
 }
 
 FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose, std::optional<Filter> filter) {
-  if (!is_usable(pose))
-    refuse("the pose of volume " + in_quotes(name) + " is no similarity; use a rotation, a scale above 0 and finite numbers");
   return add({std::move(name), std::move(volume), pose, {}}, filter);
 }
 
 FieldRef Scene::add_moving(std::string name, Volume volume, const PoseTrack& poses, std::optional<Filter> filter) {
-  if (const char* problem = problem_with(poses)) refuse("the poses of volume " + in_quotes(name) + ": " + problem);
+  if (poses.empty()) refuse("the poses of volume " + in_quotes(name) + ": " + problem_with(poses));
   return add({std::move(name), std::move(volume), {}, poses}, filter);
 }
 
 FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
   const std::string& name = added.name;
   Volume& volume = added.volume;
+  if (!is_usable(added.pose))
+    refuse("the pose of volume " + in_quotes(name) + " is no similarity; use a rotation, a scale above 0 and finite numbers");
+  if (const char* problem = added.poses.empty() ? nullptr : problem_with(added.poses))
+    refuse("the poses of volume " + in_quotes(name) + ": " + problem);
   if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
   if (find_volume(name)) refuse(detail::name_is_taken("volume", name));
   if (volume.fields.empty()) refuse("volume " + in_quotes(name) + " has no fields; a volume has at least one");
@@ -78,35 +95,47 @@ FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
   return {first};
 }
 
+detail::CheckedMode::CheckedMode(SceneMode mode, std::size_t number) : mode_(std::move(mode)) {
+  refuse_first(parameter_findings(mode_, number));
+}
+
 void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabled) {
-  if (find_mode(name)) refuse(detail::name_is_taken("mode", name));
+  add(detail::CheckedMode({std::move(name), std::move(mode), enabled, std::move(masks)}, modes_.size()));
+}
+
+void Scene::add(detail::CheckedMode mode) {
   if (modes_.size() >= limit::modes.count()) refuse(more_than(limit::modes));
-  SceneMode added{std::move(name), std::move(mode), enabled, std::move(masks)};
-  const std::vector<Finding> found = detail::mode_findings(*this, added, modes_.size());
-  if (!found.empty()) throw detail::SceneProblem(found.front());
-  modes_.push_back(std::move(added));
+  detail::refuse_first(detail::mode_findings(*this, mode.get(), modes_.size()));
+  modes_.push_back(mode.get());
+}
+
+void Scene::replace_mode(std::size_t number, SceneMode mode) {
+  const detail::CheckedMode checked(std::move(mode), number);
+  detail::refuse_first(detail::mode_findings(*this, checked.get(), number));
+  modes_[number] = checked.get();
 }
 
 void Scene::remove_mode(std::string_view name) noexcept {
   std::erase_if(modes_, [&](const SceneMode& mode) { return mode.name == name; });
 }
 
-SceneVolume* Scene::find_volume(std::string_view name) noexcept {
+const SceneVolume* Scene::find_volume(std::string_view name) const noexcept {
   const auto found = std::ranges::find(volumes_, name, &SceneVolume::name);
   return found == volumes_.end() ? nullptr : &*found;
 }
 
-std::string Scene::no_mode_to_edit(std::string_view name, std::string_view type) const {
-  for (const SceneMode& mode : modes_) {
-    if (mode.name == name)
-      return "mode " + in_quotes(name) + " is a " + std::string(mode.mode.type()) + ", not a " + std::string(type);
-  }
-  std::vector<std::string> names;
-  for (const SceneMode& mode : modes_) names.push_back(mode.name);
-  return "no mode " + in_quotes(name) + "; " + suggestion(name, names);
+std::string Scene::not_of_type(const SceneMode& mode, std::string_view type) {
+  return detail::called(mode) + " is a " + std::string(mode.mode.type()) + ", not a " + std::string(type);
 }
 
-SceneMode* Scene::find_mode(std::string_view name) noexcept {
+std::size_t Scene::number_of_mode(std::string_view name) const {
+  if (const SceneMode* const mode = find_mode(name)) return static_cast<std::size_t>(mode - modes_.data());
+  std::vector<std::string> names;
+  for (const SceneMode& mode : modes_) names.push_back(mode.name);
+  throw SceneError("no mode " + in_quotes(name) + "; " + suggestion(name, names));
+}
+
+const SceneMode* Scene::find_mode(std::string_view name) const noexcept {
   const auto found = std::ranges::find(modes_, name, &SceneMode::name);
   return found == modes_.end() ? nullptr : &*found;
 }
@@ -139,20 +168,12 @@ std::int32_t Scene::index_of(const FieldRef& ref) const {
   return found.name.derivations.empty() ? found.index : -1;
 }
 
-Similarity Scene::hand_to_world() const {
-  try {
-    return detail::workspace_map(workspace, volumes_);
-  } catch (const detail::WorkspaceProblem& problem) {
-    throw SceneError(detail::one_line("workspace: " + problem.text));
-  }
-}
+Similarity Scene::hand_to_world() const { return detail::workspace_map(workspace(), volumes_); }
 
 std::vector<std::string> Scene::check() const {
+  hand_to_world();
   std::vector<std::string> warnings;
-  for (const Finding& finding : detail::findings(*this)) {
-    if (!finding.warning) throw detail::SceneProblem(finding);
-    warnings.push_back(detail::one_line(finding.text));
-  }
+  for (const Finding& finding : detail::warnings(*this)) warnings.push_back(detail::one_line(finding.text));
   return warnings;
 }
 

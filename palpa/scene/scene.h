@@ -3,6 +3,9 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "palpa/base/load_error.h"
@@ -84,26 +87,56 @@ struct SceneMode {
   std::vector<Mask> masks;
 };
 
+namespace detail {
+/// Mode of a scene with valid parameters: checked once, by its constructor, as far as that needs no data. Fields are left to
+/// `Scene::add`.
+class CheckedMode {
+ public:
+  /// \param number  of the mode in the scene. Throws SceneError.
+  CheckedMode(SceneMode mode, std::size_t number);
+  const SceneMode& get() const noexcept { return mode_; }
+
+ private:
+  SceneMode mode_;
+};
+}  // namespace detail
+
 /// Options of pictures of the scene ([view]). Do not affect the forces.
 struct ViewOptions {
   std::optional<Vec3> from{};  ///< [1] direction of the world towards the camera; none: chosen for the trace
   friend bool operator==(const ViewOptions&, const ViewOptions&) = default;
 };
 
-/// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Not for the tick: members may allocate and
-/// throw SceneError on invalid input.
+/// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Valid at any time: each part is checked
+/// once, where it enters, by the functions that add, set or edit it; they throw SceneError with nothing changed. A session
+/// takes a scene without checking it again. Not for the tick: members may allocate.
 class Scene {
  public:
-  explicit Scene(CouplingOptions coupling = {});
+  explicit Scene(const CouplingOptions& coupling = {});
 
+  // Not felt, hence free.
   std::string title;
   std::vector<std::string> needs;  ///< mode types of required plug-ins
-  CouplingOptions coupling;
-  std::string law = "exact";
-  Workspace workspace;
-  TimeOptions time;
   std::vector<ViewLayer> layers;
   ViewOptions view;
+
+  const CouplingOptions& coupling() const noexcept { return std::get<CouplingOptions>(options_); }
+  const Workspace& workspace() const noexcept { return std::get<Workspace>(options_); }
+  const TimeOptions& time() const noexcept { return std::get<TimeOptions>(options_); }
+  const std::string& law() const noexcept { return law_; }
+  /// Replaces the coupling, the workspace or the progress of time. A workspace may name a volume that is added later.
+  void set(const CouplingOptions& coupling);
+  void set(const Workspace& workspace);
+  void set(const TimeOptions& time);
+  /// Replaces the law by the law of this name ("exact", …).
+  void set_law(std::string name);
+  /// Changes one of these structs: calls `change` with an Options&.
+  template <class Options, class Change>
+  void edit(Change&& change) {
+    Options changed = std::get<Options>(options_);
+    change(changed);
+    set(changed);
+  }
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name must be a new plain word. Its grids are
   /// interpolated with `filter`; without one, trilinear grids get the default filter for their data, and other fields keep
@@ -111,27 +144,38 @@ class Scene {
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {}, std::optional<Filter> filter = {});
   /// Adds a volume that moves from pose to pose.
   FieldRef add_moving(std::string name, Volume volume, const PoseTrack& poses, std::optional<Filter> filter = {});
+  /// Adds a volume with all that belongs to it, not yet posed.
+  FieldRef add(SceneVolume volume, std::optional<Filter> filter = {});
   /// Adds a mode with a new name; its fields must exist.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
+  void add(detail::CheckedMode mode);
 
-  /// Changes the parameters of a mode: calls `change` with an M&. Throws SceneError if no mode has this name and type, or the
-  /// exceptions of `change`, with nothing changed.
+  /// Changes the parameters of a mode: calls `change` with an M&. Throws SceneError if no mode has this name and type, or if
+  /// the changed mode is not valid, or the exceptions of `change`, with nothing changed.
   template <class M, class Change>
   void edit(std::string_view name, Change&& change) {
-    SceneMode* const mode = find_mode(name);
-    const M* const parameters = mode ? mode->mode.as<M>() : nullptr;
-    if (!parameters) throw SceneError(no_mode_to_edit(name, M::type));
-    M changed = *parameters;
+    edit_mode(name, [&](SceneMode& mode) {
+      M* const parameters = mode.mode.as<M>();
+      if (!parameters) throw SceneError(not_of_type(mode, M::type));
+      change(*parameters);
+    });
+  }
+  /// Likewise a mode of any type, with its name, its masks and whether it is enabled: calls `change` with a SceneMode&.
+  template <class Change>
+  void edit_mode(std::string_view name, Change&& change) {
+    const std::size_t number = number_of_mode(name);
+    SceneMode changed = modes_[number];
     change(changed);
-    mode->mode = std::move(changed);
+    replace_mode(number, std::move(changed));
   }
   /// Removes a mode, if it exists.
   void remove_mode(std::string_view name) noexcept;
 
   const std::vector<SceneVolume>& volumes() const noexcept { return volumes_; }
   const std::vector<SceneMode>& modes() const noexcept { return modes_; }
-  SceneVolume* find_volume(std::string_view name) noexcept;
-  SceneMode* find_mode(std::string_view name) noexcept;
+  /// nullptr if there is none of this name; valid until the scene changes.
+  const SceneVolume* find_volume(std::string_view name) const noexcept;
+  const SceneMode* find_mode(std::string_view name) const noexcept;
 
   /// Field of a reference; throws SceneError if there is none, or if a bare volume name has several fields. A derived field is
   /// computed on first use, and cached, also for copies of the scene. Any thread.
@@ -141,17 +185,20 @@ class Scene {
   /// Number of a field among those of all volumes; -1 for a derived field. Throws as `field` does.
   std::int32_t index_of(const FieldRef& ref) const;
 
-  /// Map from the hand frame to the world by the workspace (design.md, Frames); the identity without volumes.
+  /// Map from the hand frame to the world by the workspace (design.md, Frames); the identity without volumes. Throws SceneError
+  /// if the workspace has no place among the volumes.
   Similarity hand_to_world() const;
 
-  /// Checks all parts and their consistency; throws SceneError at the first error. Returns warnings (level outside the data's
-  /// range, …).
+  /// Warnings about the scene (level outside the data's range, …). Throws SceneError as `hand_to_world` does.
   std::vector<std::string> check() const;
 
  private:
   class DerivedFields;
-  FieldRef add(SceneVolume volume, std::optional<Filter> filter);
-  std::string no_mode_to_edit(std::string_view name, std::string_view type) const;
+  static std::string not_of_type(const SceneMode& mode, std::string_view type);
+  std::size_t number_of_mode(std::string_view name) const;
+  void replace_mode(std::size_t number, SceneMode mode);
+  std::tuple<CouplingOptions, Workspace, TimeOptions> options_;
+  std::string law_ = "exact";
   std::vector<SceneVolume> volumes_;
   std::vector<SceneMode> modes_;
   std::shared_ptr<DerivedFields> derived_;

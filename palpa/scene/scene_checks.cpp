@@ -12,7 +12,6 @@
 #include "palpa/data/thin_parts.h"
 #include "palpa/scene/field_lookup.h"
 #include "palpa/scene/keys.h"
-#include "palpa/scene/workspace_map.h"
 
 namespace palpa::detail {
 
@@ -45,10 +44,10 @@ class CheckingVisitor : public ParameterVisitor {
   }
 
  protected:
-  void find(std::string_view key, std::string text, bool warning = false) {
+  void find(std::string_view key, std::string text) {
     Part part = part_;
     part.key = key;
-    out_.push_back({std::move(part), std::move(text), warning});
+    out_.push_back({std::move(part), std::move(text)});
   }
   std::string the(std::string_view key) const { return in_quotes(key) + (where_.empty() ? "" : " in " + where_); }
   const Part& part() const noexcept { return part_; }
@@ -154,10 +153,8 @@ class LevelChecks final : public SceneChecks {
     if (info.kind != ParameterKind::level || ref_.name.empty()) return;
     if (!extent_) extent_ = scene_.field(ref_).field->value_ranges().front();
     if (value >= extent_->min && value <= extent_->max) return;
-    find(info.name,
-         the(info.name) + " is " + toml_number(value) + ", outside the data of " + in_quotes(ref_.name) +
-             " and never met; they go from " + toml_number(extent_->min) + " to " + toml_number(extent_->max),
-         true);
+    find(info.name, the(info.name) + " is " + toml_number(value) + ", outside the data of " + in_quotes(ref_.name) +
+                        " and never met; they go from " + toml_number(extent_->min) + " to " + toml_number(extent_->max));
   }
 
  private:
@@ -169,12 +166,11 @@ class LevelChecks final : public SceneChecks {
 class TextureChecks final : public SceneChecks {
  public:
   using SceneChecks::SceneChecks;
-  void companion(FieldRef&, const FieldRef& of, Derivation felt) override {
+  void companion(FieldRef& of, Derivation felt) override {
     if (felt != Derivation::detail || of.name.empty() || has_detail(*scene_.field(of).field)) return;
     find("texture_ratio",
          the("texture_ratio") + " is not felt: nothing of " + in_quotes(of.name) +
-             " is finer than its filter; of a scalar volume from voxels filter = \"smooth\" leaves such detail",
-         true);
+             " is finer than its filter; of a scalar volume from voxels filter = \"smooth\" leaves such detail");
   }
 };
 
@@ -210,11 +206,9 @@ class ThinPartChecks final : public SceneChecks {
     const bool is_much = worst.lost_share() > much || worst.thin_share() > mostly;
     if (!is_much || !(worst.thin_share() * worst.lost_share() > much_of_all)) return;
     const auto percent = [](double share) { return toml_number(std::round(1000.0 * share) / 10.0) + " %"; };
-    find(info.name,
-         the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * worst.lost_share())) +
-             " % of the parts thinner than 2 voxels there, " + percent(worst.thin_share() * worst.lost_share()) +
-             " of the whole; filter = \"trilinear\" of the volume keeps them",
-         true);
+    find(info.name, the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * worst.lost_share())) +
+                        " % of the parts thinner than 2 voxels there, " + percent(worst.thin_share() * worst.lost_share()) +
+                        " of the whole; filter = \"trilinear\" of the volume keeps them");
   }
 
  private:
@@ -225,7 +219,7 @@ class ThinPartChecks final : public SceneChecks {
 };
 
 template <class Part>
-std::vector<Finding> part_findings(const std::string& section, Part part) {
+std::vector<Finding> part_findings(const std::string& section, Part& part) {
   std::vector<Finding> found;
   ParameterChecks checks(section, found);
   visit_parameters(part, checks);
@@ -234,7 +228,19 @@ std::vector<Finding> part_findings(const std::string& section, Part part) {
 
 }  // namespace
 
-std::vector<Finding> workspace_findings(const Workspace& workspace) { return part_findings("workspace", workspace); }
+void refuse_first(const std::vector<Finding>& found) {
+  if (!found.empty()) throw SceneProblem(found.front());
+}
+
+std::vector<Finding> range_findings(CouplingOptions coupling) { return part_findings("coupling", coupling); }
+std::vector<Finding> range_findings(Workspace workspace) { return part_findings("workspace", workspace); }
+std::vector<Finding> range_findings(TimeOptions time) { return part_findings("time", time); }
+
+std::vector<Finding> law_findings(const std::string& name) {
+  const std::vector<std::string> laws(baseline::law_names.begin(), baseline::law_names.end());
+  if (std::ranges::find(laws, name) != laws.end()) return {};
+  return {{{.section = "law", .list = {}, .key = "method"}, "no law " + in_quotes(name) + "; " + suggestion(name, laws)}};
+}
 
 std::string called(const SceneMode& mode) { return "mode " + in_quotes(mode.name); }
 
@@ -262,7 +268,10 @@ std::vector<Finding> parameter_findings(const SceneMode& scene_mode, std::size_t
 }
 
 std::vector<Finding> mode_findings(const Scene& scene, const SceneMode& scene_mode, std::size_t number) {
-  std::vector<Finding> found = parameter_findings(scene_mode, number);
+  std::vector<Finding> found;
+  const SceneMode* const other = scene.find_mode(scene_mode.name);
+  if (other && other != scene.modes().data() + number)
+    found.push_back({{.section = "mode", .mode = number, .list = {}, .key = "name"}, name_is_taken("mode", scene_mode.name)});
   FieldChecks checks(scene, scene_mode, number, found);
   look_through(scene_mode.mode, checks);
   for (const Mask& mask : scene_mode.masks) checks.resolve("mask", mask.of, 1);
@@ -279,55 +288,30 @@ std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLa
     const char* const wrong = of_vectors ? " is a scalar field; streamlines and glyphs are drawn of a vector one"
                                          : " is a vector field; a surface or a volume is drawn of a scalar one, its magnitude";
     found.push_back({{.section = "view", .list = "layer", .item = i, .key = "field"},
-                     drawn.field ? in_quotes(layers[i].field.name) + wrong : drawn.problem,
-                     true});
+                     drawn.field ? in_quotes(layers[i].field.name) + wrong : drawn.problem});
   }
   return found;
 }
 
-std::vector<Finding> time_findings(const Scene& scene) {
-  std::vector<Finding> found = part_findings("time", scene.time);
-  const auto warn = [&](const char* key, std::string text) {
-    found.push_back({{.section = "time", .list = {}, .key = key}, std::move(text), true});
+std::vector<Finding> warnings(const Scene& scene) {
+  std::vector<Finding> found;
+  const auto of_time = [&](const char* key, std::string text) {
+    found.push_back({{.section = "time", .list = {}, .key = key}, std::move(text)});
   };
-  const TimeOptions& time = scene.time;
   bool any = false;
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) any = any || timed(*field.field);
-    if (time.play == TimeOptions::Play::loop && !volume.poses.empty() &&
+    if (scene.time().play == TimeOptions::Play::loop && !volume.poses.empty() &&
         volume.poses.front().pose != volume.poses.back().pose) {
-      warn("play",
-           "volume " + in_quotes(volume.name) + " jumps where its loop begins again; end its 'poses' with the first of them");
+      of_time("play", "volume " + in_quotes(volume.name) +
+                          " jumps where its loop begins again; end its 'poses' with the first of them");
     }
   }
-  if (time != TimeOptions{} && !any) {
-    warn("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out");
+  if (scene.time() != TimeOptions{} && !any) {
+    of_time("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out");
   }
-  return found;
-}
-
-std::vector<Finding> findings(const Scene& scene, bool modes_are_checked) {
-  std::vector<Finding> found = part_findings("coupling", scene.coupling);
-  const std::vector<std::string> laws(baseline::law_names.begin(), baseline::law_names.end());
-  if (std::ranges::find(laws, scene.law) == laws.end()) {
-    found.push_back({{.section = "law", .list = {}, .key = "method"},
-                     "no law " + in_quotes(scene.law) + "; " + suggestion(scene.law, laws)});
-  }
-  try {
-    workspace_map(scene.workspace, scene.volumes());
-  } catch (const WorkspaceProblem& problem) {
-    found.push_back({{.section = "workspace", .list = {}, .key = problem.key}, problem.text});
-  }
-  std::ranges::move(time_findings(scene), std::back_inserter(found));
-  std::set<std::string> names;
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
-    if (!names.insert(mode.name).second) {
-      found.push_back({{.section = "mode", .mode = i, .list = {}, .key = "name"}, detail::name_is_taken("mode", mode.name)});
-    }
-    const std::size_t before = found.size();
-    if (!modes_are_checked) std::ranges::move(mode_findings(scene, mode, i), std::back_inserter(found));
-    if (found.size() != before) continue;
     LevelChecks levels(scene, mode, i, found);
     look_through(mode.mode, levels);
     TextureChecks texture(scene, mode, i, found);

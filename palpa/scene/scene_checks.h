@@ -22,29 +22,39 @@ struct Part {
 struct Finding {
   Part part;
   std::string text;  ///< fault; remedy
-  bool warning = false;
 };
 
 /// SceneError of a finding; loading adds the line.
 struct SceneProblem : SceneError {
-  explicit SceneProblem(Finding of) : SceneError(one_line("scene: " + of.text)), finding(std::move(of)) {}
+  explicit SceneProblem(Finding of)
+      : SceneError(one_line((of.part.section == "workspace" ? "workspace: " : "scene: ") + of.text)), finding(std::move(of)) {}
   Finding finding;
 };
+/// Throws SceneProblem at the first finding.
+void refuse_first(const std::vector<Finding>& found);
 
 /// "mode 'skin'".
 std::string called(const SceneMode& mode);
 
-/// Names, ranges, `problem()` of a mode, without its data.
+// Faults, each checked once: by the functions of Scene that take a part.
+
+/// Values out of range.
+std::vector<Finding> range_findings(CouplingOptions coupling);
+std::vector<Finding> range_findings(Workspace workspace);
+std::vector<Finding> range_findings(TimeOptions time);
+/// Unknown name of a law.
+std::vector<Finding> law_findings(const std::string& name);
+/// Name, ranges, `problem()` of a mode, without its data.
 std::vector<Finding> parameter_findings(const SceneMode& mode, std::size_t number);
-/// Likewise, and existence and kind of its fields.
+/// A mode among others: its name is taken, or its fields do not exist or are of the wrong kind.
 std::vector<Finding> mode_findings(const Scene& scene, const SceneMode& mode, std::size_t number);
-/// Existence and kind of drawn fields: warnings, as the scene can be felt anyway.
+
+// Warnings: the scene can be felt anyway.
+
+/// Existence and kind of drawn fields.
 std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLayer>& layers);
-std::vector<Finding> time_findings(const Scene& scene);
-/// Ranges of the workspace's keys.
-std::vector<Finding> workspace_findings(const Workspace& workspace);
-/// All, warnings included. \param modes_are_checked  by `Scene::add`, unchanged since: only their warnings are added
-std::vector<Finding> findings(const Scene& scene, bool modes_are_checked = false);
+/// Of time, levels and textures.
+std::vector<Finding> warnings(const Scene& scene);
 
 /// Findings of levels of smooth grids, by the origin of the filter.
 struct ThinPartFindings {

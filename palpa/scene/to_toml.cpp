@@ -202,10 +202,10 @@ std::string value_of(const std::vector<Said>& said, std::string_view key) {
 
 std::string to_toml(const Scene& scene) {
   std::string out = lines(written(detail::HeaderPart{1, scene.title, scene.needs}).said);
-  out += "\n[coupling]\n" + lines(written(scene.coupling).said);
-  out += "\n[law]\n" + lines(written(detail::LawPart{scene.law}).said);
-  if (scene.workspace != Workspace{}) out += "\n[workspace]\n" + lines(written(scene.workspace).said);
-  if (scene.time != TimeOptions{}) out += "\n[time]\n" + lines(written(scene.time).said);
+  out += "\n[coupling]\n" + lines(written(scene.coupling()).said);
+  out += "\n[law]\n" + lines(written(detail::LawPart{scene.law()}).said);
+  if (scene.workspace() != Workspace{}) out += "\n[workspace]\n" + lines(written(scene.workspace()).said);
+  if (scene.time() != TimeOptions{}) out += "\n[time]\n" + lines(written(scene.time()).said);
   for (const SceneVolume& volume : scene.volumes()) out += "\n[volume." + volume.name + "]\n" + volume_body(volume);
   for (const SceneMode& mode : scene.modes()) out += "\n[[mode]]\n" + mode_body(mode);
   if (scene.view != ViewOptions{}) out += "\n[view]\n" + lines(written(scene.view).said);

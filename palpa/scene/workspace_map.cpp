@@ -13,6 +13,10 @@ namespace {
 
 constexpr double reach_m = 0.15;  // of the hand, along a fitted volume's longest side. More: out of reach; less: crowded
 
+[[noreturn]] void refuse(const char* key, std::string text) {
+  throw SceneProblem({{.section = "workspace", .list = {}, .key = key}, std::move(text)});
+}
+
 /// World direction of a word; zero for an unknown word.
 Vec3 direction(const std::string& word) {
   struct Direction {
@@ -33,20 +37,19 @@ Vec3 direction_of(const char* key, const std::string& given, const std::string& 
   const std::string& word = given.empty() ? by_default : given;
   const Vec3 along = direction(word);
   if (along == Vec3{}) {
-    throw WorkspaceProblem{key, in_quotes(word) + " is no direction; " + suggestion(word, direction_words())};
+    refuse(key, in_quotes(word) + " is no direction; " + suggestion(word, direction_words()));
   }
   const bool medical = word.front() != '+' && word.front() != '-';
   if (medical && !volume.volume.medical_frame) {
-    throw WorkspaceProblem{key, in_quotes(word) + " is a medical word, and volume " + in_quotes(volume.name) +
-                                    " has no medical frame; use one of: +x, -x, +y, -y, +z, -z"};
+    refuse(key, in_quotes(word) + " is a medical word, and volume " + in_quotes(volume.name) +
+                    " has no medical frame; use one of: +x, -x, +y, -y, +z, -z");
   }
   return along;
 }
 
 const SceneVolume& volume_named(const std::vector<SceneVolume>& volumes, const char* key, const std::string& name) {
   const auto found = std::ranges::find(volumes, name, &SceneVolume::name);
-  if (found == volumes.end())
-    throw WorkspaceProblem{key, "no volume " + in_quotes(name) + "; " + suggestion(name, names_of(volumes))};
+  if (found == volumes.end()) refuse(key, "no volume " + in_quotes(name) + "; " + suggestion(name, names_of(volumes)));
   return *found;
 }
 
@@ -54,16 +57,13 @@ const SceneVolume& volume_named(const std::vector<SceneVolume>& volumes, const c
 
 Similarity workspace_map(const Workspace& workspace, const std::vector<SceneVolume>& volumes) {
   if (!workspace.fit.empty() && workspace.scale) {
-    throw WorkspaceProblem{"scale", "both 'fit' and 'scale' are given; use one of them"};
+    refuse("scale", "both 'fit' and 'scale' are given; use one of them");
   }
   if (!workspace.center_volume.empty() && workspace.center_m) {
-    throw WorkspaceProblem{"center", "a volume and a position are given as 'center'; use one of them"};
-  }
-  if (const std::vector<Finding> found = workspace_findings(workspace); !found.empty()) {
-    throw WorkspaceProblem{found.front().part.key, found.front().text};
+    refuse("center", "a volume and a position are given as 'center'; use one of them");
   }
   if (volumes.empty() && workspace == Workspace{}) return {};
-  if (volumes.empty()) throw WorkspaceProblem{"", "a workspace without volumes has nothing to lie in; add a volume"};
+  if (volumes.empty()) refuse("", "a workspace without volumes has nothing to lie in; add a volume");
 
   const SceneVolume& fitted = workspace.fit.empty() ? volumes.front() : volume_named(volumes, "fit", workspace.fit);
   const SceneVolume& centered =
@@ -73,8 +73,8 @@ Similarity workspace_map(const Workspace& workspace, const std::vector<SceneVolu
   const Vec3 z = direction_of("towards_user", workspace.towards_user, medical ? "anterior" : "+z", fitted);
   const Vec3 y = direction_of("up", workspace.up, medical ? "superior" : "+y", fitted);
   if (dot(y, z) != 0.0) {
-    throw WorkspaceProblem{workspace.up.empty() ? "towards_user" : "up",
-                           "'up' and 'towards_user' lie along one axis; give two directions at a right angle"};
+    refuse(workspace.up.empty() ? "towards_user" : "up",
+           "'up' and 'towards_user' lie along one axis; give two directions at a right angle");
   }
   const Vec3 x = cross(y, z);
 
@@ -83,8 +83,8 @@ Similarity workspace_map(const Workspace& workspace, const std::vector<SceneVolu
   map.scale = workspace.scale ? *workspace.scale : largest_component(fitted.volume.bounds_m().size_m()) / reach_m;
   map.translation_m = workspace.center_m ? *workspace.center_m : centered.volume.bounds_m().centre_m();
   if (!is_usable(map)) {
-    throw WorkspaceProblem{workspace.scale ? "scale" : "fit", "the box of volume " + in_quotes(fitted.name) +
-                                                                  " has no usable size; give 'scale' and 'center' as numbers"};
+    refuse(workspace.scale ? "scale" : "fit",
+           "the box of volume " + in_quotes(fitted.name) + " has no usable size; give 'scale' and 'center' as numbers");
   }
   return map;
 }

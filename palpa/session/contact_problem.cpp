@@ -33,7 +33,7 @@ void ContactProblem::clear() noexcept {
 
 const LevelContact* ContactProblem::contact_of(std::size_t row) const noexcept {
   for (const LevelContact& contact : contacts_) {
-    if (row >= contact.first && row < contact.first + contact.facets) return &contact;
+    if (row - first_row(contact) < contact.facets) return &contact;
   }
   return nullptr;
 }
@@ -81,7 +81,7 @@ void ContactProblem::find_contacts() noexcept {
     LevelContact* stands = nullptr;
     for (LevelContact& contact : contacts_) {
       const bool rubs =
-          p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && set_[contact.first].direction == p.direction;
+          p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && set_[contact.plane].direction == p.direction;
       if (rubs) stands = &contact;
     }
     if (stands) {
@@ -105,13 +105,21 @@ void ContactProblem::find_contacts() noexcept {
 bool ContactProblem::turn_friction() noexcept {
   bool changed = false;
   for (const LevelContact& contact : contacts_) {
-    if (contact.line < 0 || contact.facets == 1 || contact.pressed == Vec3{}) continue;
-    Primitive line = set_[static_cast<std::size_t>(contact.line)];
-    changed = changed || line.direction != contact.pressed;
-    line.direction = contact.pressed;
-    set_.replace(static_cast<std::size_t>(contact.line), line, {});
+    if (contact.facets == 1 || contact.pressed == Vec3{}) continue;
+    changed = turn_line(contact, contact.pressed) || changed;
   }
   return changed;
+}
+
+// Turns a contact's friction line, if it has one. False if its direction does not change.
+bool ContactProblem::turn_line(const LevelContact& contact, const Vec3& direction) noexcept {
+  if (contact.line < 0) return false;
+  const std::size_t row = set_.row(static_cast<std::size_t>(contact.line));
+  Primitive line = set_[row];
+  const bool changes = line.direction != direction;
+  line.direction = direction;
+  set_.replace(row, line, {});
+  return changes;
 }
 
 Balance ContactProblem::solve(const Vec3& probe_m, double time_step_s) noexcept {
@@ -120,9 +128,10 @@ Balance ContactProblem::solve(const Vec3& probe_m, double time_step_s) noexcept 
   const Balance found = friction_.solve(*law_, set_, probe_m, stiffness_n_per_m_, time_step_s, most_iterations);
   work_.spend(1 + found.iterations * size / tick_work::primitives_each);
   for (LevelContact& contact : contacts_) {
-    contact.state = state_at(set_.primitives(), contact.first, found);
-    contact.pressed = pressed_direction(set_.primitives().subspan(contact.first, contact.facets),
-                                        law_->forces_n().subspan(contact.first, contact.facets));
+    const std::size_t first = first_row(contact);
+    contact.state = state_at(set_.primitives(), first, found);
+    contact.pressed =
+        pressed_direction(set_.primitives().subspan(first, contact.facets), law_->forces_n().subspan(first, contact.facets));
   }
   return found;
 }
@@ -148,7 +157,7 @@ const LevelEstimate& ContactProblem::estimate_at(LevelContact& contact, const Ve
 
 // Point that must be free of a level: the proxy, or its foot on an elastic level.
 Vec3 ContactProblem::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
-  return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), contact.first, x_m);
+  return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), first_row(contact), x_m);
 }
 
 Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
@@ -239,11 +248,8 @@ bool ContactProblem::comes_out(const Vec3& end_m) noexcept {
 
 // Moves a contact to another plane, and its friction line to that plane's normal.
 void ContactProblem::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
-  set_.replace(contact.first, plane, contact.level);
-  if (contact.line < 0) return;
-  Primitive line = set_[static_cast<std::size_t>(contact.line)];
-  line.direction = plane.direction;
-  set_.replace(static_cast<std::size_t>(contact.line), line, {});
+  set_.replace(first_row(contact), plane, contact.level);
+  turn_line(contact, plane.direction);
 }
 
 void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
@@ -315,7 +321,8 @@ double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
     const LevelEstimate at = estimate_at(contact, foot_m(contact, end_m));
     if (std::abs(at.signed_distance_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
-    for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
+    const std::size_t first = first_row(contact);
+    for (std::size_t row = first; row < first + contact.facets; ++row)
       furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
   }
   return furthest_m;
@@ -324,7 +331,7 @@ double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {
 bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
   find_feasible_point();
   bool any = false;
-  for (std::size_t c = contacts_.size(); c-- > 0;) {  // backwards: earlier rows keep the indices of the law's forces
+  for (std::size_t c = contacts_.size(); c-- > 0;) {  // backwards: the law's forces are by row, and earlier rows stay
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
     const LevelEstimate at = estimate_at(contact, foot_m(contact, end_m));
@@ -341,36 +348,24 @@ bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
 }
 
 bool ContactProblem::add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept {
-  if (!set_.add_facet(contact.first, position_m, normal)) return false;
-  const std::size_t last = contact.first + contact.facets++;
-  for (LevelContact& other : contacts_) {
-    if (other.first >= last) ++other.first;
-    if (other.line >= static_cast<std::int32_t>(last)) ++other.line;
-  }
+  if (!set_.add_facet(contact.plane, position_m, normal)) return false;
+  ++contact.facets;
   return true;
 }
 
 // Facets without force may be removed at any time (theory.md); the first facet is the mode's own.
 void ContactProblem::forget_idle(LevelContact& contact) noexcept {
+  const std::size_t first = first_row(contact);
   std::erase_if(learnt_, [&](const Facet& facet) {
     if (!(facet.id == contact.id) || facet.level != contact.level) return false;
-    for (std::size_t row = contact.first + 1; row < contact.first + contact.facets; ++row) {
+    for (std::size_t row = first + 1; row < first + contact.facets; ++row) {
       if (set_[row].position_m != facet.position_m || set_[row].direction != facet.normal) continue;
       return law_->forces_n()[row] == Vec3{};
     }
     return false;
   });
-  for (std::size_t row = contact.first + contact.facets; row-- > contact.first + 1;) {
+  for (std::size_t row = first + contact.facets; row-- > first + 1;) {
     if (law_->forces_n()[row] == Vec3{}) remove_facet(contact, row);
-  }
-}
-
-void ContactProblem::remove_facet(LevelContact& contact, std::size_t row) noexcept {
-  set_.remove(row);
-  --contact.facets;
-  for (LevelContact& other : contacts_) {
-    if (other.first > row) --other.first;
-    if (other.line > static_cast<std::int32_t>(row)) --other.line;
   }
 }
 
@@ -390,10 +385,10 @@ bool ContactProblem::shut() noexcept {
 // proxy is held in place: the direction to the free side is unknown.
 void ContactProblem::close(LevelContact& contact) noexcept {
   contact.is_shut = true;
-  while (contact.facets > 1) remove_facet(contact, contact.first + contact.facets - 1);
+  const std::size_t first = first_row(contact);
+  while (contact.facets > 1) remove_facet(contact, first + contact.facets - 1);
   const Vec3 here_m = start_m_ + modes_.carried_m(contact.id.mode);
-  set_.replace(contact.first, {PrimitiveKind::point, contact.id, here_m, {}, contact.plane_as_placed.strength_n},
-               contact.level);
+  set_.replace(first, {PrimitiveKind::point, contact.id, here_m, {}, contact.plane_as_placed.strength_n}, contact.level);
 }
 
 void ContactProblem::configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {

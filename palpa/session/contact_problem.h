@@ -21,9 +21,9 @@ namespace palpa {
 struct LevelContact {
   PrimitiveId id;
   HeldLevel level;
-  std::size_t first = 0;   ///< first row in the set
+  std::size_t plane = 0;   ///< handle of its plane in the set, whose facets follow in the next rows
   std::size_t facets = 1;  ///< rows of the set
-  std::int32_t line = -1;  ///< row of its friction line; -1: none
+  std::int32_t line = -1;  ///< handle of its friction line; -1: none
   bool solid_is_high = true;
   bool bounds = true;                            ///< a constraint; false while fading
   bool can_break = true;                         ///< may break through; false where the level ends because data end nearby
@@ -133,6 +133,7 @@ class ContactProblem {
     return contact.bounds && !contact.is_shut && contact.state != PrimitiveState::slip;
   }
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
+  bool turn_line(const LevelContact& contact, const Vec3& direction) noexcept;
   double depth_m(const Vec3& x_m) noexcept;
   Vec3 put_back(const Vec3& x_m) noexcept;
   const Vec3& find_feasible_point() noexcept;
@@ -140,7 +141,11 @@ class ContactProblem {
   void add_learnt() noexcept;
   bool add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept;
   void forget_idle(LevelContact& contact) noexcept;
-  void remove_facet(LevelContact& contact, std::size_t row) noexcept;
+  void remove_facet(LevelContact& contact, std::size_t row) noexcept {
+    set_.remove_facet(row);
+    --contact.facets;
+  }
+  std::size_t first_row(const LevelContact& contact) const noexcept { return set_.row(contact.plane); }
   void close(LevelContact& contact) noexcept;
   bool comes_out(const Vec3& end_m) noexcept;
   bool turn_friction() noexcept;

@@ -16,7 +16,7 @@ constexpr double holding_share = 0.999;
 // Friction strength of a line, from the force of its plane or of its corner's facets in the last balance [N].
 double wanted_n(const Law& law, const PrimitiveSet& set, const Friction& friction) noexcept {
   double pressed_n = 0.0;
-  const auto plane = static_cast<std::size_t>(friction.plane);
+  const std::size_t plane = set.row(static_cast<std::size_t>(friction.plane));
   for (std::size_t i = plane; i < set.size() && set[i].id == set[plane].id; ++i) pressed_n += norm(law.forces_n()[i]);
   return friction.coefficient * pressed_n;
 }
@@ -53,7 +53,8 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
     if (!set.friction_of(i).any()) continue;
     const PrimitiveId& id = set[i].id;
     const Friction& friction = set.friction_of(i);
-    const auto alone_n = pressed_alone_n(set, static_cast<std::size_t>(friction.plane), probe_m, stiffness_n_per_m);
+    const std::size_t plane = set.row(static_cast<std::size_t>(friction.plane));
+    const auto alone_n = pressed_alone_n(set, plane, probe_m, stiffness_n_per_m);
     const auto last = last_.first(known_);
     const auto before = std::ranges::find(last, id, &Line::id);
     lines_.push_back(before == last.end() ? Line{id, i} : Line{id, i, before->strength_n, before->slope});

@@ -157,7 +157,7 @@ bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vecto
     return !samples_->scalar(f, at_m).inside && !samples_->vector(f, at_m).inside;
   };
   const auto stays_zero_at = [&](const FieldRef& of, const TransferFunction& curve) {
-    return curve.stays_zero_at(samples_->scalar(of.index, at_m).value);
+    return curve.stays_zero_at(samples_->scalar(detail::field_numbers(of).field, at_m).value);
   };
   const auto outside = std::find_if(inputs.fields.begin(), inputs.fields.end(), has_no_data);
   if (outside != inputs.fields.end()) {

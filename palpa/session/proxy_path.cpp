@@ -23,14 +23,14 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 }  // namespace
 
 ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, Steps steps)
-    : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
-      time_(scene.time),
+    : stiffness_n_per_m_(scene.coupling().stiffness_n_per_m),
+      time_(scene.time()),
       contacts_(live, scene.modes().size(), ContactProblem::max_primitives),
       modes_(live, scene, map, contacts_),
       crossings_(live, modes_.watches(), modes_.fields()),
       policy_(crossings_.policy()),
       event_(crossings_.event()),
-      model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m, work_),
+      model_(live, std::move(law), modes_, scene.coupling().stiffness_n_per_m, work_),
       state_(live.add<PathState>()),
       queue_(live.add<ProbeQueue>()),
       steps_(steps),

@@ -35,14 +35,14 @@ Steps steps_of(std::string_view law) noexcept {
 class Session::State {
  public:
   State(const Scene& given, std::unique_ptr<Law> law, Steps steps, double encoder_step_m)
-      : scene((given.check(), given)),
+      : scene(given),
         map(scene.hand_to_world()),
         path(live, scene, map, std::move(law), steps),
         coupling_force(live.add<CouplingForce>()),
         held_j(live.add<double>()),
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
-    coupling_force = CouplingForce(Damper(scene.coupling.damping_ns_per_m, encoder_step_m));
+    coupling_force = CouplingForce(Damper(scene.coupling().damping_ns_per_m, encoder_step_m));
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
@@ -78,7 +78,7 @@ void Session::State::resume_in_changed_scene(const State& other) noexcept {
   const Damper own = coupling_force.damper();
   const bool after_state_copy = live.has_parts_of(other.live) && path.has_same_contacts_as(other.path);
   after_state_copy ? copy_state_from(other) : path.start_at_proxy_of(other.path);
-  const bool keeps_damper = after_state_copy && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m;
+  const bool keeps_damper = after_state_copy && scene.coupling().damping_ns_per_m == other.scene.coupling().damping_ns_per_m;
   coupling_force.resume_in_changed_scene(other.coupling_force, own, keeps_damper, path.proxy_m());
   held_j = other.held_j;
 }
@@ -113,8 +113,8 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   }
   ledger.begin(path.proxy_m(), path.processed_up_to_m(), path.contacts());
   const Walk& walk = path.walk(p, dt);
-  const CouplingForce::Update force = coupling_force.update(walk, p, scene.coupling, dt);
-  result.energy = ledger.end(walk.proxy_m, p, force.probe_step_m, scene.coupling.stiffness_n_per_m, path.sub_steps(),
+  const CouplingForce::Update force = coupling_force.update(walk, p, scene.coupling(), dt);
+  result.energy = ledger.end(walk.proxy_m, p, force.probe_step_m, scene.coupling().stiffness_n_per_m, path.sub_steps(),
                              path.placed(), path.contacts());
   result.energy.released_j += lost_j;
   result.energy.damper_j = force.damper_j;
@@ -145,7 +145,7 @@ void Session::State::gather(const Walk& walk, Tick& result) noexcept {
     if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
   }
   result.dropped = walk.dropped;
-  if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling.stiffness_n_per_m * walk.unreached_m;
+  if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling().stiffness_n_per_m * walk.unreached_m;
   for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
     const double work_j = ledger.works_j()[m];
     (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
@@ -172,7 +172,7 @@ std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
 const int Session::most_work = tick_work::most;
 
 Session::Session(const Scene& scene, double encoder_step_m)
-    : Session(std::make_unique<State>(scene, baseline::law(scene.law), steps_of(scene.law), encoder_step_m)) {}
+    : Session(std::make_unique<State>(scene, baseline::law(scene.law()), steps_of(scene.law()), encoder_step_m)) {}
 Session::Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m)
     : Session(std::make_unique<State>(scene, std::move(law), Steps::refined, encoder_step_m)) {}
 Session::Session(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}

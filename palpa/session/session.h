@@ -75,7 +75,7 @@ struct SessionEvent {
 /// any arguments. One thread.
 class Session {
  public:
-  /// Balances by `scene.law`. Laws of earlier systems move the proxy in one step a tick, as these systems did.
+  /// Balances by `scene.law()`. Laws of earlier systems move the proxy in one step a tick, as these systems did.
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
   /// Balances by `law` instead of the law that the scene names, along the path of the exact law.

@@ -45,9 +45,10 @@ void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const Mode
     const LevelContact* contact = model.contact_of(i);
     Primitive p = set[i];
     if (contact && p.kind == PrimitiveKind::corner) {
-      const auto facets = forces.subspan(contact->first, contact->facets);
+      const std::size_t first = set.row(contact->plane);
+      const auto facets = forces.subspan(first, contact->facets);
       const auto pressed = std::count_if(facets.begin(), facets.end(), [](const Vec3& force_n) { return force_n != Vec3{}; });
-      if (pressed > 0 ? forces[i] == Vec3{} : i != contact->first) continue;
+      if (pressed > 0 ? forces[i] == Vec3{} : i != first) continue;
       if (pressed <= 1) p.kind = PrimitiveKind::plane;
     }
     const Vec3 carried_m = begins_ ? modes.origin_m(p.id.mode) - step.start_m : Vec3{};

@@ -114,12 +114,13 @@ PrimitiveSet::PrimitiveSet(std::size_t capacity)
     : capacity_(capacity),
       primitives_(std::make_unique<Primitive[]>(capacity)),
       captured_(std::make_unique<HeldLevel[]>(capacity)),
-      friction_(std::make_unique<Friction[]>(capacity)) {
+      friction_(std::make_unique<Friction[]>(capacity)),
+      rows_(std::make_unique<std::size_t[]>(capacity)) {
   assert(capacity > 0);
 }
 
 void PrimitiveSet::clear(const Vec3& start_m) noexcept {
-  size_ = 0;
+  size_ = facets_ = 0;
   start_m_ = carried_start_m_ = start_m;
   mode_ = 0;
   refused_size_ = 0;
@@ -152,12 +153,12 @@ void PrimitiveSet::directed(std::uint16_t slot, const Vec3& direction, double st
 void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                             double drag_ns_per_m) noexcept {
   const PrimitiveId plane_id{mode_, plane_slot};
-  for (std::size_t i = 0; i < size_; ++i) {
-    if (primitives_[i].id == plane_id &&
-        (primitives_[i].kind == PrimitiveKind::plane || primitives_[i].kind == PrimitiveKind::corner)) {
+  for (std::size_t handle = 0; handle < size_ - facets_; ++handle) {
+    const Primitive& plane = primitives_[row(handle)];
+    if (plane.id == plane_id && (plane.kind == PrimitiveKind::plane || plane.kind == PrimitiveKind::corner)) {
       // The strength follows from the plane's force; the coefficient is checked in its place.
-      Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, primitives_[i].direction, coefficient, drag_ns_per_m};
-      add(line, {}, {static_cast<std::int32_t>(i), coefficient});
+      Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, plane.direction, coefficient, drag_ns_per_m};
+      add(line, {}, {static_cast<std::int32_t>(handle), coefficient});
       return;
     }
   }
@@ -209,6 +210,7 @@ void PrimitiveSet::take(Primitive& p, const HeldLevel& captured, const Friction&
   primitives_[size_] = p;
   captured_[size_] = captured;
   friction_[size_] = friction;
+  rows_[size_ - facets_] = size_;
   ++size_;
 }
 
@@ -219,7 +221,8 @@ bool PrimitiveSet::can_pull() const noexcept {
   return false;
 }
 
-bool PrimitiveSet::add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept {
+bool PrimitiveSet::add_facet(std::size_t handle, const Vec3& position_m, const Vec3& normal) noexcept {
+  const std::size_t i = row(handle);
   Primitive facet = primitives_[i];
   const auto refused = [&](Refusal reason) { return refuse(facet.id, reason), false; };
   if (facet.kind != PrimitiveKind::plane && facet.kind != PrimitiveKind::corner) return refused(Refusal::facet_without_plane);
@@ -242,9 +245,8 @@ bool PrimitiveSet::add_facet(std::size_t i, const Vec3& position_m, const Vec3& 
   primitives_[at] = facet;
   captured_[at] = captured_[i];
   friction_[at] = {};
-  for (std::size_t j = 0; j < size_; ++j) {
-    if (friction_[j].plane >= static_cast<std::int32_t>(at)) ++friction_[j].plane;
-  }
+  ++facets_;
+  for (std::size_t& row : handles()) row += row >= at;
   return true;
 }
 
@@ -258,14 +260,15 @@ bool PrimitiveSet::takes_facet(std::size_t first, std::size_t count, const Vec3&
   return detail::width_of({normals, count + 1}) >= narrowest_corner || refused(Refusal::corner_too_narrow);
 }
 
-void PrimitiveSet::remove(std::size_t i) noexcept {
+void PrimitiveSet::remove_facet(std::size_t i) noexcept {
   for (std::size_t j = i + 1; j < size_; ++j) {
     primitives_[j - 1] = primitives_[j];
     captured_[j - 1] = captured_[j];
     friction_[j - 1] = friction_[j];
   }
   --size_;
-  for (std::size_t j = 0; j < size_; ++j) friction_[j].plane -= friction_[j].plane > static_cast<std::int32_t>(i);
+  --facets_;
+  for (std::size_t& row : handles()) row -= row > i;
 }
 
 void PrimitiveSet::set_directed(std::size_t i, const Vec3& force_n) noexcept {

@@ -92,7 +92,7 @@ struct HeldLevel {
 
 /// Coefficient of a line whose strength is coefficient × the force of a plane of its mode (Coulomb friction).
 struct Friction {
-  std::int32_t plane = -1;   ///< index in the set of that plane; -1: fixed strength
+  std::int32_t plane = -1;   ///< handle of that plane (`PrimitiveSet::row`); -1: fixed strength
   double coefficient = 0.0;  ///< [1] >= 0
   bool any() const noexcept { return plane >= 0; }
 };
@@ -187,10 +187,10 @@ class PrimitiveSet {
   /// plane's normal, with strength `coefficient` [1] times the plane's force. Its drag does not depend on that force.
   void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                 double drag_ns_per_m = 0.0) noexcept;
-  /// Adds a facet to the plane or corner that begins at index `i`, behind its last facet, on its level: the plane through
-  /// `position_m` with the unit vector `normal` [1] out of the solid. Later primitives move up by one. Refuses it and returns
-  /// false if the set is full, the corner has `most_facets`, would be narrower than `narrowest_corner`, or has a drag.
-  bool add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept;
+  /// Adds a facet to the plane or corner of a handle (`row`), in the row behind its last facet, on its level: the plane through
+  /// `position_m` with the unit vector `normal` [1] out of the solid. Refuses it and returns false if the set is full, the
+  /// corner has `most_facets`, would be narrower than `narrowest_corner`, or has a drag.
+  bool add_facet(std::size_t handle, const Vec3& position_m, const Vec3& normal) noexcept;
   /// Adds any primitive, with the current mode in its id. A facet with the slot of the corner before it becomes a facet of that
   /// corner.
   void add(Primitive primitive, const HeldLevel& captured = {}, const Friction& friction = {}) noexcept {
@@ -201,6 +201,9 @@ class PrimitiveSet {
   bool empty() const noexcept { return size_ == 0; }
   std::size_t capacity() const noexcept { return capacity_; }
   const Primitive& operator[](std::size_t i) const noexcept { return primitives_[i]; }
+  /// Row of the primitive with this *handle*: its number in the order of placing. A handle stays valid until `clear`; its row
+  /// moves with the facets that `add_facet` puts before it. Such facets have no handle of their own.
+  std::size_t row(std::size_t handle) const noexcept { return rows_[handle]; }
   std::span<const Primitive> primitives() const noexcept { return {primitives_.get(), size_}; }
   const HeldLevel& captured(std::size_t i) const noexcept { return captured_[i]; }
   const Friction& friction_of(std::size_t i) const noexcept { return friction_[i]; }
@@ -210,11 +213,11 @@ class PrimitiveSet {
 
   // For the tick only.
 
-  /// Drops all but the first `count` [1].
+  /// Drops all but the first `count` [1], before any `add_facet`.
   void truncate(std::size_t count) noexcept { size_ = count < size_ ? count : size_; }
 
-  /// Removes primitive i, which must not be a plane that a friction line depends on.
-  void remove(std::size_t i) noexcept;
+  /// Removes the facet in row i, which `add_facet` has added.
+  void remove_facet(std::size_t i) noexcept;
 
   /// Replaces primitive i by another with the same id.
   void replace(std::size_t i, const Primitive& primitive, const HeldLevel& captured) noexcept {
@@ -241,6 +244,7 @@ class PrimitiveSet {
  private:
   void take(Primitive& p, const HeldLevel& captured, const Friction& friction) noexcept;
   void refuse(PrimitiveId id, Refusal reason) noexcept;
+  std::span<std::size_t> handles() noexcept { return {rows_.get(), size_ - facets_}; }
   bool takes_facet(std::size_t first, std::size_t count, const Vec3& normal) noexcept;
 
   static constexpr std::size_t max_refused = 16;  // [1] logged with their reason; `dropped` counts all
@@ -249,7 +253,9 @@ class PrimitiveSet {
   std::unique_ptr<Primitive[]> primitives_;
   std::unique_ptr<HeldLevel[]> captured_;
   std::unique_ptr<Friction[]> friction_;
+  std::unique_ptr<std::size_t[]> rows_;  // by handle
   std::size_t size_ = 0;
+  std::size_t facets_ = 0;  // rows without a handle
   Vec3 start_m_;
   Vec3 carried_start_m_;
   std::uint16_t mode_ = 0;

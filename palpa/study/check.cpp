@@ -49,10 +49,11 @@ void own_up(const CouplingOptions& asked, const CouplingOptions& felt, CheckRepo
 }  // namespace
 
 Scene within(Scene scene, const DevicePlant& plant) {
-  CouplingOptions& coupling = scene.coupling;
-  coupling.max_force_n = std::min(coupling.max_force_n, plant.limits.max_force_n);
-  coupling.stiffness_n_per_m = std::min(coupling.stiffness_n_per_m, plant.limits.max_stiffness_n_per_m);
-  coupling.damping_ns_per_m = std::min(coupling.damping_ns_per_m, plant.limits.max_damping_ns_per_m);
+  scene.edit<CouplingOptions>([&](CouplingOptions& coupling) {
+    coupling.max_force_n = std::min(coupling.max_force_n, plant.limits.max_force_n);
+    coupling.stiffness_n_per_m = std::min(coupling.stiffness_n_per_m, plant.limits.max_stiffness_n_per_m);
+    coupling.damping_ns_per_m = std::min(coupling.damping_ns_per_m, plant.limits.max_damping_ns_per_m);
+  });
   return scene;
 }
 
@@ -119,7 +120,7 @@ double detail::largest_stable_damping_ns_per_m(const DevicePlant& plant, double 
 
 CheckReport detail::judged(const Scene& scene, const DevicePlant& plant, std::vector<CheckPlace> places, bool quick,
                            const std::function<void(double)>& progress) {
-  CheckReport report{.plant = plant, .coupling = scene.coupling, .verdict = {}, .places = std::move(places)};
+  CheckReport report{.plant = plant, .coupling = scene.coupling(), .verdict = {}, .places = std::move(places)};
   std::vector<TrialMade> all;
   for (std::size_t p = 0; p < report.places.size(); ++p) {
     if (quick) {
@@ -146,8 +147,8 @@ CheckReport detail::judged(const Scene& scene, const DevicePlant& plant, std::ve
       report.dissipated_j[m] = std::max(report.dissipated_j[m], made.figures.dissipated_j[m]);
     }
   }
-  report.stable = stable_stiffness(plant, scene.coupling.damping_ns_per_m);
-  report.largest_damping_ns_per_m = largest_stable_damping_ns_per_m(plant, scene.coupling.stiffness_n_per_m);
+  report.stable = stable_stiffness(plant, scene.coupling().damping_ns_per_m);
+  report.largest_damping_ns_per_m = largest_stable_damping_ns_per_m(plant, scene.coupling().stiffness_n_per_m);
   judge(scene, all, report);
   return report;
 }
@@ -163,7 +164,7 @@ CheckReport check(const Scene& asked, const DevicePlant& asked_plant, const Chec
   CheckReport report = detail::judged(scene, plant, check_places(scene, spacing_m, part(0.0, 0.2)), false, part(0.2, 0.5));
   if (options.advise) {
     detail::advise(scene, report, part(0.5, 0.9));
-    own_up(asked.coupling, scene.coupling, report);
+    own_up(asked.coupling(), scene.coupling(), report);
   }
   if (options.map) detail::draw_map(scene, report, part(0.9, 1.0));
   return report;

@@ -17,8 +17,10 @@ namespace {
 using detail::text;
 
 Scene with_coupling(Scene scene, double stiffness_n_per_m, double damping_ns_per_m) {
-  scene.coupling.stiffness_n_per_m = stiffness_n_per_m;
-  scene.coupling.damping_ns_per_m = damping_ns_per_m;
+  scene.edit<CouplingOptions>([&](auto& coupling) {
+    coupling.stiffness_n_per_m = stiffness_n_per_m;
+    coupling.damping_ns_per_m = damping_ns_per_m;
+  });
   return scene;
 }
 
@@ -61,10 +63,10 @@ double rounded_down(double value) {
 /// Coupling at which the device rests; k is 0 if none was found.
 CouplingOptions search(const Scene& scene, const CheckReport& report, const std::function<void(double)>& progress) {
   constexpr double least_n_per_m = 50.0, close_enough = 1.15;  // softer: shapes are lost
-  const double asked = scene.coupling.stiffness_n_per_m;
-  CouplingOptions best = scene.coupling;
+  const double asked = scene.coupling().stiffness_n_per_m;
+  CouplingOptions best = scene.coupling();
   best.stiffness_n_per_m = 0.0;
-  const double dampings[] = {scene.coupling.damping_ns_per_m, 0.5, 1.0};
+  const double dampings[] = {scene.coupling().damping_ns_per_m, 0.5, 1.0};
   for (std::size_t n = 0; n < std::size(dampings); ++n) {
     const double damping = std::min(dampings[n], report.plant.limits.max_damping_ns_per_m);
     if (n > 0 && damping == dampings[0]) continue;
@@ -94,9 +96,11 @@ CouplingOptions search(const Scene& scene, const CheckReport& report, const std:
 Scene changed(Scene scene, const std::vector<Change>& changes) {
   for (const Change& change : changes) {
     if (change.table != "coupling") continue;
-    if (change.key == "stiffness_n_per_m") scene.coupling.stiffness_n_per_m = change.to;
-    if (change.key == "damping_ns_per_m") scene.coupling.damping_ns_per_m = change.to;
-    if (change.key == "max_force_n") scene.coupling.max_force_n = change.to;
+    scene.edit<CouplingOptions>([&](auto& coupling) {
+      if (change.key == "stiffness_n_per_m") coupling.stiffness_n_per_m = change.to;
+      if (change.key == "damping_ns_per_m") coupling.damping_ns_per_m = change.to;
+      if (change.key == "max_force_n") coupling.max_force_n = change.to;
+    });
   }
   return scene;
 }
@@ -142,17 +146,17 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
   const bool moves = std::ranges::any_of(std::initializer_list<std::string_view>{"let_go", "held", "margin"},
                                          [&](std::string_view key) { return grade_of(report, key) != Grade::fine; });
   const bool kicks = grade_of(report, "jump") == Grade::stop;
-  CouplingOptions better = scene.coupling;
+  CouplingOptions better = scene.coupling();
   if (moves) better = search(scene, report, progress);
   const auto set = [&](const char* key, double from, double to, const char* why) {
     if (from != to) report.changes.push_back({"coupling", key, from, to, why});
   };
   if (moves && better.stiffness_n_per_m > 0.0) {
-    set("stiffness_n_per_m", scene.coupling.stiffness_n_per_m,
-        better.stiffness_n_per_m < scene.coupling.stiffness_n_per_m ? rounded_down(better.stiffness_n_per_m)
-                                                                    : scene.coupling.stiffness_n_per_m,
+    set("stiffness_n_per_m", scene.coupling().stiffness_n_per_m,
+        better.stiffness_n_per_m < scene.coupling().stiffness_n_per_m ? rounded_down(better.stiffness_n_per_m)
+                                                                      : scene.coupling().stiffness_n_per_m,
         "the largest stable stiffness, released and held");
-    set("damping_ns_per_m", scene.coupling.damping_ns_per_m, better.damping_ns_per_m, "it makes a larger stiffness stable");
+    set("damping_ns_per_m", scene.coupling().damping_ns_per_m, better.damping_ns_per_m, "it makes a larger stiffness stable");
   } else if (moves) {
     report.advice.push_back(
         "No stiffness from 50 N/m on is stable: lower the strengths at the places named above, or require a dead-man button "
@@ -160,7 +164,7 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
   }
   if (kicks) {
     const CheckFinding& jump = *finding(report, "jump");
-    set("max_force_n", scene.coupling.max_force_n, rounded_down(scene.coupling.max_force_n * borne_jump_n / jump.measured),
+    set("max_force_n", scene.coupling().max_force_n, rounded_down(scene.coupling().max_force_n * borne_jump_n / jump.measured),
         "the force step shrinks in proportion");
   }
   if (grade_of(report, "noise") != Grade::fine)
@@ -170,7 +174,7 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
     report.advice.push_back(
         text("The named modes push with more than the limit of %g N together: lower their strengths until the sum is below it; "
              "a level that must not be pressed through needs a strength above it.",
-             scene.coupling.max_force_n));
+             scene.coupling().max_force_n));
   follow(scene, report, progress);
 }
 

@@ -137,10 +137,10 @@ class Judge {
          .threshold = seldom,
          .unit = "1",
          .words = figures.overfull > seldom
-                      ? text("the force is at its limit, %g N, in %.0f %% of the ticks, pushed", scene_.coupling.max_force_n,
+                      ? text("the force is at its limit, %g N, in %.0f %% of the ticks, pushed", scene_.coupling().max_force_n,
                              100.0 * figures.overfull) +
                             pushing
-                      : text("the force is below its limit, %g N, except on stronger levels", scene_.coupling.max_force_n)},
+                      : text("the force is below its limit, %g N, except on stronger levels", scene_.coupling().max_force_n)},
         worst);
   }
   void budget() {

@@ -39,7 +39,7 @@ Vec3 force_of_modes_n(const Session& session) {
 /// Records the force of all modes along a path.
 class Follower {
  public:
-  explicit Follower(const Scene& scene) : spring_n_(scene.coupling.stiffness_n_per_m * way_step_m) {}
+  explicit Follower(const Scene& scene) : spring_n_(scene.coupling().stiffness_n_per_m * way_step_m) {}
   void at(double way_m, const Session& session) {
     const Vec3 force_n = force_of_modes_n(session);
     if (norm(force_n) > felt.force_n) {
@@ -66,7 +66,7 @@ class Follower {
 
 std::vector<CheckPlace> check_places(const Scene& given, double spacing_m, const std::function<void(double)>& progress) {
   Scene scene = given;
-  scene.coupling.stiffness_n_per_m = sampling_stiffness_n_per_m;
+  scene.edit<CouplingOptions>([&](auto& coupling) { coupling.stiffness_n_per_m = sampling_stiffness_n_per_m; });
   const int side = 2 * static_cast<int>(std::lround(half_m / spacing_m)) + 1;
   const auto count = static_cast<std::size_t>(side * side);
   detail::Ways ways{side, side, false, std::vector<detail::Way>(count)};

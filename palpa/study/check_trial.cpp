@@ -119,7 +119,7 @@ void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figu
 
 /// A hand on a level stronger than the limit is at the limit by design; other force beyond the limit is lost.
 void find_overfull(const Scene& scene, const FeltRun& run, TrialFigures& figures) {
-  const std::vector<UnyieldingLevel> levels = unyielding_levels(scene, scene.coupling.max_force_n);
+  const std::vector<UnyieldingLevel> levels = unyielding_levels(scene, scene.coupling().max_force_n);
   figures.pushed_n.assign(run.modes.size(), 0.0);
   std::size_t ticks = 0;
   for (std::size_t t = 0; t < run.ticks.size(); ++t) {

@@ -29,22 +29,17 @@ bool are_orthogonal(const Primitive& a, const Primitive& b) noexcept {
 }
 
 Scene with_law(Scene scene, const std::string& law) {
-  scene.law = law;
+  scene.set_law(law);
   return scene;
-}
-
-std::unique_ptr<Law> law_of(const Scene& scene) {
-  scene.check();
-  return baseline::law(scene.law);
 }
 
 // Earlier systems had no elastic levels.
 Scene with_rigid_levels(Scene scene) {
-  for (const SceneMode& mode : std::vector<SceneMode>(scene.modes().begin(), scene.modes().end())) {
+  for (const SceneMode& mode : scene.modes()) {
     if (!mode.mode.as<SurfaceAndFriction>()) continue;
-    SurfaceAndFriction surface = *mode.mode.as<SurfaceAndFriction>();
-    for (SurfaceAndFriction::Level& level : surface.levels) level.stiffness_n_per_m = std::nullopt;
-    scene.find_mode(mode.name)->mode = Mode(surface);
+    scene.edit<SurfaceAndFriction>(mode.name, [](SurfaceAndFriction& surface) {
+      for (SurfaceAndFriction::Level& level : surface.levels) level.stiffness_n_per_m = std::nullopt;
+    });
   }
   return scene;
 }
@@ -94,16 +89,16 @@ bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept {
 LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, double time_step_s,
                            std::span<const std::string> laws) {
   const Scene scene = with_rigid_levels(given);
-  const double k = scene.coupling.stiffness_n_per_m;
+  const double k = scene.coupling().stiffness_n_per_m;
   LawComparison result;
   std::vector<Asked> asked;
-  for (const std::string& name : laws) asked.push_back({law_of(with_law(scene, name)), {}});
+  for (const std::string& name : laws) asked.push_back({baseline::law(with_law(scene, name).law()), {}});
 
   std::vector<Felt> exact;
   exact.reserve(probes.size());
   PrimitiveSet set;
   Session session(with_law(scene, "exact"));
-  session.set_force_limit(scene.coupling.max_force_n);
+  session.set_force_limit(scene.coupling().max_force_n);
   for (const Probe& probe : probes) {
     const Tick tick = session.tick(probe, time_step_s);
     exact.push_back({tick.probe_valid && tick.status != TickStatus::bad_input, tick.proxy_m, tick.force_n});
@@ -135,7 +130,7 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
 
     const Scene own = with_law(scene, laws[i]);
     Session alone(own);
-    alone.set_force_limit(scene.coupling.max_force_n);
+    alone.set_force_limit(scene.coupling().max_force_n);
     std::vector<double> apart_m, apart_n;
     for (std::size_t t = 0; t < probes.size(); ++t) {
       const Tick tick = alone.tick(probes[t], time_step_s);

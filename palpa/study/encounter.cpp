@@ -231,7 +231,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
   met.before_m = before_m;
   // The hand retreats before the front, because a broken level is only felt again from outside; further if data move, as they
   // may have followed the hand.
-  met.retreat_m = scene_.time.play == TimeOptions::Play::hold ? 0.002 : 0.01;
+  met.retreat_m = scene_.time().play == TimeOptions::Play::hold ? 0.002 : 0.01;
   set_depth(met, fine, middle, arm_stiffness_n_per_m);
   met.radius_m = middle.radius * spacing_m;
   const Vec3 place_m = begin_m(middle.column, middle.row);

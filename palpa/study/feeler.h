@@ -68,7 +68,7 @@ class Feeler {
     for (int n = 0; n <= steps && !enough(); ++n) {
       const double way_m = n * way_step_m;
       const Tick tick = session_.tick({.position_m = from_m + way_m * direction}, way_step_s);
-      const double force_n = scene_.coupling.stiffness_n_per_m * distance(tick.proxy_m, tick.probe_m);
+      const double force_n = scene_.coupling().stiffness_n_per_m * distance(tick.proxy_m, tick.probe_m);
       const bool felt = force_n > contact_force_n;
       if (felt) at(way_m, force_n, session_);
       const auto happens = [&](SessionEventKind kind) {
@@ -84,7 +84,7 @@ class Feeler {
       }
       if (!way.onset_m || over) continue;
       way.lets_go = happens(SessionEventKind::break_through);
-      over = (!felt && !forces_n_.empty()) || way.lets_go || force_n >= scene_.coupling.max_force_n;
+      over = (!felt && !forces_n_.empty()) || way.lets_go || force_n >= scene_.coupling().max_force_n;
       if (felt) forces_n_.push_back(force_n);
     }
     if (!way.onset_m) return way;

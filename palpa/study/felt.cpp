@@ -51,7 +51,7 @@ bool places_directed_forces(std::string_view mode_type) noexcept {
 bool drives(std::string_view mode_type) noexcept { return places_directed_forces(mode_type) || mode_type == VortexLine::type; }
 
 FeltRun felt_run(const Scene& scene) {
-  FeltRun run{.stiffness_n_per_m = scene.coupling.stiffness_n_per_m};
+  FeltRun run{.stiffness_n_per_m = scene.coupling().stiffness_n_per_m};
   for (const SceneMode& mode : scene.modes())
     run.modes.push_back({.name = mode.name, .is_directed = places_directed_forces(mode.mode.type())});
   return run;

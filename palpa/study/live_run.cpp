@@ -13,7 +13,7 @@ namespace {
 
 /// Clamps the scene to the device's limits; reports the changes, and sets them in the trace's scene as well.
 void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
-  const CouplingOptions asked = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits)).coupling;
+  const CouplingOptions asked = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits)).coupling();
   const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
     if (wanted == taken) return;
     const std::string text = detail::text("coupling.%s: the scene has %g %s, the device allows %g %s, which is used.", key,
@@ -22,7 +22,7 @@ void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& hea
     prepared.notes.push_back(text);
     header.notes.push_back(text);
   };
-  const CouplingOptions& held = prepared.loaded.scene.coupling;
+  const CouplingOptions& held = prepared.loaded.scene.coupling();
   tell(asked.stiffness_n_per_m, held.stiffness_n_per_m, "stiffness_n_per_m", "N/m");
   tell(asked.damping_ns_per_m, held.damping_ns_per_m, "damping_ns_per_m", "N·s/m");
 }
@@ -43,7 +43,7 @@ LiveOptions loop_options(const RunOptions& options, const PreparedRun& prepared,
   LiveOptions loop{.rate_hz = options.rate_hz,
                    .duration_s = prepared.duration_s,
                    .rehearse = options.live->rehearse,
-                   .guard = guard_options_for(limits, prepared.loaded.scene.coupling.max_force_n),
+                   .guard = guard_options_for(limits, prepared.loaded.scene.coupling().max_force_n),
                    .clutch_buttons = options.live->clutch_buttons,
                    .goes_on_at_border = options.live->goes_on_at_border};
   loop.guard.dead_man_buttons = options.live->dead_man_buttons;

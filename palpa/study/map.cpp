@@ -29,7 +29,7 @@ constexpr double keeping_share = 20.0;
 using Clock = std::chrono::steady_clock;
 
 Scene at_rest(Scene scene) {
-  scene.time.play = TimeOptions::Play::hold;
+  scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::hold; });
   return scene;
 }
 
@@ -38,8 +38,8 @@ class MapFeeler {
  public:
   MapFeeler(const Scene& scene, const MapLattice& lattice)
       : lattice_(lattice),
-        max_force_n_(scene.coupling.max_force_n),
-        stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
+        max_force_n_(scene.coupling().max_force_n),
+        stiffness_n_per_m_(scene.coupling().stiffness_n_per_m),
         fresh_(scene),
         session_(scene),
         held_(scene) {

@@ -85,21 +85,23 @@ std::string format_placement(const RecordingPlacement& laid) {
 
 /// The scene with its force limited to the device's.
 Scene within(Scene scene, const DevicePlant& plant) {
-  if (!plant.name.empty()) scene.coupling.max_force_n = std::min(scene.coupling.max_force_n, plant.limits.max_force_n);
+  if (plant.name.empty()) return scene;
+  scene.edit<CouplingOptions>(
+      [&](auto& coupling) { coupling.max_force_n = std::min(coupling.max_force_n, plant.limits.max_force_n); });
   return scene;
 }
 
 std::string format_stiffness(const Scene& scene, const DevicePlant& plant) {
   return detail::text(
       "device: %s is rated for up to %g N/m, the scene's coupling has %g N/m; --set coupling.stiffness_n_per_m=%g",
-      plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
+      plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling().stiffness_n_per_m,
       plant.limits.max_stiffness_n_per_m);
 }
 
 /// A sentence for each level stronger than the largest force at the hand, which never breaks.
 std::vector<std::string> format_unyielding(const Scene& scene, double device_max_force_n) {
   const double most_n = force_limit_n(scene, device_max_force_n);
-  const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
+  const char* whose = device_max_force_n < scene.coupling().max_force_n ? "the device's limit" : "coupling.max_force_n";
   std::vector<std::string> sentences;
   for (const UnyieldingLevel& level : unyielding_levels(scene, most_n)) {
     sentences.push_back(
@@ -198,7 +200,7 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
   prepared.hand = hand_device(prepared.target, hold, hand.plant);
   if (!hand.plant.name.empty()) {
     prepared.notes.push_back("The hand holds a device, " + hand.plant.name + ": " + format_plant(hand.plant) + ".");
-    if (scene.coupling.stiffness_n_per_m > hand.plant.limits.max_stiffness_n_per_m)
+    if (scene.coupling().stiffness_n_per_m > hand.plant.limits.max_stiffness_n_per_m)
       prepared.loaded.warnings.push_back(format_stiffness(scene, hand.plant));
   }
   for (std::string& sentence : format_unyielding(scene, prepared.hand->limits().max_force_n))

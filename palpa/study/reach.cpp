@@ -23,7 +23,7 @@ Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : 
         int first_felt = -2, last_felt = -2;
         const auto note = [&](double way_m, double force_n, const Session& session) {
           const int k = std::min(along - 1, static_cast<int>(way_m / cell_z_m));
-          if (force_n >= scene_.coupling.max_force_n) lattice->cells[ReachLattice::number(i, j, k)].beyond = true;
+          if (force_n >= scene_.coupling().max_force_n) lattice->cells[ReachLattice::number(i, j, k)].beyond = true;
           if (k == last_felt) return;
           if (k != last_felt + 1) first_felt = k;
           last_felt = k;
@@ -111,8 +111,7 @@ std::string why_empty(const Scene& scene) {
       "six sides.";
   for (const SceneVolume& volume : scene.volumes()) {
     Scene whole = scene;
-    whole.workspace = {};
-    whole.workspace.fit = volume.name;
+    whole.set(Workspace{.fit = volume.name});
     if (!Reach(whole).is_empty()) {
       return nowhere + " With all of '" + volume.name + "' in reach there is contact: write fit = \"" + volume.name +
              "\" into [workspace] instead of scale and center.";

@@ -107,7 +107,7 @@ class LevelLines {
     for (const SceneMode& mode : scene.modes()) {
       const SurfaceAndFriction* const surface = mode.mode.as<SurfaceAndFriction>();
       if (!mode.enabled || !surface) continue;
-      const FieldPtr field = frozen(scene.field(surface->field).field, scene.time.at(0.0));
+      const FieldPtr field = frozen(scene.field(surface->field).field, scene.time().at(0.0));
       for (const SurfaceAndFriction::Level& level : surface->levels) {
         levels.push_back({field, level.value});
         names_ += (names_.empty() ? "" : ", ") + (level.name.empty() ? detail::number_words(level.value) : level.name);

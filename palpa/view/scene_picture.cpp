@@ -302,7 +302,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   detail::LayerSigns signs = detail::draw_layers(solid, shells, scene, layers,
                                                  {{view.centre_m - reach, view.centre_m + reach},
                                                   felt.any(),
-                                                  scene.time.at(moment ? moment->time_s : 0.0),
+                                                  scene.time().at(moment ? moment->time_s : 0.0),
                                                   view.half_height_m,
                                                   view.towards});
   if (!close) {

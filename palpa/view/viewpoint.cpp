@@ -131,7 +131,7 @@ ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path
     some.push_back(felt[i * felt.size() / std::min(most, felt.size())]);
   Vec3 middle;
   for (const Vec3& p : some) middle += p / static_cast<double>(some.size());
-  const Sight sight(scene, scene.time.at(0.0));
+  const Sight sight(scene, scene.time().at(0.0));
   options.from = best_viewpoint([&](const Vec3& towards) {
     double clear = 0.0, spread = 0.0, seen = 1e-300;
     for (const Vec3& p : some) {
@@ -150,7 +150,7 @@ ScenePictureOptions close_up(const Scene& scene, const Moment& moment) {
   // spring, and lines along it, appear end-on.
   constexpr double oblique = std::numbers::pi / 3.0;
   const Vec3 spring = normalized(moment.probe_m - moment.proxy_m);
-  const Sight sight(scene, scene.time.at(moment.time_s));
+  const Sight sight(scene, scene.time().at(moment.time_s));
   ScenePictureOptions options;
   options.from = best_viewpoint([&](const Vec3& towards) {
     const double angle = std::acos(std::min(std::abs(dot(spring, towards)), 1.0));

@@ -335,8 +335,9 @@ Picture streamline_picture(const Volume& volume, std::size_t field, const Statis
   one.fields.front().field = without_noise(one, values);
   const std::string name = detail::is_plain_word(one.fields.front().name) ? one.fields.front().name : "flow";
   const FieldRef flow = scene.add(name, std::move(one));
-  scene.workspace.fit = name;
-  if (!volume.medical_frame) scene.workspace.towards_user = "-y", scene.workspace.up = "+z";
+  Workspace workspace{.fit = name};
+  if (!volume.medical_frame) workspace.towards_user = "-y", workspace.up = "+z";
+  scene.set(workspace);
   scene.layers = {{.show = ViewLayer::Show::streamlines, .field = flow}};
   return scene_picture(scene, {}, {}, {.width_px = width_px, .height_px = height_px});
 }

@@ -26,8 +26,8 @@ const std::vector<std::string> earlier{"paper-2005", "ikits-2003", "ikits-2003-s
 
 std::unique_ptr<Law> law(const std::string& method) {
   Scene scene;
-  scene.law = method;
-  return baseline::law(scene.law);
+  scene.set_law(method);
+  return baseline::law(scene.law());
 }
 
 Balance solve(Law& law, const Problem& problem) {
@@ -76,13 +76,12 @@ Errors errors_of(std::vector<double> each_m) {
 
 TEST(BaselineLaw, IsFoundByTheNameThatASceneGives) {
   Scene scene;
-  EXPECT_NE(baseline::law(scene.law), nullptr);
+  EXPECT_NE(baseline::law(scene.law()), nullptr);
   for (const std::string& method : earlier) {
-    scene.law = method;
-    EXPECT_NE(baseline::law(scene.law), nullptr) << method;
+    scene.set_law(method);
+    EXPECT_NE(baseline::law(scene.law()), nullptr) << method;
   }
-  scene.law = "ikits-2004";
-  EXPECT_EQ(baseline::law(scene.law), nullptr);
+  EXPECT_EQ(baseline::law("ikits-2004"), nullptr);
 }
 
 TEST(BaselineLaw, WithoutPrimitivesIsTheProbeItself) {

@@ -22,7 +22,7 @@ Scene scene_of_many(const std::string& law) {
                                           .friction_coefficient = 0.3});
   scene.add("rail", Follow{.field = flow, .strength_n = 0.4, .drag_ns_per_m = 1.0});
   scene.add("air", Viscosity{.strength_n = 0.05, .drag_ns_per_m = 0.5});
-  scene.law = law;
+  scene.set_law(law);
   return scene;
 }
 
@@ -97,15 +97,12 @@ TEST_P(BaselineSession, WalksOneStepPerTick) {
 TEST_P(BaselineSession, StaysOnALevelThatItSlidesOver) {
   if (std::string(GetParam()) == "no-proxy") return;  // it has no proxy that could stay anywhere
   Scene scene({.stiffness_n_per_m = 800});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   const double radius_m = 0.05, depth_m = 1e-3;
   scene.add("surface", SurfaceAndFriction{.field = scene.add("ball", sphere_field(radius_m)),
                                           .levels = {{.value = 0.0, .strength_n = 5.0}},
                                           .friction_coefficient = 0.1});
-  scene.law = GetParam();
+  scene.set_law(GetParam());
   Session session(scene);
   int onsets = 0;
   for (int i = -20; i < 3000; ++i) {

@@ -67,7 +67,7 @@ def test_fig5_the_law_of_2003_is_off_by_the_cosine_and_ours_is_not():
         assert common.norm(common.law_of_planes("exact", angle, paper.probe_5_m) - paper.probe_5_m) < 1e-9
 
 
-def test_fig6_shares_are_those_of_the_values():
+def test_laws_shares_are_those_of_the_values():
     values = np.sort(np.append([0.0, 0.0, 1e-7, 1e-7, 2.0], np.random.default_rng(3).lognormal(-8, 4, 500)))
     places, shares = common.shares_up_to(values, 1e-6)
     assert places[0] == 1e-6 and places[-1] == values[-1] and (np.diff(places) > 0).all()
@@ -75,7 +75,7 @@ def test_fig6_shares_are_those_of_the_values():
     assert len(common.shares_up_to(np.array([]), 1e-6)[0]) == 0
 
 
-def test_fig6_ours_is_proven_and_earlier_ones_are_off_where_constraints_are_oblique():
+def test_laws_ours_is_proven_and_earlier_ones_are_off_where_constraints_are_oblique():
     oblique, orthogonal = paper.compared("many_phantom.toml"), paper.compared("head_phantom.toml")
     for comparison in (oblique, orthogonal):
         assert comparison.posed_m["exact"].max() <= 1e-9 and comparison.alone_n["exact"].max() <= 1e-4
@@ -147,7 +147,7 @@ def test_steps_through_the_proxy_leak_no_more_than_proven_and_others_do():
 
 
 names = ["design-tick", "design-voxel", "fig1-primitives", "fig2-balance", "fig3-plane", "fig4-friction",
-         "fig5-constraints", "fig6-laws", "path-drift", "path-groove", "path-order", "path-wall", "theory-bound", "theory-energy", "theory-passivity", "theory-sum",
+         "fig5-constraints", "laws", "path-drift", "path-groove", "path-order", "path-wall", "theory-bound", "theory-energy", "theory-passivity", "theory-sum",
          "theory-sweeps"]
 
 

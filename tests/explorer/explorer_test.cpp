@@ -285,7 +285,7 @@ TEST(ExplorerInFolder, AStrengthThatIsSlidIsFeltAtOnceAndUndone) {
   Driver::live(20);
   const int handle = slider->width() * slider->value() / slider->maximum();
   driver.drag(*slider, {handle, slider->height() / 2}, {handle / 3, slider->height() / 2});
-  EXPECT_LT(driver.window().document().scene().coupling.stiffness_n_per_m, 0.8 * before.coupling.stiffness_n_per_m);
+  EXPECT_LT(driver.window().document().scene().coupling().stiffness_n_per_m, 0.8 * before.coupling().stiffness_n_per_m);
   EXPECT_EQ(driver.window().document().undo().count(), 1) << "a drag is one step";
   EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() < 0.9 * pressed_n; }, 3000)) << "the change is not felt";
   driver.look("stiffness-slid");

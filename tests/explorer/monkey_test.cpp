@@ -96,7 +96,7 @@ TEST(ExplorerMonkey, FindsNothingThatBreaks) {
       if (top->isVisible() && (qobject_cast<QDialog*>(top) || top->inherits("QMenu"))) top->close();
     Driver::live(below(30));
     const Moment& moment = driver.window().touch().moment();
-    const double limit_n = driver.window().document().scene().coupling.max_force_n;
+    const double limit_n = driver.window().document().scene().coupling().max_force_n;
     if (limits.empty() || limits.back().most_n != limit_n) limits.push_back({elapsed_s(), limit_n});
     while (limits.size() > 1 && elapsed_s() - limits[1].since_s > change_s) limits.pop_front();
     const double allowed_n = std::max_element(limits.begin(), limits.end(), [](const Limit& a, const Limit& b) {

@@ -115,7 +115,7 @@ TEST(FeelAgain, IsTheSameHandInTheSameSceneAndAnotherForceInAnother) {
   }
   EXPECT_GT(most_n, 0.1) << "a hand that presses feels something";
   for (const SceneMode& mode : std::vector<SceneMode>(opened.loaded.scene.modes()))
-    opened.loaded.scene.find_mode(mode.name)->enabled = false;
+    opened.loaded.scene.edit_mode(mode.name, [](SceneMode& one) { one.enabled = false; });
   const FeltTrace nothing = feel_again(hand, opened.loaded);
   for (const FeltTrace::Row& row : nothing.rows) EXPECT_EQ(norm(row.command_n), 0.0);
 }

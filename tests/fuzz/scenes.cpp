@@ -335,11 +335,14 @@ Scene random_scene(Choices& choices) {
   const std::uint64_t volumes = 1 + choices.below(3);
   for (std::uint64_t n = 0; n < volumes; ++n) add_volume(choices, scene, choices.one_in(2) ? 3 : 1, names);
   if (choices.one_in(3)) {
-    scene.time.play = choices.one_in(2) ? TimeOptions::Play::once : TimeOptions::Play::loop;
-    scene.time.speed = choices.log_between(0.1, choices.one_in(8) ? 1e6 : 10.0);
+    scene.edit<TimeOptions>([&](auto& time) {
+      time.play = choices.one_in(2) ? TimeOptions::Play::once : TimeOptions::Play::loop;
+      time.speed = choices.log_between(0.1, choices.one_in(8) ? 1e6 : 10.0);
+    });
   }
-  scene.workspace.fit = "v0";
-  if (choices.one_in(6)) scene.workspace.scale = choices.log_between(1e-6, 1e6), scene.workspace.fit.clear();
+  Workspace workspace{.fit = "v0"};
+  if (choices.one_in(6)) workspace = {.scale = choices.log_between(1e-6, 1e6)};
+  scene.set(workspace);
   const std::uint64_t modes = 1 + choices.below(5);
   // A mode with unfit parameters is refused, as a scene's file would be; the others run.
   for (std::uint64_t n = 0; n < modes; ++n) {

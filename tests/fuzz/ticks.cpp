@@ -244,7 +244,7 @@ Tried felt(Choices& choices, const fs::path& folder) {
   try {
     scene = random_scene(choices);
     earlier_law = choices.one_in(16);
-    if (earlier_law) scene->law = choices.one_of(earlier_laws);
+    if (earlier_law) scene->set_law(choices.one_of(earlier_laws));
     first.emplace(*scene);
   } catch (const LoadError& problem) {
     return {.broken = broken_by_refusal(problem.what()), .tries = 0, .slowest_s = 0.0, .refused = 1};

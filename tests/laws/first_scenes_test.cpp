@@ -46,7 +46,8 @@ class FirstSceneOf : public testing::TestWithParam<std::string> {
     scene_ = parse_scene(first_scene(read(request), request), "first", ".", read, standard_modes(),
                          {.sets = {{"time.play", "hold"}}})
                  .scene;
-    scene_.coupling.damping_ns_per_m = 0.0;  // the damper's force is the coupling's, not the data's
+    scene_.edit<CouplingOptions>(
+        [&](auto& coupling) { coupling.damping_ns_per_m = 0.0; });  // the damper's force is the coupling's, not the data's
   }
   Scene scene_;
 };
@@ -83,7 +84,7 @@ TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
   for (int hand = 0; hand < across * across; ++hand) {
     const auto at = [&](int i) { return reach_m * (2.0 * i / (across - 1) - 1.0); };
     Session session(scene_);
-    GuardedSession guarded(session, scene_.coupling.max_force_n);
+    GuardedSession guarded(session, scene_.coupling().max_force_n);
     for (int i = 0; begin_m - i * speed_m_per_s * dt_s > end_m; ++i) {
       const Vec3 probe_m{at(hand % across), at(hand / across), begin_m - i * speed_m_per_s * dt_s};
       const TickFrame frame = guarded.tick(i, i * dt_s, dt_s, {.position_m = probe_m});
@@ -100,8 +101,8 @@ TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
     }
   }
   std::printf("%s: at most %.3f N reach the hand, at most %.3g N are borne by no strength; the limit is %g N\n",
-              GetParam().c_str(), largest_n, worst_n, scene_.coupling.max_force_n);
-  EXPECT_LE(largest_n, (1.0 + 1e-12) * scene_.coupling.max_force_n);
+              GetParam().c_str(), largest_n, worst_n, scene_.coupling().max_force_n);
+  EXPECT_LE(largest_n, (1.0 + 1e-12) * scene_.coupling().max_force_n);
   EXPECT_GT(felt, 1000) << "too little was met";
 }
 
@@ -110,7 +111,7 @@ double strengths_of(const Scene& scene) {
   // Taken from placed primitives along any path: the largest of all points.
   double most_n = 0.0;
   Session session(scene);
-  session.set_force_limit(scene.coupling.max_force_n);
+  session.set_force_limit(scene.coupling().max_force_n);
   for (int way = 0; way < 400; ++way) {
     session.reset();
     const double x_m = 0.15 * ((way % 20) / 19.0 - 0.5), y_m = 0.15 * (std::floor(way / 20.0) / 19.0 - 0.5);

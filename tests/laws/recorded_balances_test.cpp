@@ -204,7 +204,7 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
     Table ticks(folder / "ticks.csv"), modes(folder / "modes.csv"), steps(folder / "balances.csv"),
         placed(folder / "primitives.csv");
     bool more_steps = steps.next(), more_placed = placed.next(), more_modes = modes.next();
-    const double k = scene.coupling.stiffness_n_per_m;
+    const double k = scene.coupling().stiffness_n_per_m;
     Vec3 proxy_before, probe_before;
     double elastic_before_j = 0.0;
     bool first = true;

@@ -52,7 +52,7 @@ TEST(CheckOfARealHead, IsFineThenWarnsThenStops) {
   std::vector<Grade> grades;
   std::string verdicts;
   for (const double k : {300.0, 500.0, 1000.0, 1300.0, 1800.0, 2500.0, 5000.0}) {
-    scene.coupling.stiffness_n_per_m = k;
+    scene.edit<CouplingOptions>([&](auto& coupling) { coupling.stiffness_n_per_m = k; });
     const CheckReport report = check(scene, device_plant("omega"), {.advise = false});
     grades.push_back(report.grade);
     verdicts += std::to_string(k) + ": " + report.verdict + "\n";

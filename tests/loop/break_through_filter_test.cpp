@@ -193,8 +193,7 @@ Scene wall(double strength_n, double max_force_n, bool material = false) {
     surface.levels = {{.name = "wall", .value = 0.0, .strength_n = Strength{strength_n}}};
   }
   scene.add("surface", surface);
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   return scene;
 }
 
@@ -268,8 +267,7 @@ TEST(BreakThroughFilter, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
   constexpr double k = 600.0, step_m = 5e-5;
   const auto scene_of = [](auto mode, double edge_m) {
     Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
-    scene.workspace.scale = 1.0;
-    scene.workspace.center_m = Vec3{};
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     const FieldRef depth = scene.add("plane", plane_field(0.2)), flow = scene.add("vortex", lamb_oseen_vortex());
     mode.field = std::is_same_v<decltype(mode), SurfaceAndFriction> ? depth : flow;
     mode.strength_n = Strength(depth, TransferFunction({{-1.0, 0.0}, {-edge_m, 0.0}, {edge_m, 1.0}, {1.0, 1.0}}));

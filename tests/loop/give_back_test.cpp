@@ -26,7 +26,7 @@ class Guarded {
  public:
   Guarded(const Scene& scene, double rate_hz, bool motors)
       : session_(scene),
-        options_{.max_force_n = scene.coupling.max_force_n, .motors = motors},
+        options_{.max_force_n = scene.coupling().max_force_n, .motors = motors},
         guarded_(session_, options_),
         time_step_s_(1.0 / rate_hz) {}
 

@@ -41,10 +41,7 @@ Scene scene_of(const Wall& wall) {
   surface.levels = {{.name = "wall", .value = 0.0, .strength_n = Strength{wall.strength_n}}};
   if (wall.level_n_per_m < rigid) surface.levels[0].stiffness_n_per_m = wall.level_n_per_m;
   scene.add("surface", surface);
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   return scene;
 }
 

@@ -219,17 +219,18 @@ TEST(LiveLoop, MissedTicksTakeNothingFromAHandWithoutMotors) {
 TEST(LiveLoop, ManyChangesOfASceneMakeNoStepBeyondTheRamps) {
   GuardOptions guard = limit_alone();
   const double ramp_n = guard.max_force_n * 1e-3 / guard.ramp_s;
-  const double k = test::head_scene().coupling.stiffness_n_per_m;
+  const double k = test::head_scene().coupling().stiffness_n_per_m;
   const auto steady = run_live(test::head_scene(), {.duration_s = 4.0, .guard = guard});
   const auto changed =
       run_live(test::head_scene(), {.duration_s = 4.0, .guard = guard}, {}, [](LiveScene& live, LiveLoop&, std::int64_t tick) {
         if (tick % 5 != 0) return;
         live.change([&](Scene& scene) {
-          auto skin = *scene.find_mode("skin")->mode.as<SurfaceAndFriction>();
-          skin.levels[0].friction_coefficient = tick % 10 == 0 ? 0.1 : 0.6;
-          scene.coupling.stiffness_n_per_m = tick % 20 == 0 ? 500.0 : 800.0;
-          scene.coupling.damping_ns_per_m = tick % 15 == 0 ? 0.0 : 0.5;
-          scene.find_mode("skin")->mode = skin;
+          scene.edit<SurfaceAndFriction>("skin",
+                                         [&](auto& skin) { skin.levels[0].friction_coefficient = tick % 10 == 0 ? 0.1 : 0.6; });
+          scene.edit<CouplingOptions>([&](auto& coupling) {
+            coupling.stiffness_n_per_m = tick % 20 == 0 ? 500.0 : 800.0;
+            coupling.damping_ns_per_m = tick % 15 == 0 ? 0.0 : 0.5;
+          });
         });
       });
   const auto jump = [&](const std::vector<TickFrame>& frames) {
@@ -252,7 +253,7 @@ TEST(LiveLoop, ManyChangesOfASceneMakeNoStepBeyondTheRamps) {
 
 TEST(LiveLoop, AnotherSceneIsTakenOverWhereTheHandIs) {
   Scene other = test::head_scene();
-  other.find_mode("skin")->mode = Viscosity{.field = {"head"}, .strength_n = {0.5}};
+  other.edit_mode("skin", [](SceneMode& skin) { skin.mode = Viscosity{.field = {"head"}, .strength_n = {0.5}}; });
   const auto frames = run_live(test::head_scene(), {.duration_s = 2.0, .guard = limit_alone()}, {},
                                [&](LiveScene& live, LiveLoop&, std::int64_t tick) {
                                  if (tick == 1500) live.set(other);
@@ -269,12 +270,11 @@ TEST(LiveLoop, ALevelThatMovesUnderAPressingHandMakesNoJump) {
       run_live(test::head_scene(), {.duration_s = 3.0, .guard = guard}, {}, [](LiveScene& live, LiveLoop&, std::int64_t tick) {
         if (tick % 50 != 0) return;
         live.change([&](Scene& scene) {
-          auto skin = *scene.find_mode("skin")->mode.as<SurfaceAndFriction>();
-          skin.levels[0].value = -300.0 + 100.0 * static_cast<double>((tick / 50) % 3);
-          scene.find_mode("skin")->mode = skin;
+          scene.edit<SurfaceAndFriction>(
+              "skin", [&](auto& skin) { skin.levels[0].value = -300.0 + 100.0 * static_cast<double>((tick / 50) % 3); });
         });
       });
-  const double k = test::head_scene().coupling.stiffness_n_per_m;
+  const double k = test::head_scene().coupling().stiffness_n_per_m;
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const double by_hand_n = k * norm(frames[i].result.probe_step_m);
     const double step_n = norm(frames[i].command.force_n - frames[i - 1].command.force_n) - by_hand_n;
@@ -292,7 +292,10 @@ TEST(LiveLoop, TicksWithScenesThatChangeAllocateNothingInItsThread) {
   loop.run(never, [&](const TickFrame& frame, const Session&) {
     if (frame.tick > 0) in_ticks += test::allocations - before;
     if (frame.tick % 10 == 0)
-      live.change([&](Scene& scene) { scene.coupling.damping_ns_per_m = 0.1 + 1e-4 * static_cast<double>(frame.tick); });
+      live.change([&](Scene& scene) {
+        scene.edit<CouplingOptions>(
+            [&](auto& coupling) { coupling.damping_ns_per_m = 0.1 + 1e-4 * static_cast<double>(frame.tick); });
+      });
     before = test::allocations;
   });
   EXPECT_EQ(in_ticks, 0);
@@ -330,7 +333,9 @@ TEST_F(LiveLoopInFolder, NeitherAllocatesNorLocksInItsThreadWhileItIsRecordedAnd
     ended = true;
   });
   for (int n = 0; !ended; ++n) {
-    live.change([&](Scene& scene) { scene.coupling.damping_ns_per_m = 0.1 + 0.01 * (n % 10); });
+    live.change([&](Scene& scene) {
+      scene.edit<CouplingOptions>([&](auto& coupling) { coupling.damping_ns_per_m = 0.1 + 0.01 * (n % 10); });
+    });
     loop.statistics();
     loop.latest();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -349,7 +354,8 @@ TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
   std::atomic<bool> done{false};
   std::thread changing([&] {
     for (int i = 0; !done; ++i) {
-      live.change([&](Scene& scene) { scene.coupling.max_force_n = 1.0 + i % 3; });
+      live.change(
+          [&](Scene& scene) { scene.edit<CouplingOptions>([&](auto& coupling) { coupling.max_force_n = 1.0 + i % 3; }); });
       if (i % 7 == 0) loop.panic();
       if (i % 7 == 2) loop.resume();
       loop.hold_while_view_moves(i % 5 == 0);
@@ -423,15 +429,15 @@ TEST(LiveScene, IsNoStifferThanTheDeviceBearsWhateverItIsChangedTo) {
     return forces_n;
   };
   Scene soft = test::head_scene(), stiff = test::head_scene();
-  soft.coupling = {.stiffness_n_per_m = 300, .damping_ns_per_m = 0.1};
-  stiff.coupling = {.stiffness_n_per_m = 5000, .damping_ns_per_m = 20};
+  soft.set(CouplingOptions{.stiffness_n_per_m = 300, .damping_ns_per_m = 0.1});
+  stiff.set(CouplingOptions{.stiffness_n_per_m = 5000, .damping_ns_per_m = 20});
   LiveScene as_it_is(soft), held(stiff, limits), changed(soft, limits);
   changed.set(stiff);
   const auto wanted_n = felt_n(as_it_is);
   EXPECT_GT(*std::max_element(wanted_n.begin(), wanted_n.end()), 0.5);
   EXPECT_EQ(felt_n(held), wanted_n);
   EXPECT_EQ(felt_n(changed), wanted_n);
-  EXPECT_EQ(changed.scene().coupling.stiffness_n_per_m, 5000) << "as it was set";
+  EXPECT_EQ(changed.scene().coupling().stiffness_n_per_m, 5000) << "as it was set";
 }
 
 }  // namespace live_test

@@ -6,12 +6,13 @@
 
 #include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
+#include "tests/mode/resolved.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace constraint_modes_test {
 
-const FieldRef first{"first", 0};
+const FieldRef first = test::resolved("first", 0);
 
 /// A field that is a formula everywhere within a metre.
 class Everywhere final : public Field {
@@ -129,7 +130,7 @@ TEST(NoiseWeight, FadesPullsAndSurfacesAlike) {
   SurfaceAndFriction surface{.field = first, .levels = {{.value = 0, .strength_n = 2.0}}, .friction_n = 0.5};
   surface.noise_per_m = 10.0;
   const GradientForce pull{.field = first, .strength_n = 1.0, .noise_per_m = 10.0};
-  const SurfaceAndFriction::Memory on_level{.held = {{{.level = 0}}}};
+  const SurfaceAndFriction::Memory on_level{.shells = {{{.level = 0}}}};
   for (const double ratio : {0.5, 1.5, 2.0, 2.5, 5.0}) {
     const double w = detail::smooth_step(ratio, 1.0, 3.0);
     Place a(slope(10.0 * ratio), {}), b(slope(10.0 * ratio), {});

@@ -8,6 +8,7 @@
 #include "palpa/data/sampled.h"
 #include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
+#include "tests/mode/resolved.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {
@@ -39,7 +40,7 @@ class Place {
   PrimitiveSet out_;
 };
 
-const FieldRef first{"first", 0};
+const FieldRef first = test::resolved("first", 0);
 
 TEST(GradientForce, PullsUphillOrDownhillByItsStrength) {
   const FieldPtr ball = sphere_field(0.05).fields[0].field;

@@ -8,6 +8,7 @@
 
 #include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
+#include "tests/mode/resolved.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {
@@ -41,8 +42,8 @@ class AtHand : public testing::Test {
   PrimitiveSet out_{16};
 };
 
-const FieldRef ball{"ball", 0};
-const FieldRef flow{"flow", 1};
+const FieldRef ball = test::resolved("ball", 0);
+const FieldRef flow = test::resolved("flow", 1);
 
 TEST_F(AtHand, SamplesAreOfTheHandFrame) {
   test::Random random(1);
@@ -106,7 +107,7 @@ TEST_F(AtHand, ALevelIsPlacedOnlyOnceItHasBeenMet) {
   const SurfaceAndFriction mode{.field = ball, .levels = {{.value = 0.0, .strength_n = 2.0, .friction_n = 0.3}}};
   place(mode, {0, 0, 0.0498}, {});
   EXPECT_TRUE(out_.empty());
-  const SurfaceAndFriction::Memory met{.held = {{{.level = 0}}}};
+  const SurfaceAndFriction::Memory met{.shells = {{{.level = 0}}}};
   place(mode, {0, 0, 0.0498}, {}, reinterpret_cast<const std::byte*>(&met));
   ASSERT_EQ(out_.size(), 2u);
   EXPECT_NEAR(distance(out_[0].position_m, {0, 0, 0.05}), 0.0, 1e-12) << "one Newton step back to the level";
@@ -118,7 +119,7 @@ TEST_F(AtHand, ALevelIsPlacedOnlyOnceItHasBeenMet) {
 
 TEST_F(AtHand, CoulombFrictionNamesItsPlane) {
   const SurfaceAndFriction mode{.field = ball, .levels = {{.value = 0.0, .strength_n = 2.0}}, .friction_coefficient = 0.4};
-  const SurfaceAndFriction::Memory met{.held = {{{.level = 0}}}};
+  const SurfaceAndFriction::Memory met{.shells = {{{.level = 0}}}};
   place(mode, {0, 0, 0.0498}, {}, reinterpret_cast<const std::byte*>(&met));
   ASSERT_EQ(out_.size(), 2u);
   EXPECT_EQ(out_.friction_of(1).plane, 0);

@@ -8,6 +8,7 @@
 
 #include "palpa/data/sampled.h"
 #include "palpa/mode/modes.h"
+#include "tests/mode/resolved.h"
 #include "tests/mode/vortex_flows.h"
 
 namespace palpa {
@@ -17,8 +18,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 constexpr double core_m = 0.01;
 constexpr int places = 1500;
 
-const FieldRef q_field{"q", 0};
-const FieldRef velocity_field{"velocity", 1};
+const FieldRef q_field = test::resolved("flow", 0, 1);  // and the smoothed velocity
 
 /// The derived fields of a velocity, sampled at one point after another.
 class Looker {
@@ -132,7 +132,7 @@ TEST(VortexDirection, ByVorticityOrReducedVelocityNeedsTheObserver) {
   for (const VortexDirection direction : {VortexDirection::vorticity, VortexDirection::reduced_velocity}) {
     double worst = 0.0, worst_with_inflow = 0.0;
     for (const Case& c : all_cases(random)) {
-      VortexForce mode{.field = q_field, .velocity = velocity_field, .direction = direction};
+      VortexForce mode{.field = q_field, .direction = direction};
       mode.background = c.vortex.across_m_per_s;
       std::vector<double> angles;
       // Nearby points share their noise: the percentile of one sample of it varies by a fifth.
@@ -165,8 +165,7 @@ TEST(VortexDirection, OfASolidCoreIsKnownToTheReducedVelocityAlone) {
   for (int i = 0; i < places; ++i) {
     const Vec3 side = normalized(cross(vortex.axis, random.direction()));
     const Vec3 x = random.uniform(0.1, 0.35) * core_m * side;
-    const PrimitiveSet& set =
-        looker.at(x, VortexForce{.field = q_field, .velocity = velocity_field, .direction = VortexDirection::reduced_velocity});
+    const PrimitiveSet& set = looker.at(x, VortexForce{.field = q_field, .direction = VortexDirection::reduced_velocity});
     ASSERT_EQ(set.size(), 1u);
     EXPECT_LT(angle_deg(set[0].direction, -vortex.radial_m(x)), 0.1);
     EXPECT_NEAR(set[0].strength_n, std::min(0.5, 400.0 * norm(vortex.radial_m(x))), 1e-3) << "fades over 2s/k";
@@ -208,7 +207,7 @@ TEST(VortexLine, OfARingLiesBesideTheCentreOfItsVorticity) {
     std::vector<double> off_m, tilt_deg;
     for (int i = 0; i < places; ++i) {
       const Vec3 x = somewhere(ring, random);
-      const PrimitiveSet& set = looker.at(x, VortexLine{.field = q_field, .velocity = velocity_field});
+      const PrimitiveSet& set = looker.at(x, VortexLine{.field = q_field});
       if (set.empty()) continue;
       const Vec3 to_core = ring.to_core_m(set[0].position_m), core = ring.centred_m(set[0].position_m) + to_core;
       off_m.push_back(norm(to_core));
@@ -231,7 +230,7 @@ TEST(VortexLine, LiesOnTheCoreWhereverItIsFelt) {
     double worst_axis = 0.0, worst_across = 0.0, worst_m = 0.0;
     for (const Case& c : all_cases(random)) {
       Looker looker(sampled(c, random));
-      VortexLine mode{.field = q_field, .velocity = velocity_field, .direction = by};
+      VortexLine mode{.field = q_field, .direction = by};
       if (by == VortexLine::By::reduced_velocity) mode.background = c.vortex.across_m_per_s;
       std::vector<double> axis, across, off_m;
       for (int i = 0; i < places; ++i) {
@@ -276,7 +275,7 @@ TEST(VortexLine, ComesNearerToTheCoreOfAnEllipticVortexWithEveryStep) {
   test::Random random(36);
   for (const VortexLine::By by : {VortexLine::By::q, VortexLine::By::reduced_velocity}) {
     Looker looker(test::sampled_anyhow(Elliptic{8.0}, spacing_m, 55, 0.0, random));
-    const VortexLine mode{.field = q_field, .velocity = velocity_field, .direction = by};
+    const VortexLine mode{.field = q_field, .direction = by};
     int felt = 0;
     for (int i = 0; i < 300; ++i) {
       const Vec3 side = normalized(cross({0, 0, 1}, random.direction()));

@@ -75,7 +75,7 @@ TEST(FollowPath, IsTheSameWhateverTheSignsOfAMeasuredBrain) {
   for (int which = 0; which < 2; ++which) {
     Scene scene = plain_scene({.stiffness_n_per_m = 600});
     const FieldRef tracts = scene.add("tracts", volume_of(signless(which == 0 ? brain : other), ""));
-    scene.workspace.center_m = brain->bounds_m().centre_m();
+    scene.edit<Workspace>([&](auto& workspace) { workspace.center_m = brain->bounds_m().centre_m(); });
     scene.add("rail", Follow{.field = tracts, .strength_n = 0.4});
     Session session(scene);
     Random same(6);

@@ -120,12 +120,12 @@ Halving measure_halving(const Scene& scene, const std::vector<Probe>& probes) {
 Still measure_still(const Scene& scene, const StillCase& wanted) {
   constexpr int approach = 200;
   constexpr double from_m = 0.02;
-  const double k = scene.coupling.stiffness_n_per_m;
+  const double k = scene.coupling().stiffness_n_per_m;
   const int settling = 100 + static_cast<int>(std::ceil(8.0 * scene_drag_ns_per_m(scene) / k / dt));
   const int watched = wanted.tremor ? 250 : 20;
   Random random(wanted.seed);
   Scene held_still = scene;
-  held_still.time.play = TimeOptions::Play::hold;
+  held_still.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::hold; });
   Session session(held_still, wanted.encoder_step_m);
   Still still;
   std::vector<double> forces;
@@ -159,7 +159,7 @@ Still measure_still(const Scene& scene, const StillCase& wanted) {
     still.in_contact += norm(tick.force_n) > felt_n;
     // A drag follows an encoder step slowly: the extension is the step itself, then its reverse.
     const double reach = scene_drag_ns_per_m(scene) > 0.0 ? 2.0 : 1.0;
-    const double slope = reach * k + 2.0 * std::numbers::pi * 150.0 * scene.coupling.damping_ns_per_m;
+    const double slope = reach * k + 2.0 * std::numbers::pi * 150.0 * scene.coupling().damping_ns_per_m;
     const double beyond = forces_n.size() - slope * probes_m.size() - 1e-3;
     still.beyond += beyond > 0.0;
     if (beyond > still.beyond_max_n) {
@@ -174,7 +174,7 @@ Still measure_still(const Scene& scene, const StillCase& wanted) {
 }
 
 void measure_booked(const Scene& scene, int ticks, double reach_m, Random& random, Booked& booked) {
-  const double k = scene.coupling.stiffness_n_per_m;
+  const double k = scene.coupling().stiffness_n_per_m;
   Session session(scene);
   const Wander hand(random, reach_m);
   Vec3 proxy_before, probe_before;
@@ -243,8 +243,8 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
 void measure_closed_loop(const Scene& scene, int ticks, double reach_m, Random& random, ClosedLoop& loop) {
   constexpr double mass_kg = 0.2, arm_n_per_m = 200.0;
   constexpr int parts = 20;
-  const double k = scene.coupling.stiffness_n_per_m;
-  const double b = 0.5 * k * dt + scene.coupling.damping_ns_per_m;
+  const double k = scene.coupling().stiffness_n_per_m;
+  const double b = 0.5 * k * dt + scene.coupling().damping_ns_per_m;
   Session session(scene);
   const Wander wish(random, reach_m);
   Vec3 x = wish.at(0.0), v;

@@ -115,7 +115,7 @@ Workspace plain_workspace() {
 
 Scene plain_scene(const CouplingOptions& coupling) {
   Scene scene(coupling);
-  scene.workspace = plain_workspace();
+  scene.set(plain_workspace());
   return scene;
 }
 

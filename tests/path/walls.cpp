@@ -273,7 +273,7 @@ Skull measure_skull(const FieldPtr& field, const SkullCase& wanted) {
   const double reach_m = norm(box.size_m());
   constexpr double longest_m = 0.03;
   Scene scene = wall_scene(field, 2.0 * k * longest_m, wanted.level);
-  scene.workspace.center_m = box.centre_m();
+  scene.edit<Workspace>([&](auto& workspace) { workspace.center_m = box.centre_m(); });
   Session session(scene);
   const Similarity& map = session.hand_to_world();
   Random random(wanted.seed);

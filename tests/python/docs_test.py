@@ -40,6 +40,16 @@ def test_the_readmes_lines_feel_the_same_as_those_in_cpp():
     assert len(theirs) == 200 and np.abs(theirs[:, 3:6]).max() > 0.1, "nothing is felt"
 
 
+def test_the_readmes_lines_end_with_the_force_that_they_state(capsys):
+    (lines,) = blocks("README.md")
+    names = {}
+    exec(compile(lines, "README.md", "exec"), names)
+    force_n = np.linalg.norm(names["t"].force_n)
+    assert force_n > 0.1, "nothing is felt"
+    assert force_n == pytest.approx(float(re.search(r"([0-9.]+) N\b", lines)[1]), abs=0.05)
+    assert np.linalg.norm(np.fromstring(capsys.readouterr().out.strip("[]\n"), sep=" ")) == pytest.approx(force_n, rel=1e-6)
+
+
 def test_one_scene_in_toml_cpp_and_python(tmp_path):
     """Equal, with equal bytes in all tables of their traces."""
     values = (np.indices((12, 12, 12)).sum(axis=0) - 16).astype("<i2")

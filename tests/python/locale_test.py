@@ -20,6 +20,10 @@ field = "v"
 [[mode.level]]
 value = -300.5
 strength_n = 0.75
+[[mode.level]]
+value = 300.5
+name = "bone"
+strength_n = 4.25
 """
 
 
@@ -54,15 +58,18 @@ def comma(tmp_path, monkeypatch):
 def made(folder):
     """All text and files that leave Python."""
     (folder / "scene.toml").write_text(scene_text)
-    trace = palpa.run(folder / "scene.toml", "sim:stroke,depth_m=0.0125", duration_s=0.25, out=folder / "trace", primitives=True)
+    trace = palpa.run(folder / "scene.toml", "sim:stroke,depth_m=0.0125", duration_s=1.25, out=folder / "trace", primitives=True)
     files = {path.name: path.read_bytes() for path in trace.folder.iterdir() if path.name not in ("timing.csv", "trace.toml")}
     scene = palpa.load_scene(folder / "scene.toml")
-    return files | {"scene": scene.to_toml(), "force": trace.summary["force_max_n"], "ticks": trace.ticks["force_n"].tolist()}
+    return files | {"scene": scene.to_toml(), "notes": trace.header["notes"], "force": trace.summary["force_max_n"],
+                    "ticks": trace.ticks["force_n"].tolist()}
 
 
+@pytest.mark.filterwarnings("ignore:The level bone:palpa.PalpaWarning")
 def test_a_comma_changes_nothing(tmp_path, comma):
     (tmp_path / "classic").mkdir()
     (tmp_path / "commas").mkdir()
     classic = made(tmp_path / "classic")
+    assert classic["force"] > 0.1 and "4.25 N" in classic["notes"][0]
     comma()
     assert made(tmp_path / "commas") == classic

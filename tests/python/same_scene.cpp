@@ -16,8 +16,10 @@ int main(int, char** arguments) {
   request.layout.dims = {12, 12, 12};
   request.layout.spacing_m = {0.001, 0.002, 0.003};
   const auto ramp = scene.add("ramp", palpa::read_volume(request));
-  scene.workspace.scale = 0.25;
-  scene.workspace.up = "-y";
+  scene.edit<palpa::Workspace>([&](auto& workspace) {
+    workspace.scale = 0.25;
+    workspace.up = "-y";
+  });
   scene.add("wall", palpa::SurfaceAndFriction{
                         .field = ramp,
                         .solid = palpa::SurfaceAndFriction::Solid::low,

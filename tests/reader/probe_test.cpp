@@ -183,6 +183,18 @@ TEST_F(Probe, ACropMakesAPartFiner) {
   EXPECT_LT(without.covered, 0.7);
 }
 
+TEST_F(Probe, APartAsFineAsItsCellsIsNoWarning) {
+  const fs::path file = shared_file("cfd_bluntfin/bluntfinxyz.bin");
+  VolumeRequest request;
+  request.length_unit = "m";
+  EXPECT_TRUE(warns_of(read(file, request), "resampled to"));
+  request.crop = Box{{-2, 0, 0}, {2, 3, 0.02}};  // cells of 1e-11 at the wall
+  EXPECT_TRUE(warns_of(read(file, request), "no more because memory is finite"));
+  request.crop = Box{{-3, 0.7, 0.1}, {4, 4.5, 2}};
+  const Volume part = read(file, request);
+  EXPECT_TRUE(part.warnings.empty()) << all_warnings(part);
+}
+
 TEST_F(Probe, ARectilinearGridIsFeltAsItIs) {
   const Volume volume = read(shared_file("cfd_office/office.binary.vtk"));
   vtkNew<vtkDataSetReader> reader;

@@ -427,7 +427,7 @@ TEST(FirstScene, HasAWallWhereAFieldSaysWhatIsFluid) {
       EXPECT_NEAR(surface.levels[0].value, 0.5 * (fluid + solid), 0.01 * std::abs(fluid - solid));
       // A hand comes from the stream upon a body, which holds, and from outside upon a tube, which admits it.
       EXPECT_EQ(surface.solid == SurfaceAndFriction::Solid::high, tube ? fluid > solid : solid > fluid);
-      EXPECT_EQ(surface.levels[0].strength_n.constant_n > scene.coupling.max_force_n, !tube);
+      EXPECT_EQ(surface.levels[0].strength_n.constant_n > scene.coupling().max_force_n, !tube);
     }
   }
 }
@@ -438,7 +438,7 @@ TEST(FirstScene, HoldsBoneAndCutsThroughTissue) {
   const auto& levels = head.modes().front().mode.as<SurfaceAndFriction>()->levels;
   ASSERT_EQ(levels.size(), 2U);
   EXPECT_LT(levels[0].strength_n.constant_n, 1.0);
-  EXPECT_GT(levels[1].strength_n.constant_n, head.coupling.max_force_n);
+  EXPECT_GT(levels[1].strength_n.constant_n, head.coupling().max_force_n);
   EXPECT_THAT(scene_of(ct), testing::AllOf(HasSubstr("# impact_ns_per_m = 5"), HasSubstr("2.67 mm of hand")));
 
   for (const bool bright : {true, false}) {

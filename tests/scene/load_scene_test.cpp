@@ -57,9 +57,9 @@ colors = {points = [[0, "#e8b899", 0.3]]}
   const Scene& scene = loaded.scene;
   EXPECT_EQ(scene.title, "a ball");
   EXPECT_THAT(scene.needs, ElementsAre("viscosity"));
-  EXPECT_EQ(scene.coupling, (CouplingOptions{800, 0.5, 4.5}));
-  EXPECT_EQ(scene.workspace.center_m, (Vec3{0, 0.01, 0}));
-  EXPECT_EQ(scene.workspace.up, "+z");
+  EXPECT_EQ(scene.coupling(), (CouplingOptions{800, 0.5, 4.5}));
+  EXPECT_EQ(scene.workspace().center_m, (Vec3{0, 0.01, 0}));
+  EXPECT_EQ(scene.workspace().up, "+z");
   ASSERT_EQ(scene.volumes().size(), 1u);
   EXPECT_EQ(scene.volumes()[0].pose, (Similarity{{{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}, 2, {1, 2, 3}}));
   EXPECT_EQ(scene.volumes()[0].volume.bounds_m().centre_m(), (Vec3{1, 2, 3}));
@@ -82,9 +82,9 @@ colors = {points = [[0, "#e8b899", 0.3]]}
 
 TEST(LoadScene, LeavesDefaultsWhereNothingIsSaid) {
   const Scene scene = parse(ball).scene;
-  EXPECT_EQ(scene.coupling, CouplingOptions{});
-  EXPECT_EQ(scene.law, "exact");
-  EXPECT_EQ(scene.workspace, Workspace{});
+  EXPECT_EQ(scene.coupling(), CouplingOptions{});
+  EXPECT_EQ(scene.law(), "exact");
+  EXPECT_EQ(scene.workspace(), Workspace{});
   EXPECT_TRUE(scene.modes()[0].enabled);
 }
 

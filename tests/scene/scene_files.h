@@ -19,6 +19,7 @@ inline Volume read_stand_in(const VolumeRequest& request) {
     volume.fields = {{"density", "", sphere_field().fields[0].field}, {"velocity", "m/s", lamb_oseen_vortex().fields[0].field}};
   const FieldPtr scalar = sphere_field().fields[0].field, vector = lamb_oseen_vortex().fields[0].field;
   if (file.starts_with("wing")) volume.fields = {{"velocity", "", vector}, {"pressure", "", scalar}, {"fluid", "", scalar}};
+  if (file.starts_with("bluntfin")) volume.fields = {{"velocity", "", vector}, {"pressure", "", scalar}};
   if (file.starts_with("carotid")) volume.fields = {{"velocity", "", vector}, {"signal", "", scalar}};
   if (file.starts_with("broken")) throw LoadError(request.files.front().string() + ": ends in the middle; give a whole file");
   volume.files = {{request.files.front().string(), 1, "0"}};

@@ -15,11 +15,11 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 TEST(Set, ReachesEveryPath) {
-  EXPECT_EQ(parse(ball, set("coupling.stiffness_n_per_m", "300")).scene.coupling.stiffness_n_per_m, 300);
-  EXPECT_EQ(parse(ball, set("law.method", "exact")).scene.law, "exact");
-  EXPECT_EQ(parse(ball, set("workspace.scale", "2.5")).scene.workspace.scale, 2.5);
-  EXPECT_EQ(parse(ball, set("workspace.up", "+x")).scene.workspace.up, "+x");
-  EXPECT_EQ(parse(ball, set("workspace.center", "[1, 2, 3]")).scene.workspace.center_m, (Vec3{1, 2, 3}));
+  EXPECT_EQ(parse(ball, set("coupling.stiffness_n_per_m", "300")).scene.coupling().stiffness_n_per_m, 300);
+  EXPECT_EQ(parse(ball, set("law.method", "exact")).scene.law(), "exact");
+  EXPECT_EQ(parse(ball, set("workspace.scale", "2.5")).scene.workspace().scale, 2.5);
+  EXPECT_EQ(parse(ball, set("workspace.up", "+x")).scene.workspace().up, "+x");
+  EXPECT_EQ(parse(ball, set("workspace.center", "[1, 2, 3]")).scene.workspace().center_m, (Vec3{1, 2, 3}));
   EXPECT_EQ(parse(ball, set("volume.ball.sampled", "16")).scene.volumes()[0].volume.format, "grid");
   EXPECT_FALSE(parse(ball, set("mode.skin.enabled", "false")).scene.modes()[0].enabled);
   const auto level = [](const LoadedScene& loaded) { return loaded.scene.modes()[0].mode.as<SurfaceAndFriction>()->levels[0]; };
@@ -33,7 +33,7 @@ TEST(Set, ReachesEveryPath) {
 TEST(Set, TheLastOneHolds) {
   SceneOptions options;
   options.sets = {{"coupling.max_force_n", "1"}, {"coupling.max_force_n", "2"}};
-  EXPECT_EQ(parse(header("[coupling]\nmax_force_n = 3\n"), options).scene.coupling.max_force_n, 2);
+  EXPECT_EQ(parse(header("[coupling]\nmax_force_n = 3\n"), options).scene.coupling().max_force_n, 2);
 }
 
 TEST(Set, IsTheSameAsEditingTheFile) {

@@ -169,8 +169,8 @@ TEST(TimeInScenes, VolumesMoveFromPoseToPose) {
   ASSERT_EQ(volume.poses.size(), 2u);
   EXPECT_EQ(volume.poses[1].pose.translation_m, (Vec3{0.1, 0, 0}));
   const TimedField& field = *timed(*volume.volume.fields.front().field);
-  EXPECT_NEAR(field.scalar_at({0.1, 0, 0}, loaded.scene.time.at(4.0)).value, 0.05, 1e-12);
-  EXPECT_NEAR(field.scalar_at({0.05, 0, 0}, loaded.scene.time.at(2.0)).value, 0.05, 1e-12);
+  EXPECT_NEAR(field.scalar_at({0.1, 0, 0}, loaded.scene.time().at(4.0)).value, 0.05, 1e-12);
+  EXPECT_NEAR(field.scalar_at({0.05, 0, 0}, loaded.scene.time().at(2.0)).value, 0.05, 1e-12);
   EXPECT_TRUE(parse(to_toml(loaded.scene)).scene == loaded.scene);
 
   const auto wrong = [](const std::string& poses) {
@@ -189,13 +189,12 @@ TEST(TimeInScenes, VolumesFromCodeMoveToo) {
   Scene scene;
   const FieldRef ball =
       scene.add_moving("ball", sphere_field(), PoseTrack{{0.0, {}}, {1.0, {Mat3::identity(), 1.0, {0.1, 0, 0}}}});
-  scene.time = {TimeOptions::Play::loop};
+  scene.set(TimeOptions{TimeOptions::Play::loop});
   ASSERT_NE(timed(*scene.field(ball).field), nullptr);
   EXPECT_THAT(scene.check(), ElementsAre(HasSubstr("jumps where its loop begins again")));
   EXPECT_THAT(to_toml(scene), HasSubstr("[time]\nplay = \"loop\"\nspeed = 1\nstart_s = 0\n"));
   EXPECT_THROW(scene.add_moving("none", sphere_field(), PoseTrack{}), SceneError);
-  scene.time.speed = -1.0;
-  EXPECT_THROW(scene.check(), SceneError);
+  EXPECT_THROW(scene.set(TimeOptions{.speed = -1.0}), SceneError);
 }
 
 TEST(TimeInScenes, GoesOnOnlyWhereItIsPlayed) {
@@ -227,8 +226,8 @@ TEST(TimeInScenes, CanBeSetFromOutside) {
   const Scene scene = parse(scene_with(moving, "[time]\nplay = \"loop\"\n"),
                             {.data_folders = {}, .sets = {{"time.play", "hold"}, {"time.start_s", "1.5"}}})
                           .scene;
-  EXPECT_EQ(scene.time, (TimeOptions{TimeOptions::Play::hold, 1.0, 1.5}));
-  EXPECT_EQ(parse(scene_with(moving), {.data_folders = {}, .sets = {{"time.speed", "3"}}}).scene.time.speed, 3.0);
+  EXPECT_EQ(scene.time(), (TimeOptions{TimeOptions::Play::hold, 1.0, 1.5}));
+  EXPECT_EQ(parse(scene_with(moving), {.data_folders = {}, .sets = {{"time.speed", "3"}}}).scene.time().speed, 3.0);
 }
 
 }  // namespace time_test

@@ -58,9 +58,9 @@ TEST(ToToml, ReadsNumbersBackExactly) {
     std::memcpy(&value, &bits, sizeof value);
     if (!std::isfinite(value)) continue;
     Scene scene = parse(ball).scene;
-    scene.workspace.center_m = Vec3{value, -value, std::round(value)};
+    scene.edit<Workspace>([&](auto& workspace) { workspace.center_m = Vec3{value, -value, std::round(value)}; });
     const Scene again = parse(to_toml(scene)).scene;
-    EXPECT_EQ(again.workspace.center_m, scene.workspace.center_m) << value;
+    EXPECT_EQ(again.workspace().center_m, scene.workspace().center_m) << value;
   }
 }
 

@@ -47,8 +47,7 @@ Volume sampled(const Values& value_at, Filter filter) {
 Scene scene_of(const Values& value_at, Filter filter = Filter::smooth) {
   Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0, .max_force_n = 20.0});
   scene.add("ct", sampled(value_at, filter));
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   return scene;
 }
 
@@ -231,7 +230,7 @@ TEST(Border, KeepsTheFeetOfElasticLevelsInTheData) {
     const Vec3 on_edge_m{random.uniform(-0.01, 0.01), half_m - random.uniform(-0.01, 0.02), random.uniform(-0.01, 0.01)};
     Scene scene = scene_of(
         [&](const Vec3& x_m) { return -std::min(dot(first, x_m - on_edge_m), dot(second, x_m - on_edge_m)) / voxel_m; });
-    scene.coupling.stiffness_n_per_m = random.uniform(300.0, 1800.0);
+    scene.edit<CouplingOptions>([&](auto& coupling) { coupling.stiffness_n_per_m = random.uniform(300.0, 1800.0); });
     SurfaceAndFriction surface{.field = {"ct"}, .levels = {{.name = "wall", .value = 0.0, .strength_n = 3.0}}};
     surface.levels[0].stiffness_n_per_m = random.uniform(150.0, 600.0);
     scene.add("surface", surface);

@@ -42,7 +42,7 @@ inline Scene busy_moving_scene(bool as_grid) {
   scene.add("wall", SurfaceAndFriction{.field = {"heart.signal"},
                                        .levels = {{.name = "wall", .value = 0.5, .strength_n = 0.8, .stiffness_n_per_m = 500}},
                                        .friction_n = 0.2});
-  scene.time.play = TimeOptions::Play::loop;
+  scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::loop; });
   return scene;
 }
 

@@ -64,7 +64,7 @@ struct HalfSpace {
 Scene scene_with_ball() {
   Scene scene({.stiffness_n_per_m = 600});
   scene.add("ball", sphere_field(0.05));
-  scene.workspace.scale = 1.0;
+  scene.edit<Workspace>([&](auto& workspace) { workspace.scale = 1.0; });
   return scene;
 }
 

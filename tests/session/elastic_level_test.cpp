@@ -26,10 +26,7 @@ using Level = SurfaceAndFriction::Level;
 // A ball whose values are depths [m].
 Scene ball(std::vector<Level> levels, bool as_grid = false, double friction_coefficient = 0.0) {
   Scene scene({.stiffness_n_per_m = k});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   const FieldRef field = scene.add("ball", as_grid ? sampled(sphere_field(radius_m), 49) : sphere_field(radius_m));
   scene.add("flesh",
             SurfaceAndFriction{.field = field, .levels = std::move(levels), .friction_coefficient = friction_coefficient});
@@ -210,8 +207,7 @@ TEST(ElasticLevel, NeverHoldsMoreThanItBearsWhereItFolds) {
     Volume volume;
     volume.fields = {{"noise", "", smooth_grid_field(geometry, {VoxelType::float32, 1, {values, values->data()}})}};
     Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
-    scene.workspace.scale = 1.0;
-    scene.workspace.center_m = Vec3{};
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     scene.add("folds", SurfaceAndFriction{
                            .field = scene.add("data", volume),
                            .levels = {{.value = 0.1, .strength_n = strength_n, .stiffness_n_per_m = round % 2 ? 150.0 : 600.0}},

@@ -18,10 +18,7 @@ constexpr double stiffness_n_per_m = 800.0;
 
 Scene scene_of(const Volume& data, const SurfaceAndFriction& surface, const Similarity& pose = {}) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   SurfaceAndFriction mode = surface;
   mode.field = scene.add("data", data, pose);
   scene.add("surface", mode);

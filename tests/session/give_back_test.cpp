@@ -286,7 +286,7 @@ TEST(GivenBack, WhereAnotherSessionGoesOn) {
 
   Session copy(hand.scene), stiffer(hand.scene), reset(hand.scene);
   Scene changed = hand.scene;
-  changed.coupling.stiffness_n_per_m = 2.0 * k;
+  changed.edit<CouplingOptions>([&](auto& coupling) { coupling.stiffness_n_per_m = 2.0 * k; });
   Session other(changed);
   copy.copy_state_from(felt.session());
   other.resume_in_changed_scene(felt.session());

@@ -46,7 +46,7 @@ Scene scene_with(double hole_voxels) {
   Scene scene({.stiffness_n_per_m = 500, .damping_ns_per_m = 0});
   scene.add("s", volume_of(1, hole_voxels));
   scene.add("v", volume_of(3, hole_voxels));
-  scene.workspace.scale = 1.0;
+  scene.edit<Workspace>([&](auto& workspace) { workspace.scale = 1.0; });
   return scene;
 }
 

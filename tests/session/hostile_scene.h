@@ -32,7 +32,7 @@ inline FieldPtr noise(Random& random, int components, double spacing_m, bool smo
 /// Many modes in noise whose voxels are much smaller than the hand's steps.
 inline Scene hostile_scene(Random& random, double stiffness_n_per_m) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = random.uniform(0, 1) < 0.5 ? 0.0 : 0.5});
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   const double spacing_m = std::exp(random.uniform(std::log(2e-4), std::log(2e-3)));
   const auto newtons = [&] { return random.uniform(0.1, 3.0); };
   for (int i = 0; i < 4; ++i) {

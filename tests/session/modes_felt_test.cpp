@@ -37,7 +37,7 @@ template <class M>
 Scene scene_of(const FieldPtr& field, M mode) {
   Scene scene({.stiffness_n_per_m = 500});
   mode.field = scene.add("flow", volume_of(field));
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   scene.add("mode", mode);
   return scene;
 }
@@ -85,7 +85,7 @@ TEST(Follow, GetsOnAlongJumpsOfTheData) {
     Scene scene({.stiffness_n_per_m = 500});
     const FieldRef flow = scene.add("flow", volume_of(directions));
     const FieldRef length{"magnitude(flow)"};
-    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     scene.add("rail", Follow{.field = flow, .strength_n = {length, TransferFunction({{0.3, 0.0}, {0.7, 1.2}, {2.0, 1.2}})}});
     scene.add("fluid", Viscosity{.field = flow, .strength_n = 0.0, .drag_ns_per_m = 1.0},
               {{length, TransferFunction({{0.15, 0.0}, {0.3, 1.0}, {2.0, 1.0}})}});
@@ -218,7 +218,7 @@ TEST(VortexLine, HasNoCoreBeyondReach) {
                                      {VoxelType::float64, 3, {voxels, voxels->data()}});
     Scene scene({.stiffness_n_per_m = 500});
     const FieldRef velocity = scene.add("flow", volume_of(flow));
-    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     scene.add("core", VortexLine{.field = velocity,
                                  .strength_n = {{"magnitude(flow)"}, TransferFunction({{0.0, 1.0}, {1.0, 1.0}})},
                                  .direction = VortexLine::By::reduced_velocity});

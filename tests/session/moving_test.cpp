@@ -31,9 +31,8 @@ Scene wall_that_moves(const Vec3& offset_m, double seconds, double friction_n = 
   skin.levels = {{.name = "skin", .value = 0.0, .strength_n = Strength{3.0}}};
   skin.friction_n = friction_n;
   scene.add("skin", skin);
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.time.play = TimeOptions::Play::once;
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
+  scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::once; });
   return scene;
 }
 
@@ -42,7 +41,7 @@ class Books {
  public:
   /// The identity of the tick, and of its sub-steps: the booked path is the walked path.
   void check(const Session& session, const Tick& t, const Vec3& proxy_before_m) {
-    const double stiffness = session.scene().coupling.stiffness_n_per_m;
+    const double stiffness = session.scene().coupling().stiffness_n_per_m;
     const double gained_j = 0.5 * stiffness * (norm_squared(t.proxy_m - t.probe_m) - norm_squared(proxy_before_m - t.probe_m));
     const Energy& e = t.energy;
     EXPECT_NEAR(gained_j, e.injected_j - e.dissipated_j + e.data_motion_j + e.path_and_release_j,
@@ -144,11 +143,10 @@ TEST(MovingTogether, WithTheHandGivesAConstantForce) {
       skin.friction_n = more > 0 ? 0.3 : 0.0;
       scene.add("skin", skin);
       if (more > 0) scene.add("thick", Viscosity{.field = ball, .strength_n = Strength{0.1}, .drag_ns_per_m = 1.0});
-      scene.workspace.scale = 1.0;
-      scene.workspace.center_m = Vec3{};
-      scene.time.play = TimeOptions::Play::once;
+      scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
+      scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::once; });
       Scene still = scene;
-      still.time.play = TimeOptions::Play::hold;
+      still.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::hold; });
       Session session(scene), resting(still);
       const Similarity map = session.hand_to_world();
       ASSERT_EQ(map, Similarity{});
@@ -182,9 +180,8 @@ TEST(MovingTogether, ViscosityDragsTowardsTheDatasOwnVelocity) {
   const FieldRef ball = scene.add_moving("ball", sphere_field(), {{0.0, {}}, {1.0, shifted(velocity)}});
   const double drag_ns_per_m = 4.0;
   scene.add("thick", Viscosity{.field = ball, .drag_ns_per_m = drag_ns_per_m});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.time.play = TimeOptions::Play::once;
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
+  scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::once; });
   for (const Vec3& hand_velocity : {Vec3{}, velocity, Vec3{0.0, 0.05, 0.0}}) {
     Session session(scene);
     Tick t;
@@ -202,9 +199,8 @@ TEST(TwoVolumes, MovingOppositelyThroughAStillHandHoldItBetweenThem) {
     const FieldRef ball = scene.add_moving(names[i], sphere_field(), {{0.0, {}}, {1.0, shifted({side * speed_m_per_s, 0, 0})}});
     scene.add(std::string("rub_") + names[i], Viscosity{.field = ball, .strength_n = Strength{i == 0 ? 0.6 : 0.4}});
   }
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.time.play = TimeOptions::Play::once;
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
+  scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::once; });
   Session session(scene);
   Books books;
   Vec3 proxy;
@@ -232,9 +228,8 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
     wall.levels = {{.name = "wall", .value = 0.5, .strength_n = Strength{3.0}}};
     wall.friction_n = 0.2;
     scene.add("wall", wall);
-    scene.workspace.scale = 0.5;
-    scene.workspace.center_m = Vec3{};
-    scene.time.play = TimeOptions::Play::loop;
+    scene.set(Workspace{.scale = 0.5, .center_m = Vec3{}});
+    scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::loop; });
     Session session(scene);
     const Similarity map = session.hand_to_world();
     // The wall's rest is at 27 mm of the world along x; the hand is 0.5 mm outside of it.
@@ -292,9 +287,8 @@ Scene wall_in_frames(const std::vector<double>& z_m, double edge_m, double perio
   volume.fields = {{"value", "", time_series(frames, period_s)}};
   Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
   scene.add("skin", SurfaceAndFriction{.field = scene.add("wall", volume), .levels = {level}});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.time = {TimeOptions::Play::loop, 1.0, 0.0};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
+  scene.set(TimeOptions{TimeOptions::Play::loop, 1.0, 0.0});
   return scene;
 }
 
@@ -348,7 +342,7 @@ TEST(FramesTooFarApart, LetGoAndTakeHoldAgainInsteadOfKicking) {
 
 TEST(Time, IsNothingToAHandWhereItIsHeld) {
   Scene held = wall_that_moves({0, 0, 0.01}, 0.1);
-  held.time = {TimeOptions::Play::hold, 1.0, 0.05};
+  held.set(TimeOptions{TimeOptions::Play::hold, 1.0, 0.05});
   Session session(held);
   for (int i = 0; i < 100; ++i) {
     const Tick t = session.tick({.position_m = {0, 0, 0.0055 - 2e-5 * i}}, dt);
@@ -367,7 +361,7 @@ TEST(Time, FollowsFromTheTicksAlone) {
     wall.friction_n = 0.2;
     scene.add("wall", wall);
     scene.add("stream", Follow{.field = {"heart.velocity"}, .strength_n = Strength{0.4}});
-    scene.time.play = TimeOptions::Play::loop;
+    scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::loop; });
     Session session(scene);
     test::Random random(5);
     const test::Wander wander(random, 0.08);

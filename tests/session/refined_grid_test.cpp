@@ -84,7 +84,7 @@ Felt felt(const Scene& scene, double level_m = -half_m) {
 Scene scene_in(const Volume& flow) {
   Scene scene({.stiffness_n_per_m = 300});
   scene.add("flow", flow);
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   return scene;
 }
 
@@ -153,11 +153,11 @@ TEST(RefinedGrid, ThatMovesIsNoFiner) {
   Volume flow = channel(1e-5);
   flow.fields[0].field = derived(Derivation::magnitude, flow.fields[0].field);
   scene.add_moving("flow", flow, {{0.0, {}}, {1.0, {Mat3::identity(), 1.0, {0.001, 0.0, 0.0}}}});
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   scene.add("wall",
             SurfaceAndFriction{
                 .field = {"flow"}, .solid = SurfaceAndFriction::Solid::low, .levels = {{.value = 0.5, .strength_n = 100.0}}});
-  scene.time.play = TimeOptions::Play::loop;
+  scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::loop; });
   const Felt all = felt(scene, height_m(0.5));
   EXPECT_GT(all.largest_n, 1.0);
   EXPECT_LE(all.waiting, 20);

@@ -72,7 +72,7 @@ inline FieldRef add_field(Scene& scene, const std::string& name, FieldPtr field)
 inline std::vector<RestingHand> resting_hands(double spacing_m, double damping_ns_per_m = 0.0) {
   const auto scene = [&](auto&&... modes) {
     Scene made({.stiffness_n_per_m = resting_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = 3.3});
-    made.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    made.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     (modes(made), ...);
     return made;
   };

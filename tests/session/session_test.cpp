@@ -32,7 +32,7 @@ Workspace plain_workspace() {
 
 Scene plain_scene(CouplingOptions coupling) {
   Scene scene(coupling);
-  scene.workspace = plain_workspace();
+  scene.set(plain_workspace());
   return scene;
 }
 
@@ -518,8 +518,7 @@ TEST(FlatData, DoNotHoldTheProxyForEver) {
       Scene scene({.stiffness_n_per_m = 1200.0, .damping_ns_per_m = 0.0});
       const FieldRef field = scene.add("flat", volume, {}, filter);
       scene.add("material", SurfaceAndFriction{.field = field, .strength_n = Strength{0.4}, .friction_coefficient = 0.2});
-      scene.workspace.scale = 1.0;
-      scene.workspace.center_m = Vec3{};
+      scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
       Session session(scene);
       test::Random random(3);
       const test::Wander hand(random, 0.01);
@@ -567,7 +566,7 @@ TEST(FlatData, DoNotHoldAProxyThatComesFromASlope) {
 // A force along a vortex without resistance drives the proxy round and round: no balance ends it, and the hand goes on.
 TEST(Vortex, DoesNotKeepTheProxyFromFollowing) {
   Scene scene = plain_scene({.stiffness_n_per_m = 577.0, .damping_ns_per_m = 0.0});
-  scene.workspace.scale = 1.5;
+  scene.edit<Workspace>([&](auto& workspace) { workspace.scale = 1.5; });
   const FieldRef swirl = scene.add("swirl", sampled(lamb_oseen_vortex(), 64));
   scene.add("along", Follow{.field = swirl, .strength_n = Strength{0.74}, .drag_ns_per_m = 0.62});
   scene.add("push", VectorForce{.field = swirl, .strength_n = Strength{0.87}});

@@ -11,6 +11,7 @@
 #include "palpa/mode/modes.h"
 #include "palpa/scene/mode_inputs.h"
 #include "palpa/session/session.h"
+#include "tests/mode/resolved.h"
 #include "tests/session/hands.h"
 
 namespace palpa {
@@ -43,10 +44,7 @@ Volume rough(double radius_m, double noise_m, Filter filter) {
 
 Scene scene_of(const Volume& data, SurfaceAndFriction mode, Filter filter = Filter::smooth, const Similarity& pose = {}) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m});
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   mode.field = scene.add("data", data, pose, filter);
   scene.add("surface", mode);
   return scene;
@@ -114,12 +112,11 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
       const Contact foot{.offset_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
       if (coulomb) mode.levels[0].stiffness_n_per_m = 300.0;
       here.contacts = {&foot, coulomb ? 1u : 0u};
-      mode.field = {"data", 0};
-      mode.detail = {"data", 1};
+      mode.field = test::resolved("data", 0, 1);
       mode.static_friction_ratio = ratio;
       mode.friction_ns_per_m = 0.7;
       SurfaceAndFriction::Memory memory;
-      memory.held[0].level = 0;
+      memory.shells[0].level = 0;
       PrimitiveSet with, without;
       with.clear(at);
       without.clear(at);

@@ -123,8 +123,8 @@ TEST(Work, IsWhatIsReadOfTheDataOfAnyKind) {
     data.fields.push_back({"velocity", "m/s", field});
     Scene scene({.stiffness_n_per_m = k});
     const FieldRef u = scene.add("data", data), length{"magnitude(data)"};
-    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
-    scene.time.play = TimeOptions::Play::loop;
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
+    scene.edit<TimeOptions>([&](auto& time) { time.play = TimeOptions::Play::loop; });
     scene.add("rail", Follow{.field = u, .strength_n = 1.0, .drag_ns_per_m = 0.5});
     scene.add("push", VectorForce{.field = u, .strength_n = {length, TransferFunction({{0.0, 0.0}, {1.0, 2.0}})}});
     for (int n = 0; n < 3; ++n) {
@@ -156,7 +156,7 @@ Scene fine_rail() {
   flow.fields.push_back({"velocity", "m/s", grid_field(grid, {VoxelType::float32, 3, {voxels, voxels->data()}})});
   Scene scene({.stiffness_n_per_m = k});
   scene.add("flow", flow);
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   scene.add("rail", Follow{.field = {"flow"}, .strength_n = 0.4});
   return scene;
 }
@@ -257,8 +257,10 @@ Volume scanned_head() {
 // proxy lead back and forth. Else its force would fade with the pending motion.
 TEST(Waiting, EndsWhereTheHandRests) {
   Scene scene({.stiffness_n_per_m = 600.0});
-  scene.workspace.towards_user = "-y";
-  scene.workspace.up = "+z";
+  scene.edit<Workspace>([&](auto& workspace) {
+    workspace.towards_user = "-y";
+    workspace.up = "+z";
+  });
   scene.add("bone", SurfaceAndFriction{.field = scene.add("head", scanned_head()),
                                        .levels = {{.value = 300.0, .strength_n = 90.0, .friction_coefficient = 0.15}}});
   int felt = 0;
@@ -300,7 +302,7 @@ void add_corridor(Scene& scene, const std::string& name, double low_m, int cells
 // the air does not pull. Then the wall has its normal force.
 TEST(Waiting, AFlightGoesOnWhereTheWorkEnded) {
   Scene scene({.stiffness_n_per_m = k});
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   add_corridor(scene, "corridor", 0.012, 9000);
   const FieldRef ground = scene.add("ground", plane_field(0.02));
   scene.add("wall", SurfaceAndFriction{.field = ground, .levels = {{.value = 0.0, .strength_n = 1000.0}}});
@@ -330,7 +332,7 @@ TEST(Waiting, AFlightGoesOnWhereTheWorkEnded) {
 TEST(Waiting, FieldsShareTheWork) {
   constexpr int cells = 9000, fields = 3;
   Scene scene({.stiffness_n_per_m = k});
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   for (int f = 0; f < fields; ++f) add_corridor(scene, "corridor" + std::to_string(f), 0.012, cells);
   Session session(scene);
   session.tick({.position_m = {0, 0, 0.11}}, tick_s);
@@ -346,7 +348,7 @@ TEST(Work, ThatEndsLetsNothingGoBefore) {
   constexpr double strength_n = 1.0;
   constexpr int modes = 12;
   Scene scene({.stiffness_n_per_m = k});
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   add_corridor(scene, "corridor", 0.012, 9000);
   const FieldRef ground = scene.add("ground", plane_field(0.02));
   for (int m = 0; m < modes; ++m) {
@@ -383,7 +385,7 @@ TEST(Work, ThatEndsCorrectsNoFriction) {
   values.format = "grid";
   values.fields.push_back({"value", "", test::noise(random, 1, 1e-3, false)});
   Scene scene({.stiffness_n_per_m = k});
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   const FieldRef rough = scene.add("rough", values);
   for (int m = 0; m < 20; ++m) {
     scene.add("wall" + std::to_string(m),
@@ -422,7 +424,7 @@ class Misleading final : public Field {
 TEST(Work, ThatEndsTriesNoOtherEnd) {
   constexpr int others = 100;
   Scene scene({.stiffness_n_per_m = k});
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   Volume washboard;
   washboard.fields.push_back({"value", "", std::make_shared<Misleading>()});
   scene.add("wall",
@@ -450,7 +452,7 @@ TEST(TimeStep, HasABoundHoweverShort) {
   for (const double dt_s : {1e-6, 1e-9, 1e-12, 1e-15, 1e-18, 1e-100, 1e-310, std::numeric_limits<double>::denorm_min()}) {
     Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.5});
     const FieldRef ball = scene.add("ball", sphere_field(0.05));
-    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     scene.add("surface",
               SurfaceAndFriction{.field = ball, .levels = {{.value = 0.0, .strength_n = 3.0}}, .friction_ns_per_m = 1.0});
     scene.add("thick", Viscosity{.field = ball, .strength_n = 0.1, .drag_ns_per_m = 2.0});

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "palpa/solver/law.h"
@@ -263,7 +264,7 @@ TEST(Corner, WithFrictionWhereOneFacetHoldsIsAPlaneWithFriction) {
   }
 }
 
-TEST(Corner, SetsTakeFacetsOneByOneAndKeepWhoBelongsTogether) {
+TEST(Corner, SetsTakeFacetsOneByOneAndKeepTheHandles) {
   PrimitiveSet set(12);
   set.clear({});
   set.plane(0, {}, {0, 0, 1}, 1.0, {3, 0.5});
@@ -280,7 +281,9 @@ TEST(Corner, SetsTakeFacetsOneByOneAndKeepWhoBelongsTogether) {
   EXPECT_EQ(whole_of(set.primitives(), 1).size(), 3u);
   EXPECT_EQ(whole_of(set.primitives(), 3).size(), 1u);
   EXPECT_EQ(set.captured(2), (HeldLevel{3, 0.5}));
-  EXPECT_EQ(set.friction_of(4).plane, 3);  // the plane behind has moved up
+  EXPECT_EQ(set.friction_of(4).plane, 1);  // a handle, while its row has moved
+  const auto rows = [&] { return std::array{set.row(0), set.row(1), set.row(2)}; };
+  EXPECT_EQ(rows(), (std::array<std::size_t, 3>{0, 3, 4}));
   EXPECT_FALSE(set.friction_of(2).any());
 
   const auto refused_as = [&](Refusal reason, bool taken) {
@@ -289,15 +292,21 @@ TEST(Corner, SetsTakeFacetsOneByOneAndKeepWhoBelongsTogether) {
     EXPECT_EQ(set.refused().back().reason, reason) << sentence_of(set.refused().back().reason);
   };
   refused_as(Refusal::corner_too_narrow, set.add_facet(0, {}, {0, 0, -1}));
-  refused_as(Refusal::facet_without_plane, set.add_facet(4, {}, {0, 0, 1}));
+  refused_as(Refusal::facet_without_plane, set.add_facet(2, {}, {0, 0, 1}));
   refused_as(Refusal::direction_not_unit, set.add_facet(0, {}, {0, 0, 2}));
   refused_as(Refusal::position_not_finite, set.add_facet(0, {NAN, 0, 0}, {0, 0, 1}));
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(set.add_facet(0, {}, {0, 0, 1}));
   refused_as(Refusal::facets_full, set.add_facet(0, {}, {0, 0, 1}));
-  EXPECT_TRUE(set.add_facet(8, {}, {0, 1, 0}));
-  EXPECT_TRUE(set.add_facet(8, {}, {0, 1, 0}));
+  EXPECT_TRUE(set.add_facet(1, {}, {0, 1, 0}));
+  EXPECT_TRUE(set.add_facet(1, {}, {0, 1, 0}));
   ASSERT_EQ(set.size(), 12u);
-  refused_as(Refusal::full, set.add_facet(8, {}, {0, 1, 0}));
+  refused_as(Refusal::full, set.add_facet(1, {}, {0, 1, 0}));
+  set.remove_facet(9);
+  set.remove_facet(1);
+  EXPECT_EQ(rows(), (std::array<std::size_t, 3>{0, 7, 9}));
+  set.friction(3, 1, {}, 0.2);
+  EXPECT_EQ(set.friction_of(set.row(3)).plane, 1);
+  EXPECT_EQ(set[set.row(3)].direction, (Vec3{1, 0, 0}));
 
   set.clear({});
   set.plane(0, {}, {0, 0, 1}, 1.0, {}, 2.0);

@@ -37,7 +37,7 @@ Scene scene_of(const Held& held) {
   Scene scene({.damping_ns_per_m = 0.0, .max_force_n = 50.0});
   scene.add("wall", plane_field());
   scene.add("flow", lamb_oseen_vortex());
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   for (std::size_t n = 0; n < held.modes.size(); ++n) scene.add("mode" + std::to_string(n), held.modes[n]);
   return scene;
 }
@@ -80,7 +80,7 @@ double growth_per_s(const Held& held, const Scene& scene, const DevicePlant& pla
   const Similarity map = scene.hand_to_world();
   const Vec3 way = normalized(map.gradient_to_hand(held.way)), from_m = map.to_hand(held.from_m) - before_m * way;
   const auto device =
-      released_device(plant, from_m + (1.0 + knock) * push_n / scene.coupling.stiffness_n_per_m * way, push_n * way);
+      released_device(plant, from_m + (1.0 + knock) * push_n / scene.coupling().stiffness_n_per_m * way, push_n * way);
   Session session(scene);
   session.tick({.position_m = from_m}, tick_s);  // before the constraint, so that the proxy meets it
   std::vector<double> along_m;
@@ -127,7 +127,7 @@ TEST(Check, EveryModeIsStableUpToTheClosedFormBound) {
         // Growth rises by b/2m over one bound. Its sub-steps give the device a lead of a hundredth of T/2.
         const double close_per_s = 0.02 * damping / (2.0 * plant.mass_kg);
         const auto expect_linear = [&](double share) {
-          scene.coupling.stiffness_n_per_m = share * bound;
+          scene.edit<CouplingOptions>([&](auto& coupling) { coupling.stiffness_n_per_m = share * bound; });
           const double growth = growth_per_s(held, scene, plant);
           EXPECT_NEAR(growth, linear_growth_per_s(plant, share * bound), close_per_s)
               << held.name << ", b = " << damping << ", " << delay_ticks << " ticks late, " << share << " of the bound";
@@ -145,7 +145,7 @@ TEST(Check, AHeldWallBringsInWhatTheClosedFormSays) {
   const Scene scene = [] {
     Scene strong({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0, .max_force_n = 50.0});
     strong.add("wall", plane_field());
-    strong.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    strong.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     strong.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{50.0}}}});
     return strong;
   }();
@@ -184,7 +184,7 @@ TEST(Check, BoundsAreThoseOfTheBooks) {
 Scene ball(double stiffness_n_per_m, double damping_ns_per_m) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = 10.0});
   scene.add("ball", sphere_field());
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   scene.add("skin",
             SurfaceAndFriction{.field = {"ball"}, .levels = {{.value = 0.0, .strength_n = Strength{8.0}}}, .friction_n = 0.2});
   return scene;
@@ -207,7 +207,7 @@ TEST(Check, LetsADeviceGoBeforeALevelWhereverThatStands) {
   for (const double behind_m : {0.0, 0.0003, 0.0007}) {  // a plane on the steps of the paths, and between them
     Scene scene({.stiffness_n_per_m = 5000.0, .damping_ns_per_m = 0.0, .max_force_n = 12.0});
     scene.add("wall", plane_field());
-    scene.workspace = {.scale = 1.0, .center_m = Vec3{0.0, 0.0, behind_m}};
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{0.0, 0.0, behind_m}});
     scene.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{20.0}}}});
     const CheckReport report = check_quickly(scene, smooth);
     const auto released = std::find_if(report.findings.begin(), report.findings.end(),
@@ -253,7 +253,7 @@ TEST(Check, HasStiffnessesOfEachGrade) {
 Scene phantom(double stiffness_n_per_m, double damping_ns_per_m) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = 7.0});
   scene.add("head", head_phantom());
-  scene.workspace.fit = "head";
+  scene.edit<Workspace>([&](auto& workspace) { workspace.fit = "head"; });
   scene.add("surface", SurfaceAndFriction{.field = {"head"},
                                           .levels = {{.value = -300.0, .strength_n = Strength{0.8}, .stiffness_n_per_m = 300.0},
                                                      {.value = 300.0, .strength_n = Strength{12.0}}},
@@ -338,7 +338,7 @@ TEST(Check, SpeaksOfStrengthsOnlyWhereModesPushBeyondTheLimitTogether) {
   const auto stream = [](double strength_n) {
     Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.2, .max_force_n = 3.3});
     scene.add("wall", plane_field());
-    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
     scene.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{strength_n}}}});
     return scene;
   };
@@ -362,7 +362,7 @@ TEST(Check, IsTheSameEveryTime) {
   // searched for.
   Scene scene({.stiffness_n_per_m = 5000.0, .damping_ns_per_m = 0.0, .max_force_n = 12.0});
   scene.add("wall", plane_field());
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   scene.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{20.0}}}});
   const DevicePlant smooth = device_plant("omega,coulomb_friction_n=0");
   const CheckReport once = check(scene, smooth, {.map = true}), again = check(scene, smooth, {.map = true});

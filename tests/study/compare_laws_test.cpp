@@ -80,7 +80,7 @@ TEST(CompareLaws, ThatMoveAlongEachConstraintAreOffWhereTheyAreNot) {
 
 TEST(CompareLaws, TheExactOneByItselfFeelsTheSame) {
   Scene scene = scene_of(surface | rail);
-  scene.law = "no-proxy";  // the scene's own law does not count
+  scene.set_law("no-proxy");  // the scene's own law does not count
   const LawComparison result = compare_laws(scene, hand(), 1e-3, all_laws);
   EXPECT_EQ(of(result, "exact").alone_m.max, 0.0);
   EXPECT_EQ(of(result, "exact").alone_mean_n, 0.0);

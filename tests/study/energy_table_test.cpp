@@ -232,7 +232,7 @@ TEST(EnergyTable, OneBalanceBringsInNoMoreThanItsBound) {
 TEST(EnergyTable, ClosesUnderEveryLaw) {
   for (const char* law : {"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"}) {
     Scene scene = everything();
-    scene.law = law;
+    scene.set_law(law);
     const Felt felt = feel(scene, wander, 5.0);
     EXPECT_GT(felt.largest_j(), 1e-3) << law;
     expect_closed(felt);

@@ -88,8 +88,7 @@ TEST(ExcessSteps, HaveTheirCauseFromEventsBeforeAllElse) {
 TEST(ExcessSteps, AtTheEndOfDataSaySo) {
   Scene scene({.stiffness_n_per_m = 500.0});
   scene.add("wall", plane_field(0.2));
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   const EdgesOfData edges(scene);
   const Vec3 centre_m = scene.hand_to_world().to_hand({});
   FeltRun run = with_step({}, 0, {});

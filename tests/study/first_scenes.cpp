@@ -25,7 +25,7 @@ FirstTouch first_touch(const std::filesystem::path& data, const std::filesystem:
   touch.scene = first_scene(file.volume, request);
   const Scene scene = parse_scene(touch.scene, "first.toml", {}, volume_reader(read), standard_modes()).scene;
 
-  const auto levels = unyielding_levels(scene, scene.coupling.max_force_n);
+  const auto levels = unyielding_levels(scene, scene.coupling().max_force_n);
   const auto is_on_what_holds = [&](const Session& felt) {
     const auto pushes_n = [](const ModeForce& mode) { return norm(mode.force_n); };
     const auto most = std::ranges::max_element(felt.modes(), {}, pushes_n) - felt.modes().begin();
@@ -39,7 +39,7 @@ FirstTouch first_touch(const std::filesystem::path& data, const std::filesystem:
   run_simulated(session, *hand, {.duration_s = duration_s, .time_ticks = false}, nullptr,
                 [&](const TickFrame& frame, const Session& felt) {
                   builder.add(frame, felt);
-                  below += norm(frame.result.force_n) < scene.coupling.max_force_n || is_on_what_holds(felt);
+                  below += norm(frame.result.force_n) < scene.coupling().max_force_n || is_on_what_holds(felt);
                   path.push_back({.position_m = frame.result.probe_m});
                 });
   const Summary summary = builder.finish(1.0);

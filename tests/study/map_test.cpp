@@ -24,10 +24,7 @@ constexpr double radius_m = 0.05, stiffness_n_per_m = 500.0, limit_n = 3.3;
 Scene ball(double strength_n, double damping_ns_per_m = 0.0) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = limit_n});
   const FieldRef depth = scene.add("ball", sphere_field(radius_m));
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   scene.add("shell", SurfaceAndFriction{.field = depth, .levels = {{.name = "shell", .strength_n = strength_n}}});
   return scene;
 }
@@ -67,10 +64,7 @@ TEST(Map, ABallPushesAwayFromItsMiddleAsFarAsTheHandIsInIt) {
 TEST(Map, WhatADrivenHandFeelsOfSyrupIsGoneWhenItIsHeld) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = 0.0, .max_force_n = limit_n});
   const FieldRef depth = scene.add("ball", sphere_field(radius_m));
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   constexpr double drag_ns_per_m = 4.0;
   scene.add("syrup", Viscosity{.field = depth, .drag_ns_per_m = drag_ns_per_m});
   const ForceMap map = felt(scene, map_slice(0, 0.0, 0.06, 25));

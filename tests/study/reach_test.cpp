@@ -26,10 +26,7 @@ constexpr double stiffness_n_per_m = 500.0;
 Scene ball(const Vec3& centre_m, double strength_n, double drag_ns_per_m = 0.0) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
   const FieldRef depth = scene.add("ball", sphere_field(radius_m));
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = -centre_m;
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = -centre_m, .towards_user = "+z", .up = "+y"});
   scene.add("shell", SurfaceAndFriction{.field = depth, .levels = {{.name = "shell", .strength_n = strength_n}}});
   if (drag_ns_per_m > 0.0) {
     scene.add("syrup", Viscosity{.field = depth, .drag_ns_per_m = drag_ns_per_m},
@@ -122,8 +119,7 @@ TEST(Reach, AWayThatIsMovedWithItsSceneIsTheSame) {
 TEST(Reach, WhereLittleCanBeFeltAMotionStaysThere) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
   const FieldRef depth = scene.add("pea", sphere_field(0.008));
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{0.013, -0.021, 0.0};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{0.013, -0.021, 0.0}});
   scene.add("shell", SurfaceAndFriction{.field = depth, .levels = {{.name = "shell", .strength_n = 1.0}}});
   const Encounter met = Reach(scene).encounter(simulated_motion("sim:circle"), Hold::rigid);
   EXPECT_LE(met.radius_m, 0.011);
@@ -168,7 +164,7 @@ TEST(Reach, ARecordingIsLaidForLongContactHoweverManyModesShareASmallPlace) {
   const TransferFunction inside({{0.0, 0.0}, {0.001, 1.0}, {1.0, 1.0}});
   const FieldRef wide = scene.add("wide", depth_of(0.05, middle_m, 0.02, apart_m));
   const FieldRef small = scene.add("small", depth_of(0.012, middle_m, 0.02, apart_m));
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   scene.add("water", Viscosity{.field = wide, .drag_ns_per_m = 1.0}, {Mask{.of = wide, .curve = inside}});
   for (const char* name : {"one", "two", "three", "four"})
     scene.add(name, Viscosity{.field = small, .drag_ns_per_m = 1.0}, {Mask{.of = small, .curve = inside}});
@@ -256,7 +252,7 @@ TEST(Reach, TheNearestThingIsWhereItIs) {
 
 TEST(Reach, WhereNothingCanBeFeltItSaysWhatWouldChangeThat) {
   Scene far = ball({}, 1.0);
-  far.workspace.center_m = Vec3{1.0, 0.0, 0.0};
+  far.edit<Workspace>([&](auto& workspace) { workspace.center_m = Vec3{1.0, 0.0, 0.0}; });
   const Reach reach(far);
   EXPECT_TRUE(reach.is_empty());
   EXPECT_FALSE(reach.nearest(std::vector<Vec3>{Vec3{}}));
@@ -270,14 +266,14 @@ TEST(Reach, SaysFromWhichSideSomethingIsFelt) {
   // A level that holds from below only: a hand from the user's side never meets it.
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
   scene.add("wall", plane_field());
-  scene.workspace = {.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   scene.add("wall", SurfaceAndFriction{.field = {"wall"},
                                        .solid = SurfaceAndFriction::Solid::low,
                                        .levels = {{.value = 0.0, .strength_n = Strength{1.0}}}});
   EXPECT_THAT(explain_little_contact(Reach(scene), {}, ""),
               testing::AllOf(HasSubstr("straight from the user"), HasSubstr("from behind")));
   Scene nothing = scene;
-  nothing.workspace.center_m = Vec3{0.0, 0.0, 5.0};
+  nothing.edit<Workspace>([&](auto& workspace) { workspace.center_m = Vec3{0.0, 0.0, 5.0}; });
   EXPECT_THAT(explain_little_contact(Reach(nothing), {}, ""), Not(HasSubstr("comes from")));
 }
 

@@ -11,7 +11,6 @@
 #include <vtkXMLImageDataReader.h>
 
 #include <cstdlib>
-#include <fstream>
 
 namespace palpa {
 namespace map_file_test {
@@ -50,26 +49,6 @@ TEST(MapFile, VtksOwnReaderFindsEachForceWhereItWasFelt) {
       EXPECT_EQ(number("settled", 0), point.settled);
     }
   }
-  fs::remove_all(folder);
-}
-
-TEST(MapFile, ParaViewOpensIt) {
-  if (std::string(PALPA_PVPYTHON).empty()) GTEST_SKIP() << "no pvpython; install python3-paraview to try maps in ParaView";
-  ForceMap map(map_slice(0, 0.0, 0.1, 4));
-  for (MapPoint& point : map.points) point.steady_n = {0.0, 3.0, 4.0};
-  std::string name = (fs::temp_directory_path() / "palpa-map-XXXXXX").string();
-  const fs::path folder = ::mkdtemp(name.data());
-  write_map(map, Similarity{}, folder / "map.vti", detail::Existing::refused);
-  std::ofstream(folder / "look.py") << "from paraview.simple import *\n"
-                                       "read = XMLImageDataReader(FileName=['map.vti'])\n"
-                                       "read.UpdatePipeline()\n"
-                                       "open('seen', 'w').write('%d %.6f' % (read.GetDataInformation().GetNumberOfPoints(), "
-                                       "read.PointData['steady_n'].GetRange(-1)[1]))\n";
-  const std::string command = "cd '" + folder.string() + "' && '" PALPA_PVPYTHON "' look.py >output 2>&1";
-  EXPECT_EQ(std::system(command.c_str()), 0);
-  std::string seen;
-  std::getline(std::ifstream(folder / "seen"), seen);
-  EXPECT_EQ(seen, "16 5.000000");
   fs::remove_all(folder);
 }
 

@@ -70,10 +70,7 @@ ScenePictureOptions small(Vec3 from = {0, 0, 1}) {
 /// A ball under a mode, its frame that of the hand.
 Scene ball_scene(Volume ball, const Similarity& pose = {}) {
   Scene scene;
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
-  scene.workspace.towards_user = "+z";
-  scene.workspace.up = "+y";
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"});
   const FieldRef field = scene.add("ball", std::move(ball), pose);
   scene.add("skin", SurfaceAndFriction{.field = field, .levels = {{.value = 0.0, .strength_n = 1.0}}});
   return scene;
@@ -228,8 +225,8 @@ TEST(ScenePicture, ShowsAVolumeWhereItIs) {
 
 TEST(ScenePicture, FollowsTheMapFromHandToWorld) {
   Scene scene = ball_scene(sphere_field(0.05));
-  scene.workspace.scale = 2.0;                       // the ball is half as large in the hand
-  scene.workspace.center_m = Vec3{-0.06, 0.0, 0.0};  // and 30 mm to the right of its middle
+  // The ball is half as large in the hand, and 30 mm to the right of its middle.
+  scene.edit<Workspace>([&](auto& workspace) { workspace.scale = 2.0, workspace.center_m = Vec3{-0.06, 0.0, 0.0}; });
   expect_ball_at(scene_picture(scene, {}, {}, small()), {0.03, 0, 0}, 0.025, small());
 }
 
@@ -313,7 +310,7 @@ TEST(ScenePicture, LegendHasTheColourThatIsSeenOfWhatFacesTheViewer) {
 TEST(ScenePicture, NothingOfTheSceneIsSeenBehindTitleAndLegend) {
   Scene scene;
   scene.title = "Round and round";
-  scene.workspace.fit = "wind";
+  scene.edit<Workspace>([&](auto& workspace) { workspace.fit = "wind"; });
   scene.add("wind", lamb_oseen_vortex());
   ScenePictureOptions options = small();
   options.half_height_m = 0.03;  // the vortex is larger than the picture
@@ -369,7 +366,7 @@ TEST(Overview, LooksStraightAtAPlaneAndWhereTheSceneSays) {
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
   scene.view.from = Vec3{1, 0, 0};
   EXPECT_EQ(overview(scene, square).from, (Vec3{1, 0, 0}));
-  scene.workspace.towards_user = "+x";
+  scene.edit<Workspace>([&](auto& workspace) { workspace.towards_user = "+x"; });
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
 }
 
@@ -480,10 +477,10 @@ TEST(ScenePicture, HasMarksOfThePatientInAMedicalFrameOnly) {
     }
     return false;
   };
-  Scene scene = ball_scene(sphere_field(0.02));
-  EXPECT_FALSE(has_mark(scene_picture(scene, {}, {}, small())));
-  scene.find_volume("ball")->volume.medical_frame = true;
-  EXPECT_TRUE(has_mark(scene_picture(scene, {}, {}, small())));
+  Volume ball = sphere_field(0.02);
+  EXPECT_FALSE(has_mark(scene_picture(ball_scene(ball), {}, {}, small())));
+  ball.medical_frame = true;
+  EXPECT_TRUE(has_mark(scene_picture(ball_scene(ball), {}, {}, small())));
 }
 
 TEST(ScenePicture, FramesWhatIsFelt) {

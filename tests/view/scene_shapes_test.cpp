@@ -16,8 +16,7 @@ namespace scene_shapes_test {
 TEST(SceneShapes, ABallIsABallInFewTriangles) {
   constexpr double radius_m = 0.05;
   Scene scene;
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   const FieldRef field = scene.add("ball", sphere_field(radius_m));
   scene.add("surface", SurfaceAndFriction{.field = field, .levels = {{.name = "skin", .value = 0.0, .strength_n = 1.0}}});
   for (const std::size_t most : {std::size_t{2000}, std::size_t{20'000}}) {
@@ -43,8 +42,7 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
 
 SceneShapes balls_of(const std::vector<ViewLayer>& layers) {
   Scene scene;
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   scene.add("ball", sphere_field(0.05));
   scene.layers = layers;
   return scene_shapes(scene, worth_showing(scene, {}), {}, 400'000);
@@ -109,8 +107,7 @@ TEST(SceneShapes, ALayerThatIsNotThereShiftsNoOther) {
 
 TEST(SceneShapes, EachColoredLayerHasItsOwnBar) {
   Scene scene;
-  scene.workspace.scale = 1.0;
-  scene.workspace.center_m = Vec3{};
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   scene.add("flow", sampled(burgers_vortex(), 16));
   scene.add("ball", sampled(sphere_field(0.05), 24));
   scene.layers = {ball_of("skin", 0.0, "#e8b899", 0.3),

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Draws the figures of docs/pictures that no scene gives, as SVG and PNG: draw.py FOLDER [NAME]"""
+"""Draws the figures of docs/pictures that no scene gives, as SVG and PNG: draw.py FOLDER [NAME or pattern]"""
 
+import fnmatch
 import sys
 
 import common
@@ -12,9 +13,9 @@ import theory_figures  # noqa: F401
 
 if len(sys.argv) not in (2, 3):
     sys.exit(__doc__)
-names = sys.argv[2:] or list(common.figures)
-if names[0] not in common.figures:
-    sys.exit(f"draw.py: {names[0]}: no figure has this name; there are {', '.join(common.figures)}")
+names = fnmatch.filter(common.figures, sys.argv[2] if len(sys.argv) == 3 else "*")
+if not names:
+    sys.exit(f"draw.py: {sys.argv[2]}: no figure has this name; there are {', '.join(common.figures)}")
 try:
     for file in common.write(sys.argv[1], names):
         print(file)

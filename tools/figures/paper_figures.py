@@ -1,4 +1,4 @@
-"""The paper's Figs. 1 to 5, and a comparison of all laws (fig6). Each number comes from a law, or from `residual`."""
+"""The paper's Figs. 1 to 5, and a comparison of all laws. Each number comes from a law, or from `residual`."""
 
 import functools
 
@@ -209,7 +209,7 @@ def error_plot(axes, title, comparison, alone, legend):
          "share of ticks / %" if alone else "share of balances / %", (low, high), (0, 103), "x")
 
 
-@figure("fig6-laws", 1120, 720, columns=2, rows=2)
+@figure("laws", 1120, 720, columns=2, rows=2)
 def all_laws(*axes):
     oblique, orthogonal = compared("many_phantom.toml"), compared("head_phantom.toml")
     error_plot(axes[0], "Oblique: the same balances", oblique, False, False)
