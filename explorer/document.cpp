@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "explorer/linked_levels.h"
 #include "palpa/base/input_file.h"
 #include "palpa/base/limits.h"
 #include "palpa/base/new_file.h"
@@ -32,6 +33,7 @@ Document::Document(QObject* parent) : QObject(parent) { undo_.setUndoLimit(200);
 
 void Document::open(Opened opened) {
   undo_.clear();
+  loose_layers.clear();
   saved_toml_ = to_toml(opened.loaded.scene);
   opened_ = std::move(opened);
   Q_EMIT opened_another();
@@ -48,6 +50,7 @@ bool Document::edit(const QString& what, int key, const std::function<void(Scene
   Scene after = scene();
   try {
     change(after);
+    link_levels(scene(), after, loose_layers);
     after.check();
   } catch (const std::exception& error) {
     Q_EMIT refused(QString::fromUtf8(error.what()));

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 
 #include "palpa/scene/load_scene.h"
 
@@ -47,6 +48,8 @@ class Document : public QObject {
   /// lost then.
   void save(const std::filesystem::path& file);
   QUndoStack& undo() { return undo_; }
+  /// Indices of surface layers whose level does not follow the felt one.
+  std::set<std::size_t> loose_layers;
 
  Q_SIGNALS:
   void opened_another();

@@ -32,6 +32,9 @@ namespace {
 
 // [triangles] that software rendering draws 30 times a second. More: a drag stutters; fewer: edges show.
 constexpr double coarse_triangles = 18e3;
+// [1] Samples along the longest side of a preview, its streamlines, and kept points of streamlines.
+constexpr int rough_samples = 56, rough_lines = 16;
+constexpr vtkIdType most_stream_points = 20'000;
 
 vtkPolyData* surface_of(vtkProp* prop) {
   auto* actor = vtkActor::SafeDownCast(prop);
@@ -111,6 +114,36 @@ vtkSmartPointer<vtkUnsignedCharArray> colors_of(vtkActor& actor, vtkPolyData* su
   return colors;
 }
 
+/// Layers except slices, and their indices in the scene's.
+std::vector<ViewLayer> drawn_layers(const Scene& scene, std::vector<std::size_t>& numbers) {
+  std::vector<ViewLayer> drawn;
+  const std::vector<ViewLayer> layers = detail::layers_of(scene);
+  for (std::size_t number = 0; number < layers.size(); ++number) {
+    if (layers[number].show == ViewLayer::Show::slices) continue;
+    drawn.push_back(layers[number]);
+    numbers.push_back(number);
+  }
+  return drawn;
+}
+
+void add_points(vtkProp* prop, std::vector<Vec3>& points_m) {
+  vtkPolyData* const tubes = surface_of(prop);
+  if (!tubes || !tubes->GetPoints()) return;
+  const vtkIdType count = tubes->GetNumberOfPoints(), stride = count / most_stream_points + 1;
+  for (vtkIdType i = 0; i < count; i += stride) {
+    double p[3];
+    tubes->GetPoint(i, p);
+    points_m.push_back({p[0], p[1], p[2]});
+  }
+}
+
+/// A cloud's layer: clouds have no entry in `LayerSigns::actors`, and are drawn from the last layer to the first.
+std::size_t layer_of_cloud(const std::vector<ViewLayer>& layers, std::size_t cloud) {
+  for (std::size_t number = layers.size(); number-- > 0;)
+    if (layers[number].show == ViewLayer::Show::volume && cloud-- == 0) return number;
+  return 0;
+}
+
 }  // namespace
 
 void CoarseSurface::light(const Vec3& right, const Vec3& up, const Vec3& towards) {
@@ -141,17 +174,21 @@ void CoarseSurface::light(const Vec3& right, const Vec3& up, const Vec3& towards
   points.SetScalars(colors);
 }
 
-Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
+Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
   detail::QuietVtk quiet;
-  std::vector<ViewLayer> layers = detail::layers_of(scene);
-  std::erase_if(layers, [](const ViewLayer& layer) { return layer.show == ViewLayer::Show::slices; });
+  std::vector<std::size_t> numbers;  // of the layers that are drawn
+  const std::vector<ViewLayer> layers = drawn_layers(scene, numbers);
   Drawing drawing;
+  drawing.is_rough = rough;
   drawing.bounds_m = detail::worth_showing(scene, {});
   const Vec3 size = drawing.bounds_m.size_m();
   vtkNew<vtkRenderer> solid, shells;
-  drawing.signs = detail::draw_layers(solid, shells, scene, layers,
-                                      {drawing.bounds_m, true, scene.time().at(0.0), 0.6 * largest_component(size), towards});
+  detail::LayerOptions options{drawing.bounds_m, true, scene.time().at(0.0), 0.6 * largest_component(size), towards};
+  if (rough) options.most_samples = rough_samples, options.most_lines = rough_lines;
+  drawing.signs = detail::draw_layers(solid, shells, scene, layers, options);
   drawing.fine_shells = drawing.signs.shells;
+  for (const detail::LayerActor& one : drawing.signs.actors)
+    if (layers[one.layer].show == ViewLayer::Show::streamlines) add_points(one.actor, drawing.stream_points_m);
 
   const auto each = [](vtkRenderer* renderer, const auto& what) {
     vtkPropCollection& props = *renderer->GetViewProps();
@@ -174,7 +211,9 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
   std::map<vtkPolyData*, vtkSmartPointer<vtkPolyData>> coarse;  // a shell is drawn twice
   const auto take = [&](vtkRenderer* renderer, std::vector<Drawing::Part>& parts) {
     each(renderer, [&](vtkProp* prop) {
-      Drawing::Part part{.fine = prop};
+      Drawing::Part part{.fine = prop, .coarse = {}, .layer = 0};
+      for (const detail::LayerActor& one : drawing.signs.actors)
+        if (one.actor == prop) part.layer = numbers[one.layer];
       if (auto* cloud = vtkVolume::SafeDownCast(prop)) {
         // Shading shows the shape; a still picture shows it by colours alone.
         vtkVolumeProperty& look = *cloud->GetProperty();
@@ -185,6 +224,7 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
         look.SetSpecularPower(20.0);
         // Sampling steps would show as rings.
         if (auto* mapper = vtkGPUVolumeRayCastMapper::SafeDownCast(cloud->GetMapper())) mapper->UseJitteringOn();
+        part.layer = numbers[layer_of_cloud(layers, drawing.clouds.size())];
         drawing.clouds.emplace_back(cloud);
       }
       vtkPolyData* const surface = surface_of(prop);

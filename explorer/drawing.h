@@ -36,18 +36,22 @@ struct Drawing {
   struct Part {
     vtkSmartPointer<vtkProp> fine;
     vtkSmartPointer<vtkProp> coarse;  ///< shown while the picture moves; null: `fine` is
+    std::size_t layer = 0;            ///< index in the scene's layers
   };
   std::vector<Part> solid, shells;
   std::vector<vtkSmartPointer<vtkVolume>> clouds;  ///< of `solid`; their sampling is changed
   std::vector<detail::Shell> fine_shells;
   std::vector<CoarseSurface> coarse_surfaces;
   detail::LayerSigns signs;
-  Box bounds_m{};  ///< of the data, hand frame
+  Box bounds_m{};                     ///< of the data, hand frame
+  std::vector<Vec3> stream_points_m;  ///< on drawn streamlines, hand frame
+  bool is_rough = false;              ///< a finer drawing follows
   std::size_t fine_triangles = 0, coarse_triangles = 0;
 };
 
 /// Draws all layers except slices (the window draws these itself). Throws LoadError.
 /// \param towards  [1] to the viewer, hand frame
-Drawing draw_for_window(const Scene& scene, const Vec3& towards);
+/// \param rough    a preview with few samples, in a small part of the time
+Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough);
 
 }  // namespace palpa::explorer

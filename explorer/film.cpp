@@ -4,6 +4,7 @@
 #include <QProcess>
 #include <QStandardPaths>
 
+#include "explorer/gif_film.h"
 #include "explorer/picture_file.h"
 #include "palpa/base/load_error.h"
 
@@ -11,6 +12,7 @@ namespace palpa::explorer {
 namespace {
 
 constexpr double pictures_hz = 25.0;  // usual for players
+constexpr int gif_hundredths = 4;     // [0.01 s] between pictures of a GIF
 
 }  // namespace
 
@@ -55,7 +57,23 @@ void Film::next() {
   const QString folder = folder_, ffmpeg = QStandardPaths::findExecutable("ffmpeg");
   end();
   if (!ffmpeg.isEmpty()) return make_with_ffmpeg(ffmpeg, folder);
-  Q_EMIT said(tr("%1 pictures in %2; install ffmpeg to get a film").arg(pictures_).arg(folder), false);
+  make_gif(folder, pictures_);
+}
+
+void Film::make_gif(const QString& folder, int pictures) {
+  jobs_.begin<int>(
+      Jobs::Purpose::film, tr("making the film"),
+      [folder, pictures](std::stop_token stop) {
+        const auto picture = [&](int number) {
+          return QImage(QDir(folder).filePath(QString("%1.png").arg(number, 5, 10, QChar('0'))));
+        };
+        GifFilm film(folder + "/film.gif", picture(0).size(), gif_hundredths);
+        for (int number = 0; number < pictures && !stop.stop_requested(); ++number) film.add(picture(number));
+        film.close();
+        return pictures;
+      },
+      [this, folder](int) { Q_EMIT said(tr("The film is %1/film.gif").arg(folder), false); },
+      [this](const QString& why) { Q_EMIT said(why, true); });
 }
 
 void Film::make_with_ffmpeg(const QString& ffmpeg, const QString& folder) {

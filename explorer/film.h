@@ -1,4 +1,4 @@
-// Film of a trace: one picture per moment, joined by ffmpeg if installed.
+// Film of a trace: one picture per moment, joined by ffmpeg if installed, else as a GIF.
 #pragma once
 
 #include <QImage>
@@ -30,6 +30,7 @@ class Film : public QObject {
 
  private:
   void make_with_ffmpeg(const QString& ffmpeg, const QString& folder);
+  void make_gif(const QString& folder, int pictures);
 
   Player& player_;
   Jobs& jobs_;

@@ -25,6 +25,7 @@
 #include <vtkTextProperty.h>
 
 #include <QComboBox>
+#include <QEvent>
 #include <QGuiApplication>
 #include <QHBoxLayout>
 #include <QHeaderView>
@@ -118,7 +119,6 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
     c.view->SetRenderWindow(c.window);
     c.view->SetInteractor(c.widget->interactor());
     c.view->GetScene()->AddItem(c.chart);
-    c.view->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
     c.chart->SetShowLegend(false);
     c.chart->SetTooltip(nullptr);  // its values are shares of the largest result, the axis is in newtons
     c.chart->SetForceAxesToBounds(true);
@@ -160,6 +160,7 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
   points->addWidget(table_);
   row->addLayout(points, 2);
   all->addLayout(row, 1);
+  color_chart();
   settle_.setSingleShot(true);
   settle_.setInterval(settle_ms);
   connect(&settle_, &QTimer::timeout, this, &FunctionEditor::chart_changed);
@@ -167,6 +168,25 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
 
 FunctionEditor::~FunctionEditor() {
   is_filling_ = true;  // ignore the chart's last events
+}
+
+void FunctionEditor::color_chart() {
+  if (!chart_) return;
+  const QColor ground = palette().color(QPalette::Base), ink = palette().color(QPalette::Text);
+  chart_->view->GetRenderer()->SetBackground(ground.redF(), ground.greenF(), ground.blueF());
+  for (const int axis : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
+    vtkAxis& one = *chart_->chart->GetAxis(axis);
+    one.GetPen()->SetColor(static_cast<unsigned char>(ink.red()), static_cast<unsigned char>(ink.green()),
+                           static_cast<unsigned char>(ink.blue()));
+    for (vtkTextProperty* text : {one.GetLabelProperties(), one.GetTitleProperties()})
+      text->SetColor(ink.redF(), ink.greenF(), ink.blueF());
+  }
+  if (chart_->widget->isVisible()) chart_->window->Render();
+}
+
+void FunctionEditor::changeEvent(QEvent* event) {
+  QWidget::changeEvent(event);
+  if (event->type() == QEvent::PaletteChange) color_chart();
 }
 
 void FunctionEditor::show_functions(const Shown& shown) {

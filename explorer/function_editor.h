@@ -54,8 +54,10 @@ class FunctionEditor : public QWidget {
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
+  void color_chart();
   struct Chart;
   void fill_table();
   bool lists_strength() const;

@@ -16,14 +16,16 @@ HelpSheet::HelpSheet(const QList<QAction*>& actions, QWidget* parent) : QDialog(
   };
   static constexpr Line mouse[] = {
       {"left drag on the surface", "touch it: the hand goes where the cursor is"},
-      {"wheel while touching", "press deeper, or less"},
+      {"left drag in a flow", "touch at the depth of the nearest line, or of the cross"},
+      {"wheel while touching", "press into the surface, or less"},
       {"left drag beside it, right drag", "turn the view"},
       {"middle drag, Shift + left drag", "move the view"},
       {"wheel", "nearer and farther"},
       {"in a slice: left drag", "touch within the slice"},
       {"in a slice: right drag", "window (across) and level (up and down)"},
       {"in a slice: wheel, Ctrl + wheel", "go through the slices, nearer and farther"},
-      {"in a slice: double click", "the value there"},
+      {"double click on a view", "make it large, and back"},
+      {"double click in a slice while a function is edited", "give its value to the nearest level"},
   };
   QString rows;
   for (const Line& line : mouse) rows += "<tr><td><b>" + tr(line.how) + "</b></td><td>" + tr(line.what) + "</td></tr>";

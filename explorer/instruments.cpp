@@ -20,6 +20,16 @@ constexpr double spectrum_s = 2.0;  // of force in the spectrum
 constexpr int pictures_per_spectrum = 8;
 constexpr int pictures_per_curve = 2;
 
+QString words_of(GuardState state) {
+  switch (state) {
+    case GuardState::pass: return Instruments::tr("on");
+    case GuardState::limited: return Instruments::tr("at its limit");
+    case GuardState::ramp: return Instruments::tr("coming");
+    case GuardState::falling: return Instruments::tr("going");
+    default: return name_of(state);
+  }
+}
+
 }  // namespace
 
 Instruments::Instruments(QWidget* parent)
@@ -44,6 +54,10 @@ Instruments::Instruments(QWidget* parent)
     label->setAlignment(Qt::AlignTop | Qt::AlignLeft);
   }
   guard_->setWordWrap(true);
+  QFont large = guard_->font();
+  large.setPointSizeF(1.2 * large.pointSizeF());
+  large.setBold(true);
+  guard_->setFont(large);
   times_->setAccessibleName(tr("Times of the loop"));
   guard_->setAccessibleName(tr("State of the guard"));
   energies_->setAccessibleName(tr("Energies"));
@@ -167,9 +181,13 @@ void Instruments::show_statistics(const LoopStatistics& statistics, const TickFr
                       .arg(statistics.ticks)
                       .arg(statistics.missed)
                       .arg(bound_m, 0, 'g', 2));
-  QString words = tr("guard: %1").arg(name_of(frame.command.guard));
+  QString words = tr("Force: %1, %2 N").arg(words_of(frame.command.guard)).arg(norm(frame.command.force_n), 0, 'f', 2);
   if (device_fault)
     words += QString(" – ") + device_fault;
+  else if (frame.command.cause == GuardCause::no_position)
+    words += tr(" – the hand was put elsewhere");
+  else if (frame.command.cause == GuardCause::panic)
+    words += tr(" – it was turned off");
   else if (frame.command.cause != GuardCause::none)
     words += QString(" – ") + format_cause(frame.command.cause);
   guard_->setText(words);

@@ -1,7 +1,7 @@
-// Status-bar entry of the running job, with a button that cancels it.
+// The running job, with a button that cancels it.
 #pragma once
 
-#include <QWidget>
+#include <QFrame>
 
 #include "explorer/jobs.h"
 
@@ -9,11 +9,12 @@ class QLabel;
 
 namespace palpa::explorer {
 
-/// Hidden while no job is running.
-class JobBar : public QWidget {
+/// Hidden while no job is running. In the middle of the window for the reading of data; in the status bar for other jobs.
+class JobBar : public QFrame {
   Q_OBJECT
  public:
-  explicit JobBar(Jobs& jobs);
+  enum class Shown { other_jobs, reading };
+  JobBar(Jobs& jobs, Shown shown);
 
  Q_SIGNALS:
   /// All running jobs were cancelled.
@@ -23,6 +24,7 @@ class JobBar : public QWidget {
   void show_job();
 
   Jobs& jobs_;
+  const Shown shown_;
   QLabel* words_;
 };
 

@@ -7,16 +7,17 @@
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFrame>
+#include <QGridLayout>
 #include <QGuiApplication>
-#include <QHBoxLayout>
 #include <QKeyEvent>
+#include <QLabel>
+#include <QMessageBox>
 #include <QScreen>
 #include <QScrollArea>
 #include <QStackedWidget>
 #include <QStandardPaths>
 #include <QStatusBar>
 #include <QTabWidget>
-#include <QVBoxLayout>
 #include <utility>
 
 #include "explorer/job_bar.h"
@@ -44,32 +45,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
   if (!restoreGeometry(settings_.window())) resize(QSize(1280, 840).boundedTo(screen.size() - QSize(0, title_bar_px)));
   setAcceptDrops(true);
 
-  pages_ = new QStackedWidget;
-  start_page_ = new StartPage;
-  auto* start = new QScrollArea;  // scrolls in a small window
-  start->setWidget(start_page_);
-  start->setWidgetResizable(true);
-  start->setFrameShape(QFrame::NoFrame);
-  pages_->addWidget(start);
-  views_ = new SceneViews(jobs_, options.has_opengl);
-  pages_->addWidget(views_);
-
-  message_ = new MessageBar;
-  auto* central = new QWidget;
-  auto* stack = new QVBoxLayout(central);
-  stack->setContentsMargins(0, 0, 0, 0);
-  stack->setSpacing(0);
-  stack->addWidget(message_);
-  stack->addWidget(pages_, 1);
-  setCentralWidget(central);
-
-  auto* job_bar = new JobBar(jobs_);
-  statusBar()->addPermanentWidget(job_bar);
-  connect(job_bar, &JobBar::cancelled, this, [this] {
-    // Cancelling the device or the replay falls back to the mouse.
-    if (document_.is_open() && !touch_.is_felt() && !player_->has_trace()) feel_with(nullptr, {});
-  });
-
+  make_pages();
   make_docks();
   make_actions();
   lead_hand_by_mouse();
@@ -80,15 +56,12 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
   connect(&document_, &Document::opened_another, this, [this] { opened(document_.opened()); });
   connect(&document_, &Document::changed, this, &MainWindow::scene_changed);
   connect(&document_, &Document::refused, this, [this](const QString& why) { say(why, true); });
-
   connect(views_, &SceneViews::said, this, [this](const QString& words, bool problem) { say(words, problem); });
-  connect(views_, &SceneViews::value_asked, this, [this](double value, const Vec3&) {
-    if (desk_->isVisible()) return desk_->give_value_to_level(value);
-    const SliceLook& look = views_->look();
-    say(tr("%1 here: %2 %3")
-            .arg(QString::fromStdString(look.name))
-            .arg(value, 0, 'g', 5)
-            .arg(QString::fromStdString(look.unit)));
+  connect(views_, &SceneViews::pointed, pointed_, &QLabel::setText);
+  connect(views_, &SceneViews::value_asked, desk_, [this](double value) { desk_->give_value_to_level(value); });
+  connect(desk_, &QDockWidget::visibilityChanged, views_, &SceneViews::pick_values);
+  connect(see_, &SeePanel::hidden_changed, this, [this](const std::set<std::size_t>& hidden) {
+    if (View3D* view = views_->view()) view->hide_layers(hidden);
   });
   connect(see_, &SeePanel::preset_chosen, this, [this](int number) {
     const Preset& preset = presets()[static_cast<std::size_t>(number)];
@@ -102,6 +75,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
   });
 
   start_page_->show_recent(settings_.recent());
+  if (const auto dark = settings_.dark()) set_dark(*dark);
   timer_.setInterval(frame_ms);
   timer_.setTimerType(Qt::PreciseTimer);
   connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
@@ -110,6 +84,45 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
 }
 
 MainWindow::~MainWindow() { touch_.end(); }
+
+void MainWindow::make_pages() {
+  pages_ = new QStackedWidget;
+  pages_->setObjectName("pages");
+  start_page_ = new StartPage;
+  auto* start = new QScrollArea;  // scrolls in a small window
+  start->setWidget(start_page_);
+  start->setWidgetResizable(true);
+  start->setFrameShape(QFrame::NoFrame);
+  pages_->addWidget(start);
+  views_ = new SceneViews(jobs_, options_.has_opengl);
+  pages_->addWidget(views_);
+  pages_->addWidget(new QWidget);  // while the first file is read
+
+  message_ = new MessageBar;
+  auto* central = new QWidget;
+  auto* over = new QGridLayout(central);  // message and progress lie over the pages, which do not move
+  over->setContentsMargins(0, 0, 0, 0);
+  over->addWidget(pages_, 0, 0);
+  over->addWidget(message_, 0, 0, Qt::AlignTop);
+  setCentralWidget(central);
+  pointed_ = new QLabel;
+  pointed_->setObjectName("pointed");
+  pointed_->setAccessibleName(tr("Position and values under the cursor"));
+  pointed_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);  // long words make no wide window
+  statusBar()->addWidget(pointed_, 1);
+  for (const JobBar::Shown shown : {JobBar::Shown::other_jobs, JobBar::Shown::reading}) {
+    auto* job_bar = new JobBar(jobs_, shown);
+    if (shown == JobBar::Shown::other_jobs)
+      statusBar()->addPermanentWidget(job_bar);
+    else
+      over->addWidget(job_bar, 0, 0, Qt::AlignCenter);
+    connect(job_bar, &JobBar::cancelled, this, [this] {
+      if (!document_.is_open()) pages_->setCurrentIndex(0);
+      // Cancelling the device or the replay falls back to the mouse.
+      if (document_.is_open() && !touch_.is_felt() && !player_->has_trace()) feel_with(nullptr, {});
+    });
+  }
+}
 
 void MainWindow::make_docks() {
   feel_ = new FeelPanel(document_);
@@ -145,6 +158,7 @@ void MainWindow::make_docks() {
     if (player_->has_trace()) views_->show_played(*player_, document_.scene().coupling().max_force_n);
   });
   replay_ = new Replay(*player_, jobs_, document_, options_.data_folders, this);
+  connect(player_, &Player::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(replay_, &Replay::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(replay_, &Replay::shown, this, [this] {
     player_dock_->show();
@@ -163,16 +177,7 @@ void MainWindow::make_docks() {
 }
 
 void MainWindow::lead_hand_by_mouse() {
-  connect(views_, &SceneViews::hold_began, this, [this](const Vec3& at_m, const Vec3& away) {
-    if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it and returns to your own hand."));
-    mouse_leads_ = true;
-    settings_.set_hint_seen();
-    // Far away: jump without contacts on the way; near: slide.
-    const Vec3 front_m = at_m - in_front_m * away;
-    if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
-    touch_.put_hand(front_m);
-    views_->forget_trail();
-  });
+  connect(views_, &SceneViews::hold_began, this, &MainWindow::touch_began);
   connect(views_, &SceneViews::hold_moved, this, [this](const Vec3& at_m, const Vec3& away, double depth_m) {
     led_away_ = away;
     if (mouse_leads_) touch_.lead_hand(at_m + depth_m * away);
@@ -183,6 +188,7 @@ void MainWindow::lead_hand_by_mouse() {
   });
   View3D* view = views_->view();
   if (!view) return;
+  connect(view, &View3D::draws, this, [this](bool on) { touch_.draws(on); });
   connect(view, &View3D::turned, this, [this, view] {
     if (LiveLoop* loop = touch_.loop(); loop && !touch_.is_by_mouse()) {
       const detail::View& seen = view->view();
@@ -190,6 +196,17 @@ void MainWindow::lead_hand_by_mouse() {
       loop->set_view_rotation(transposed(Mat3{{seen.right, seen.up, seen.towards}}));
     }
   });
+}
+
+void MainWindow::touch_began(const Vec3& at_m, const Vec3& away) {
+  if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it and returns to your own hand."));
+  mouse_leads_ = true;
+  hint_followed_ = true;
+  // Far away: jump without contacts on the way; near: slide.
+  const Vec3 front_m = at_m - in_front_m * away;
+  if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
+  touch_.put_hand(front_m);
+  views_->forget_trail();
 }
 
 void MainWindow::opened(const Opened& opened) {
@@ -202,6 +219,7 @@ void MainWindow::opened(const Opened& opened) {
     resizeDocks({scene_docks_[1]}, {210}, Qt::Vertical);
   }
   record_->setChecked(false);
+  hint_followed_ = false;
   views_->start(scene);
   say_of(opened);
   scene_changed();
@@ -248,6 +266,7 @@ void MainWindow::feel_with(std::unique_ptr<Device> device, const fs::path& out) 
     if (!out.empty()) begin_touch();  // continue without a recording
   }
   record_->setChecked(touch_.is_recorded());
+  show_recording();
 }
 
 void MainWindow::scene_changed() {
@@ -261,6 +280,7 @@ void MainWindow::scene_changed() {
   if (player_->has_trace()) replay_->feel_changed_scene();
   if (desk_->isVisible()) desk_->refresh();
   views_->draw_layers(scene);
+  name_modes();
   setWindowModified(!document_.undo().isClean());
 }
 
@@ -286,6 +306,7 @@ void MainWindow::tick() {
   if (moment.tick >= 0) views_->show_felt(moment, document_.scene().coupling().max_force_n, mouse_leads_);
   instruments_->update_from(touch_.samples());
   if (ticks_++ % 8 == 0) {
+    show_recording();
     LiveLoop& loop = *touch_.loop();
     const LiveView& seen = loop.latest();
     const LoopStatistics statistics = loop.statistics();
@@ -305,12 +326,20 @@ void MainWindow::tick() {
 
 QString MainWindow::format_hint() const {
   if (views_->awaits_surfaces()) return tr("The surfaces are being drawn; the slices can be touched.");
-  if (settings_.hint_seen()) return {};
-  return tr("Press on the surface and drag to feel it; the wheel presses deeper. Drag beside it to turn.");
+  if (hint_followed_) return {};
+  return views_->touches_surfaces()
+             ? tr("Press on the surface and drag to feel it; the wheel presses deeper. Drag beside it to turn.")
+             : tr("Press and drag to feel the flow, at the depth of the nearest line; the right button turns.");
+}
+
+bool MainWindow::is_anything_on() const {
+  const std::vector<SceneMode>& modes = document_.scene().modes();
+  return std::any_of(modes.begin(), modes.end(), [](const SceneMode& mode) { return mode.enabled; });
 }
 
 QString MainWindow::format_fault() {
   if (touch_.is_held()) return tr("Force off: press Space to turn it on");
+  if (!is_anything_on()) return tr("Nothing is on: turn a mode on under Feel (Ctrl+1)");
   LiveLoop* loop = touch_.loop();
   if (!loop) return {};
   const LiveView& seen = loop->latest();
@@ -326,18 +355,28 @@ QString MainWindow::format_fault() {
 }
 
 void MainWindow::record(bool on) {
-  if (!document_.is_open()) return record_->setChecked(false);
+  if (!document_.is_open()) {
+    say(tr("A recording needs a scene: open one."));
+    return record_->setChecked(false);
+  }
   if (!on) {
     const QString folder = QString::fromStdString(touch_.trace().string());
+    const fs::path trace = touch_.trace(), before = std::exchange(last_trace_, touch_.trace());
     const std::string lost = touch_.end();
-    lost.empty() ? say(tr("Recorded in %1").arg(folder)) : say(QString::fromStdString(lost), true);
+    remember(trace);
+    QList<MessageBar::Offer> offers{{tr("Open"), [this, trace] { open(trace); }}};
+    if (!before.empty()) offers.append({tr("Compare with the one before"), [this, trace, before] { open(before, trace); }});
+    lost.empty() ? say(tr("Recorded in %1").arg(folder), false, offers) : say(QString::fromStdString(lost), true, offers);
     return begin_touch();
   }
   begin_touch(settings_.new_trace(QFileInfo(document_.opened().title).completeBaseName()));
 }
 
 bool MainWindow::save(bool under_another_name) {
-  if (!document_.is_open()) return false;
+  if (!document_.is_open()) {
+    say(tr("There is no scene to save: open one."));
+    return false;
+  }
   fs::path file = document_.opened().scene_file;
   if (file.empty() || under_another_name) {
     const QString suggested = file.empty()
@@ -351,6 +390,8 @@ bool MainWindow::save(bool under_another_name) {
   try {
     document_.save(file);
     remember(file);
+    setWindowTitle(tr("%1[*] – Palpa").arg(QString::fromStdString(file.filename().string())));
+    setWindowModified(false);
     say(tr("Saved as %1").arg(QString::fromStdString(file.string())));
     return true;
   } catch (const std::exception& error) {
@@ -365,7 +406,7 @@ QImage MainWindow::picture() {
 }
 
 void MainWindow::screenshot() {
-  if (!document_.is_open()) return;
+  if (!document_.is_open()) return say(tr("A picture needs a scene: open one."));
   const QString file = settings_.new_picture();
   QDir().mkpath(QFileInfo(file).path());
   try {
@@ -408,25 +449,43 @@ void MainWindow::changeEvent(QEvent* event) {
   touch_.have_mouse(isActiveWindow());
 }
 
+bool MainWindow::may_close() {
+  if (!document_.is_open() || document_.undo().isClean()) return true;
+  QMessageBox question(QMessageBox::Question, tr("Palpa"),
+                       tr("The scene %1 has unsaved changes.").arg(document_.opened().title),
+                       QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
+  question.setDefaultButton(QMessageBox::Save);
+  switch (question.exec()) {
+    case QMessageBox::Save: return save(false);
+    case QMessageBox::Discard: document_.undo().setClean(); return true;
+    default: return false;
+  }
+}
+
+// Of a window that a program closes, and of a scene that another replaces.
+void MainWindow::keep_unsaved() {
+  if (!document_.is_open() || document_.undo().isClean()) return;
+  const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
+  QDir().mkpath(folder);
+  const QString file = folder + "/unsaved-" + QFileInfo(document_.opened().title).completeBaseName() + ".toml";
+  try {
+    detail::write_whole(file.toStdString(), document_.text(), detail::Existing::replaced);
+    std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", detail::sanitized(file.toStdString()).c_str());
+    remember(file.toStdString());
+  } catch (const LoadError& error) {
+    std::fprintf(stderr, "palpa-explorer: %s\n", detail::sanitized(error.what()).c_str());
+  }
+}
+
 void MainWindow::closeEvent(QCloseEvent* event) {
+  if (event->spontaneous() && !may_close()) return event->ignore();  // a person closes it
   // Stop the motors first.
   const std::string lost = touch_.end();
   if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", detail::sanitized(lost).c_str());
   timer_.stop();
+  present(false);
   settings_.set_window(saveGeometry());
-  // Save unsaved changes for the next start.
-  if (document_.is_open() && !document_.undo().isClean()) {
-    const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
-    QDir().mkpath(folder);
-    const QString file = folder + "/unsaved-" + QFileInfo(document_.opened().title).completeBaseName() + ".toml";
-    try {
-      detail::write_whole(file.toStdString(), document_.text(), detail::Existing::replaced);
-      std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", detail::sanitized(file.toStdString()).c_str());
-      remember(file.toStdString());
-    } catch (const LoadError& error) {
-      std::fprintf(stderr, "palpa-explorer: %s\n", detail::sanitized(error.what()).c_str());
-    }
-  }
+  keep_unsaved();
   event->accept();
 }
 

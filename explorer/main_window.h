@@ -23,6 +23,8 @@
 #include "explorer/touch.h"
 
 class QDockWidget;
+class QLabel;
+class QMenu;
 class QStackedWidget;
 
 namespace palpa::explorer {
@@ -47,12 +49,13 @@ class MainWindow : public QMainWindow {
   /// Shows a second trace beside the first.
   void compare_with(const std::filesystem::path& trace);
   /// True while a job reads or draws.
-  bool is_busy() const { return !jobs_.words().isEmpty(); }
+  bool is_busy() const { return !jobs_.words().isEmpty() || views_->is_drawing(); }
   /// For tests.
   View3D* view() { return views_->view(); }
   Touch& touch() { return touch_; }
   Document& document() { return document_; }
   Instruments& instruments() { return *instruments_; }
+  SceneViews& views() { return *views_; }
 
  protected:
   void dragEnterEvent(QDragEnterEvent* event) override;
@@ -62,7 +65,22 @@ class MainWindow : public QMainWindow {
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
+  void make_pages();
   void make_actions();
+  void make_file_actions();
+  void make_view_actions();
+  void make_layout_actions(QMenu* look);
+  void make_tool_bar();
+  void name_modes();
+  void make_recent(QMenu* menu);
+  bool may_close();
+  void keep_unsaved();
+  void set_dark(bool dark);
+  void present(bool on);
+  void picture_of_size();
+  void show_recording();
+  void touch_began(const Vec3& at_m, const Vec3& away);
+  bool is_anything_on() const;
   void make_docks();
   void lead_hand_by_mouse();
   QAction* action(const QString& words, const QKeySequence& keys, const QString& tip, const std::function<void()>& what);
@@ -110,6 +128,11 @@ class MainWindow : public QMainWindow {
   FunctionDesk* desk_;
   Film* film_;
   MessageBar* message_;
+  QLabel* pointed_;  ///< position and values under the cursor
+  QList<QAction*> mode_actions_, tools_;
+  QList<QWidget*> hidden_for_presenting_;
+  std::filesystem::path last_trace_;
+  bool hint_followed_ = false;  ///< in this scene
   QAction* record_ = nullptr;
   QAction* hold_ = nullptr;
   QTimer timer_;

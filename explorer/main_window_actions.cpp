@@ -1,15 +1,28 @@
 // Menus, tool bar and keys of the main window.
 #include <QAction>
+#include <QActionGroup>
 #include <QApplication>
+#include <QDialogButtonBox>
+#include <QDir>
 #include <QDockWidget>
 #include <QFileDialog>
+#include <QFileInfo>
+#include <QFormLayout>
+#include <QLineEdit>
 #include <QMenuBar>
+#include <QMessageBox>
+#include <QSpinBox>
 #include <QStackedWidget>
+#include <QStatusBar>
+#include <QStyle>
 #include <QToolBar>
 #include <QToolButton>
 
 #include "explorer/help_sheet.h"
 #include "explorer/main_window.h"
+#include "explorer/picture_file.h"
+#include "palpa/base/load_error.h"
+#include "palpa/version.h"
 
 namespace palpa::explorer {
 
@@ -26,33 +39,124 @@ QAction* MainWindow::action(const QString& words, const QKeySequence& keys, cons
   return made;
 }
 
-void MainWindow::make_actions() {
+void MainWindow::make_file_actions() {
   QMenu* file = menuBar()->addMenu(tr("&File"));
-  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  QMenu* look = menuBar()->addMenu(tr("&View"));
-  QMenu* feel = menuBar()->addMenu(tr("F&eel"));
-  QMenu* help = menuBar()->addMenu(tr("&Help"));
-
   const QList<QAction*> opening = make_opening_actions();
   QAction* open_file = opening.front();
   QAction* save_scene = action(tr("&Save scene"), QKeySequence::Save, tr("Save the scene"), [this] { save(false); });
+  open_file->setIcon(style()->standardIcon(QStyle::SP_DialogOpenButton));
+  save_scene->setIcon(style()->standardIcon(QStyle::SP_DialogSaveButton));
   file->addActions(opening);
+  QMenu* recent = file->addMenu(tr("&Recent"));
+  recent->setObjectName("recent");
+  connect(recent, &QMenu::aboutToShow, this, [this, recent] { make_recent(recent); });
   file->addAction(save_scene);
   file->addAction(action(tr("Save scene &as …"), QKeySequence("Ctrl+Shift+S"), tr("Save the scene under another name"),
                          [this] { save(true); }));
   file->addAction(action(tr("Save a &picture"), QKeySequence("Ctrl+P"), tr("Save the view as PNG"), [this] { screenshot(); }));
+  file->addAction(action(tr("Save a picture of a si&ze …"), QKeySequence("Ctrl+Shift+P"),
+                         tr("Save the view as PNG of a chosen size and name"), [this] { picture_of_size(); }));
   file->addAction(action(tr("&Start page"), QKeySequence("Ctrl+Home"), tr("The scenes that come with Palpa"),
                          [this] { pages_->setCurrentIndex(0); }));
   file->addSeparator();
-  file->addAction(action(tr("&Quit"), QKeySequence("Ctrl+Q"), tr("End Palpa"), [this] { this->close(); }));
+  file->addAction(action(tr("&Quit"), QKeySequence("Ctrl+Q"), tr("End Palpa"), [this] {
+    if (may_close()) close();
+  }));
+  tools_ = {open_file, save_scene};
+}
+
+void MainWindow::make_recent(QMenu* menu) {
+  menu->clear();
+  for (const QString& file : settings_.recent())
+    menu->addAction(QDir::toNativeSeparators(file), this, [this, file] { open(file.toStdString()); });
+  if (menu->isEmpty()) menu->addAction(tr("No file yet"))->setEnabled(false);
+}
+
+void MainWindow::make_actions() {
+  make_file_actions();
+  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
+  make_view_actions();
+  QMenu* feel = menuBar()->addMenu(tr("F&eel"));
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
 
   QAction* undo = document_.undo().createUndoAction(this, tr("Undo"));
   undo->setShortcut(QKeySequence::Undo);
   QAction* redo = document_.undo().createRedoAction(this, tr("Redo"));
   redo->setShortcut(QKeySequence::Redo);
+  undo->setIcon(style()->standardIcon(QStyle::SP_ArrowBack));
+  redo->setIcon(style()->standardIcon(QStyle::SP_ArrowForward));
   edit->addAction(undo);
   edit->addAction(redo);
+  tools_ << undo << redo;
 
+  hold_ = action(tr("Force &off"), QKeySequence("Space"), tr("Turn the force off and on"), [this] {
+    touch_.is_held() ? touch_.resume() : touch_.panic();
+    hold_->setChecked(touch_.is_held());
+  });
+  hold_->setCheckable(true);
+  record_ = action(tr("&Record"), QKeySequence("R"), tr("Record a trace"), [this] { record(record_->isChecked()); });
+  record_->setCheckable(true);
+  feel->addAction(hold_);
+  feel->addAction(record_);
+  feel->addSeparator();
+  feel->addAction(action(tr("Simulated &hand"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes the surface"), [this] {
+    if (document_.is_open()) play({.trace = {}, .description = "sim:stroke"});
+  }));
+  feel->addAction(action(tr("&Recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
+    if (!document_.is_open()) return;
+    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.folder());
+    if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString()});
+  }));
+  feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
+                         tr("Show a second trace beside the one that is open"), [this] {
+                           if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
+                           const QString header = QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
+                                                                               settings_.folder(), tr("Traces (trace.toml)"));
+                           if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
+                         }));
+  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
+    if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
+  }));
+  QAction* film = action(tr("&Film"), QKeySequence("Ctrl+F"), tr("Make a film of the trace, as PNG pictures and with ffmpeg"),
+                         [this] { film_->is_under_way() ? film_->end() : film_->begin(settings_.new_film()); });
+  film->setCheckable(true);
+  connect(film_, &Film::ended, film, [film] { film->setChecked(false); });
+  feel->addAction(film);
+  feel->addAction(action(tr("Next &event"), QKeySequence("N"), tr("Go to the next event of the trace"),
+                         [this] { player_->step_to_event(1); }));
+  feel->addAction(action(tr("Pre&vious event"), QKeySequence("B"), tr("Go to the previous event of the trace"),
+                         [this] { player_->step_to_event(-1); }));
+  feel->addAction(action(tr("Back to my &hand"), QKeySequence("Escape"), tr("Leave the trace: back to your own hand"), [this] {
+    if (!player_->has_trace()) return;
+    player_dock_->hide();
+    if (player_->has_trace()) stop_playing();
+  }));
+  feel->addSeparator();
+  for (int number = 0; number < 9; ++number) {
+    mode_actions_ << action({}, QKeySequence(QString("Ctrl+%1").arg(number + 1)), tr("Turn a mode on or off"), [this, number] {
+      if (!document_.is_open() || document_.scene().modes().size() <= static_cast<std::size_t>(number)) return;
+      const std::string name = document_.scene().modes()[static_cast<std::size_t>(number)].name;
+      document_.edit(tr("turn %1 on or off").arg(QString::fromStdString(name)), -1,
+                     [&](Scene& scene) { scene.edit_mode(name, [](SceneMode& mode) { mode.enabled = !mode.enabled; }); });
+    });
+    mode_actions_.last()->setCheckable(true);
+    mode_actions_.last()->setVisible(false);
+    feel->addAction(mode_actions_.last());
+  }
+  help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse actions"),
+                         [this] { (new HelpSheet(actions(), this))->show(); }));
+
+  help->addAction(action(tr("&About Palpa"), {}, tr("Version and licence"), [this] {
+    QMessageBox::about(this, tr("About Palpa"),
+                       tr("Palpa %1\nTouch volumetric data by haptics.\nLicence: Apache 2.0. Manual: palpa explore --help, and "
+                          "docs/explorer.md.")
+                           .arg(version));
+  }));
+  make_tool_bar();
+}
+
+void MainWindow::make_view_actions() {
+  QMenu* look = menuBar()->addMenu(tr("&View"));
   View3D* view = views_->view();
   const auto from = [view](double x, double y, double z) {
     if (view) view->look_from({x, y, z}, std::abs(y) > 0.9 ? Vec3{0, 0, -y} : Vec3{0, 1, 0});
@@ -89,75 +193,161 @@ void MainWindow::make_actions() {
     if (!view) return;
     view->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view->stereo()) + 1) % 3));
   }));
-  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("Full screen"),
-                         [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); }));
+  make_layout_actions(look);
   for (QDockWidget* dock : findChildren<QDockWidget*>()) look->addAction(dock->toggleViewAction());
+}
 
-  hold_ = action(tr("Force &off"), QKeySequence("Space"), tr("Turn the force off and on"), [this] {
-    touch_.is_held() ? touch_.resume() : touch_.panic();
-    hold_->setChecked(touch_.is_held());
+void MainWindow::make_layout_actions(QMenu* look) {
+  look->addSeparator();
+  struct Layout {
+    const char* words;
+    SceneViews::Layout layout;
+  };
+  for (const Layout& one : {Layout{QT_TR_NOOP("Slices &beside"), SceneViews::Layout::slices_beside},
+                            Layout{QT_TR_NOOP("Slices be&low"), SceneViews::Layout::slices_below},
+                            Layout{QT_TR_NOOP("&Without slices"), SceneViews::Layout::without_slices},
+                            Layout{QT_TR_NOOP("Slices al&one"), SceneViews::Layout::slices_alone}})
+    look->addAction(
+        action(tr(one.words), {}, tr("Layout of the views"), [this, one] { views_->set_layout_of_views(one.layout); }));
+  look->addAction(
+      action(tr("Next la&yout"), QKeySequence("L"), tr("Next layout of the views; a double click enlarges one"), [this] {
+        const int next = (static_cast<int>(views_->layout_of_views()) + 1) % 4;
+        views_->set_layout_of_views(static_cast<SceneViews::Layout>(next));
+      }));
+  look->addSeparator();
+  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("The views alone, on the full screen"),
+                         [this] { present(!isFullScreen()); }));
+  look->addAction(action(tr("&Dark"), {}, tr("Dark or light colours"),
+                         [this] { set_dark(palette().color(QPalette::Window).lightness() >= 128); }));
+}
+
+void MainWindow::make_tool_bar() {
+  const auto disc = [](const QColor& color, bool square) {
+    QPixmap sign(16, 16);
+    sign.fill(Qt::transparent);
+    QPainter painter(&sign);
+    painter.setRenderHint(QPainter::Antialiasing);
+    painter.setPen(Qt::NoPen);
+    painter.setBrush(color);
+    square ? painter.drawRect(2, 2, 12, 12) : painter.drawEllipse(2, 2, 12, 12);
+    return QIcon(sign);
+  };
+  record_->setIcon(disc(QColor(200, 30, 20), false));
+  hold_->setIcon(disc(Qt::white, true));
+  auto* pointer = new QActionGroup(this);
+  QAction* touch = action(tr("&Touch"), {}, tr("A left drag on the surface touches it"), [this] {
+    if (views_->view()) views_->view()->set_turning(false);
   });
-  hold_->setCheckable(true);
-  record_ = action(tr("&Record"), QKeySequence("R"), tr("Record a trace"), [this] { record(record_->isChecked()); });
-  record_->setCheckable(true);
-  feel->addAction(hold_);
-  feel->addAction(record_);
-  feel->addSeparator();
-  feel->addAction(action(tr("Play a &stroke"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes the surface"), [this] {
-    if (document_.is_open()) play({.trace = {}, .description = "sim:stroke"});
-  }));
-  feel->addAction(action(tr("Play a &recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
-    if (!document_.is_open()) return;
-    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.folder());
-    if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString()});
-  }));
-  feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
-                         tr("Show a second trace beside the one that is open"), [this] {
-                           if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
-                           const QString header = QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
-                                                                               settings_.folder(), tr("Traces (trace.toml)"));
-                           if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
-                         }));
-  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
-    if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
-  }));
-  QAction* film = action(tr("&Film"), QKeySequence("Ctrl+F"), tr("Make a film of the trace, as PNG pictures and with ffmpeg"),
-                         [this] { film_->is_under_way() ? film_->end() : film_->begin(settings_.new_film()); });
-  film->setCheckable(true);
-  connect(film_, &Film::ended, film, [film] { film->setChecked(false); });
-  feel->addAction(film);
-  feel->addAction(action(tr("Next &break-through"), QKeySequence("N"), tr("Go to the next break-through of the trace"),
-                         [this] { player_->step_to_event(1); }));
-  feel->addAction(action(tr("Pre&vious break-through"), QKeySequence("B"), tr("Go to the previous break-through"),
-                         [this] { player_->step_to_event(-1); }));
-  feel->addAction(action(tr("Back to my &hand"), QKeySequence("Escape"), tr("Leave the trace: back to your own hand"), [this] {
-    if (!player_->has_trace()) return;
-    player_dock_->hide();
-    if (player_->has_trace()) stop_playing();
-  }));
-  feel->addSeparator();
-  for (int number = 1; number <= 9; ++number) {
-    feel->addAction(action(tr("Mode %1 on and off").arg(number), QKeySequence(QString("Ctrl+%1").arg(number)),
-                           tr("Turn a mode on or off"), [this, number] {
-                             if (!document_.is_open() || document_.scene().modes().size() < static_cast<std::size_t>(number))
-                               return;
-                             const std::string name = document_.scene().modes()[static_cast<std::size_t>(number - 1)].name;
-                             document_.edit(tr("turn %1 on or off").arg(QString::fromStdString(name)), -1, [&](Scene& scene) {
-                               scene.edit_mode(name, [](SceneMode& mode) { mode.enabled = !mode.enabled; });
-                             });
-                           }));
+  QAction* turn = action(tr("T&urn"), {}, tr("A left drag turns the view, on the surface, too"), [this] {
+    if (views_->view()) views_->view()->set_turning(true);
+  });
+  touch->setObjectName("touch");
+  turn->setObjectName("turn");
+  for (QAction* one : {touch, turn}) {
+    one->setCheckable(true);
+    pointer->addAction(one);
   }
-  help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse actions"),
-                         [this] { (new HelpSheet(actions(), this))->show(); }));
-
+  touch->setChecked(true);
+  action(tr("Touch or turn"), QKeySequence("T"), tr("A left drag touches, or turns the view"),
+         [touch, turn] { (touch->isChecked() ? turn : touch)->trigger(); });
   auto* bar = addToolBar(tr("Main"));
   bar->setObjectName("main_bar");
   bar->setMovable(false);
-  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
-  for (QAction* one : {open_file, save_scene, undo, redo}) bar->addAction(one);
+  bar->setIconSize({18, 18});
+  bar->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  for (QAction* one : tools_) bar->addAction(one);
+  bar->addSeparator();
+  bar->addAction(touch);
+  bar->addAction(turn);
   bar->addSeparator();
   bar->addAction(record_);
   bar->addAction(hold_);
+  // The safety action stands out.
+  bar->widgetForAction(hold_)->setStyleSheet(
+      "QToolButton { background: #b02a14; color: white; font-weight: bold; border-radius: 4px; padding: 3px 10px; }"
+      "QToolButton:checked { background: #5c1a0c; }");
+  bar->widgetForAction(record_)->setObjectName("record_button");
+}
+
+void MainWindow::name_modes() {
+  const std::vector<SceneMode>& modes = document_.scene().modes();
+  for (int number = 0; number < mode_actions_.size(); ++number) {
+    const bool is_there = static_cast<std::size_t>(number) < modes.size();
+    mode_actions_[number]->setVisible(is_there);
+    if (!is_there) continue;
+    mode_actions_[number]->setText(QString::fromStdString(modes[static_cast<std::size_t>(number)].name));
+    mode_actions_[number]->setChecked(modes[static_cast<std::size_t>(number)].enabled);
+  }
+}
+
+void MainWindow::show_recording() {
+  const bool on = touch_.is_recorded();
+  const int seconds = on ? static_cast<int>(touch_.moment().t_s) : 0;
+  const QString words = on ? tr("Recording %1:%2").arg(seconds / 60).arg(seconds % 60, 2, 10, QChar('0')) : tr("&Record");
+  if (words == record_->text()) return;
+  record_->setText(words);
+  if (QWidget* button = findChild<QWidget*>("record_button"))
+    button->setStyleSheet(on ? "QToolButton { color: #c81e14; font-weight: bold; }" : "");
+}
+
+void MainWindow::present(bool on) {
+  if (on == isFullScreen()) return;
+  if (on) {
+    for (QWidget* widget : QList<QWidget*>{menuBar(), statusBar(), findChild<QToolBar*>("main_bar")})
+      hidden_for_presenting_ << widget;
+    for (QDockWidget* dock : findChildren<QDockWidget*>())
+      if (dock->isVisible()) hidden_for_presenting_ << dock;
+  }
+  for (QWidget* widget : hidden_for_presenting_) widget->setVisible(!on);
+  if (!on) hidden_for_presenting_.clear();
+  setWindowState(on ? windowState() | Qt::WindowFullScreen : windowState() & ~Qt::WindowFullScreen);
+}
+
+void MainWindow::set_dark(bool dark) {
+  QPalette colors = dark ? QPalette(QColor(53, 53, 58), QColor(40, 40, 44)) : QPalette(QColor(239, 239, 239));
+  if (dark) {
+    colors.setColor(QPalette::Base, QColor(30, 30, 34));
+    colors.setColor(QPalette::AlternateBase, QColor(44, 44, 48));
+    colors.setColor(QPalette::Link, QColor(120, 180, 255));
+  }
+  QApplication::setPalette(colors);
+  settings_.set_dark(dark);
+}
+
+void MainWindow::picture_of_size() {
+  View3D* view = views_->view();
+  if (!document_.is_open() || !view) return say(tr("A picture needs a scene: open one."));
+  QDialog dialog(this);
+  dialog.setWindowTitle(tr("Save a picture"));
+  auto* form = new QFormLayout(&dialog);
+  auto* width = new QSpinBox;
+  auto* height = new QSpinBox;
+  for (QSpinBox* box : {width, height}) {
+    box->setRange(100, 7680);
+    box->setSuffix(tr(" pixels"));
+  }
+  width->setObjectName("picture_width");
+  height->setObjectName("picture_height");
+  width->setValue(2 * view->width());
+  height->setValue(2 * view->height());
+  auto* file = new QLineEdit(settings_.new_picture());
+  file->setObjectName("picture_file");
+  file->setMinimumWidth(360);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Save | QDialogButtonBox::Cancel);
+  connect(buttons, &QDialogButtonBox::accepted, &dialog, &QDialog::accept);
+  connect(buttons, &QDialogButtonBox::rejected, &dialog, &QDialog::reject);
+  form->addRow(tr("Width"), width);
+  form->addRow(tr("Height"), height);
+  form->addRow(tr("File"), file);
+  form->addRow(buttons);
+  if (dialog.exec() != QDialog::Accepted) return;
+  QDir().mkpath(QFileInfo(file->text()).path());
+  try {
+    save_picture(view->picture({width->value(), height->value()}), file->text());
+    say(tr("Saved %1").arg(file->text()));
+  } catch (const LoadError& error) {
+    say(QString::fromUtf8(error.what()), true);
+  }
 }
 
 }  // namespace palpa::explorer

@@ -4,6 +4,7 @@
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QMimeData>
+#include <QStackedWidget>
 #include <algorithm>
 
 #include "explorer/main_window.h"
@@ -53,21 +54,27 @@ void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
 }
 
 void MainWindow::open(const Wanted& wanted) {
+  if (!document_.is_open()) pages_->setCurrentIndex(2);
   jobs_.begin<Found>(
       Jobs::Purpose::open, tr("reading %1").arg(name_of(wanted.paths.front())),
       [wanted, folders = options_.data_folders](std::stop_token stop) { return open_or_ask(wanted, folders, stop); },
       [this, wanted](Found found) {
         if (!found.opened) return choose(found.to_choose, wanted, [this](const Wanted& chosen) { open(chosen); });
+        keep_unsaved();
         remember(wanted.paths.front());
         message_->hide();
         document_.open(std::move(*found.opened));
       },
-      [this](const QString& why) { say(why, true); });
+      [this](const QString& why) {
+        if (!document_.is_open()) pages_->setCurrentIndex(0);
+        say(why, true);
+      });
 }
 
 void MainWindow::say_of(const Opened& opened) {
   QStringList words = opened.notes;
   for (const std::string& warning : opened.loaded.warnings) words << QString::fromStdString(warning);
+  if (!options_.has_opengl) words << tr("No OpenGL 3.2: slices only. On Debian, the package libgl1-mesa-dri brings it.");
   QList<MessageBar::Offer> offers;
   if (!opened.beside.empty()) {
     words << tr("%1 lies beside it and may show where the flow is.").arg(name_of(opened.beside));
@@ -82,6 +89,9 @@ void MainWindow::choose(const FileContents& contents, const Wanted& wanted, cons
   auto* chooser = new PartChooser(contents, wanted, this);
   chooser->setAttribute(Qt::WA_DeleteOnClose);
   connect(chooser, &QDialog::accepted, this, [chooser, then] { then(chooser->chosen()); });
+  connect(chooser, &QDialog::rejected, this, [this] {
+    if (!document_.is_open()) pages_->setCurrentIndex(0);
+  });
   chooser->open();
 }
 

@@ -153,6 +153,28 @@ void paint_moment(QPainter& painter, const detail::View& view, const Moment& mom
   ball(painter, proxy, 7.0, QColor(22, 22, 28), Qt::white);
 }
 
+void paint_ghost(QPainter& painter, const detail::View& view, const Vec3& at_m) {
+  const QPointF at = on_screen(view, at_m);
+  painter.setBrush(QColor(22, 22, 28, 70));
+  painter.setPen(QPen(QColor(255, 255, 255, 220), 2.2));
+  painter.drawEllipse(at, 7.0, 7.0);
+  painter.setPen(QPen(QColor(22, 22, 28, 220), 1.0));
+  painter.drawEllipse(at, 8.2, 8.2);
+}
+
+QString coordinate_words(int axis, double at_m, bool medical, double world_per_hand) {
+  // A hand's reach is about 0.2 m.
+  struct Unit {
+    const char* name;
+    double per_m;
+  };
+  const Unit unit = world_per_hand < 10.0 ? Unit{"mm", 1e3} : world_per_hand < 1e4 ? Unit{"m", 1.0} : Unit{"km", 1e-3};
+  static constexpr const char* plain[] = {"x", "y", "z"};
+  const QString name = medical ? name_of_direction(axis, at_m < 0.0, true) : QString(plain[axis]);
+  const double value = unit.per_m * (medical ? std::abs(at_m) : at_m);
+  return QString("%1 %2 %3").arg(name).arg(std::abs(value) < 0.05 ? 0.0 : value, 0, 'f', 1).arg(unit.name);
+}
+
 void paint_words(QPainter& painter, const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink,
                  const QColor& ground) {
   const QFontMetricsF metrics(painter.font());
@@ -248,7 +270,7 @@ void paint_explanations(QPainter& painter, const QRect& area, std::span<const de
     width = std::max(width, metrics.horizontalAdvance(QString::fromStdString(entry.words)) + 2.2 * em);
   for (const detail::ColorBar& bar : bars)
     width = std::max(width, metrics.horizontalAdvance(QString::fromStdString(bar.title)) + em);
-  const double height = 0.8 * em + 1.25 * em * static_cast<double>(legend.size()) + 9.3 * em * static_cast<double>(bars.size());
+  const double height = 0.8 * em + 1.25 * em * static_cast<double>(legend.size()) + 9.6 * em * static_cast<double>(bars.size());
   painter.setPen(Qt::NoPen);
   painter.setBrush(ground);
   painter.drawRoundedRect(QRectF(area.right() - width - 0.9 * em, area.top(), width + 0.6 * em, height), 4, 4);
@@ -269,7 +291,7 @@ void paint_explanations(QPainter& painter, const QRect& area, std::span<const de
     y += 0.5 * em;
     painter.setPen(ink);
     painter.drawText(QRectF(area.left(), y, right - area.left(), em), Qt::AlignRight, QString::fromStdString(bar.title));
-    y += 1.2 * em;
+    y += 1.5 * em;
     const double bar_height = 7.0 * em;
     QLinearGradient shades(0, y + bar_height, 0, y);
     const double span = bar.map.high() - bar.map.low();

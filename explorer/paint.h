@@ -44,6 +44,11 @@ void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, 
 /// Legend and colour bars at the right edge.
 void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground);
+/// Coordinate of the world, in the unit that fits scenes of this scale: "S 12.3 mm" or "z 12.3 mm".
+/// \param world_per_hand  [1] world metres per hand metre
+QString coordinate_words(int axis, double at_m, bool medical, double world_per_hand);
+/// Semi-transparent proxy where a press would touch.
+void paint_ghost(QPainter& painter, const detail::View& view, const Vec3& at_m);
 /// Text with a contrasting outline, legible on any background.
 void paint_rimmed(QPainter& painter, const QRectF& box, int flags, const QString& words, const QColor& ink);
 /// Text on a filled background.

@@ -1,5 +1,6 @@
 #include "explorer/panel.h"
 
+#include <QColorDialog>
 #include <QEvent>
 #include <QGroupBox>
 #include <QLabel>
@@ -7,7 +8,9 @@
 #include <QPushButton>
 #include <QScrollBar>
 #include <algorithm>
+#include <cmath>
 
+#include "explorer/linked_levels.h"
 #include "explorer/paint.h"
 #include "explorer/presets.h"
 #include "palpa/mode/plugin.h"
@@ -23,6 +26,61 @@ int key_of(std::size_t part, std::size_t row) { return static_cast<int>(1000 * (
 /// "surface and friction" of "surface_and_friction".
 QString format_type(std::string_view type) {
   return QString::fromUtf8(type.data(), static_cast<int>(type.size())).replace('_', ' ');
+}
+
+/// Adds a mode with default inputs: fields, the first of the right kind; a level, in the middle of the values. The user sets
+/// the strength.
+void add_to(Scene& scene, const Mode& mode) {
+  const std::string type(mode.type());
+  std::string name = type;
+  for (int number = 2; scene.find_mode(name); ++number) name = type + "_" + std::to_string(number);
+  Mode fresh = mode;
+  const Visit part = [&](ParameterVisitor& v) { fresh.visit(v); };
+  const std::vector<std::string> fields = field_names(scene);
+  const std::vector<ParameterRow> rows = rows_of(part);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const bool scalar = rows[i].info.kind == ParameterKind::scalar_field;
+    if (!scalar && rows[i].info.kind != ParameterKind::vector_field) continue;
+    const auto fits = [&](const std::string& field) { return (scene.field({field}).field->components() == 1) == scalar; };
+    if (const auto field = std::find_if(fields.begin(), fields.end(), fits); field != fields.end())
+      set_row(part, i, FieldRef{*field});
+  }
+  for (const ParameterListSize& list : lists_of(part))
+    if (list.name == "level" && list.size == 0) append_to(part, list.name);
+  const std::vector<ParameterRow> filled = rows_of(part);
+  std::string field;
+  for (std::size_t i = 0; i < filled.size(); ++i) {
+    if (const auto* ref = std::get_if<FieldRef>(&filled[i].value); ref && field.empty()) field = ref->name;
+    if (filled[i].info.kind != ParameterKind::level || field.empty()) continue;
+    const ValueRange extent = scene.field({field}).field->value_ranges()[0];
+    set_row(part, i, 0.5 * (extent.min + extent.max));
+  }
+  for (std::size_t i = 0; i < filled.size(); ++i)
+    if (filled[i].info.name == "strength_n" && filled[i].group.empty() && !fresh.problem().empty())
+      set_row(part, i, Strength(0.5));
+  scene.add(name, fresh);
+}
+
+std::function<std::string(const std::string&)> units_of(const Scene& scene) {
+  return [&scene](const std::string& field) {
+    try {
+      return scene.field({field}).unit;
+    } catch (const std::exception&) {  // a field that is being typed
+      return std::string();
+    }
+  };
+}
+
+/// "Only where speed > 0.1 …" of a mask.
+QString words_of_mask(const Mask& mask) {
+  const QString name = QString::fromStdString(mask.of.name);
+  const auto& points = mask.curve.points();
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if ((points[i - 1].result < 0.5) == (points[i].result < 0.5)) continue;
+    const double middle = 0.5 * (points[i - 1].value + points[i].value);
+    return FeelPanel::tr("Only where %1 %2 %3 …").arg(name, points[i].result < 0.5 ? "<" : ">").arg(middle, 0, 'g', 3);
+  }
+  return FeelPanel::tr("Only where %1 …").arg(name);
 }
 
 }  // namespace
@@ -80,48 +138,27 @@ void Panel::remove_sections() {
 }
 
 FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, parent), coupling_(new ParameterForm) {
+  auto* firmness = new QHBoxLayout;
+  struct Step {
+    const char* name;
+    const char* words;
+    double factor;
+  };
+  for (const Step& step : {Step{"softer", QT_TR_NOOP("Softer"), 0.8}, Step{"firmer", QT_TR_NOOP("Firmer"), 1.25}}) {
+    auto* button = new QPushButton(tr(step.words));
+    button->setObjectName(step.name);
+    button->setAutoRepeat(true);
+    button->setToolTip(tr("Multiplies all strengths by %1").arg(step.factor));
+    connect(button, &QPushButton::clicked, this, [this, factor = step.factor] { scale(factor); });
+    firmness->addWidget(button);
+  }
+  column_->addLayout(firmness);
+  sections_at_ = 1;
   auto* add = new QPushButton(tr("Add a mode"));
   add->setObjectName("add_mode");
   auto* menu = new QMenu(add);
-  const ModeCatalog modes = modes_with({});
-  for (const Mode& mode : modes.modes()) {
-    const std::string type(mode.type());
-    QAction* action = menu->addAction(format_type(type));
-    action->setToolTip(QString::fromUtf8(mode.summary().data(), static_cast<int>(mode.summary().size())));
-    connect(action, &QAction::triggered, this, [this, mode, type] {
-      document_.edit(tr("add %1").arg(format_type(type)), -1, [&](Scene& scene) {
-        std::string name = type;
-        for (int number = 2; scene.find_mode(name); ++number) name = type + "_" + std::to_string(number);
-        Mode fresh = mode;
-        // Default fields: first of the right kind; level in the middle of the values. The user sets the strength.
-        const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
-        for (std::size_t i = 0; i < rows.size(); ++i) {
-          const bool scalar = rows[i].info.kind == ParameterKind::scalar_field;
-          if (!scalar && rows[i].info.kind != ParameterKind::vector_field) continue;
-          for (const std::string& field : field_names(scene)) {
-            if ((scene.field({field}).field->components() == 1) != scalar) continue;
-            set_row([&](ParameterVisitor& v) { fresh.visit(v); }, i, FieldRef{field});
-            break;
-          }
-        }
-        for (const ParameterListSize& list : lists_of([&](ParameterVisitor& v) { fresh.visit(v); }))
-          if (list.name == "level" && list.size == 0) append_to([&](ParameterVisitor& v) { fresh.visit(v); }, list.name);
-        const std::vector<ParameterRow> filled = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
-        std::string field;
-        for (std::size_t i = 0; i < filled.size(); ++i) {
-          if (const auto* ref = std::get_if<FieldRef>(&filled[i].value); ref && field.empty()) field = ref->name;
-          if (filled[i].info.kind != ParameterKind::level || field.empty()) continue;
-          const ValueRange extent = scene.field({field}).field->value_ranges()[0];
-          set_row([&](ParameterVisitor& v) { fresh.visit(v); }, i, 0.5 * (extent.min + extent.max));
-        }
-        const std::vector<ParameterRow> last = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
-        for (std::size_t i = 0; i < last.size(); ++i)
-          if (last[i].info.name == "strength_n" && last[i].group.empty() && !fresh.problem().empty())
-            set_row([&](ParameterVisitor& v) { fresh.visit(v); }, i, Strength(0.5));
-        scene.add(name, fresh);
-      });
-    });
-  }
+  menu->setToolTipsVisible(true);
+  connect(menu, &QMenu::aboutToShow, this, [this, menu] { list_modes(menu); });
   add->setMenu(menu);
   column_->addWidget(add);
   auto* coupling = new QGroupBox(tr("Coupling and force limit"));
@@ -137,6 +174,38 @@ FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, pare
                   [&](auto& options) { set_row([&](ParameterVisitor& v) { visit_part(options, v); }, row, value); });
             });
           });
+}
+
+void FeelPanel::list_modes(QMenu* menu) {
+  menu->clear();
+  if (!document_.is_open()) return;
+  int others = 0;
+  const ModeCatalog modes = modes_with({});
+  for (const Mode& mode : modes.modes()) {
+    try {
+      Scene scene = document_.scene();
+      add_to(scene, mode);
+      scene.check();
+    } catch (const std::exception&) {
+      ++others;
+      continue;
+    }
+    const QString type = format_type(mode.type());
+    QAction* action = menu->addAction(type);
+    action->setToolTip(QString::fromUtf8(mode.summary().data(), static_cast<int>(mode.summary().size())));
+    connect(action, &QAction::triggered, this,
+            [this, mode, type] { document_.edit(tr("add %1").arg(type), -1, [&](Scene& scene) { add_to(scene, mode); }); });
+  }
+  if (others > 0) menu->addAction(tr("%1 more need other fields (palpa modes)").arg(others))->setEnabled(false);
+}
+
+void FeelPanel::scale(double factor) {
+  document_.edit(factor > 1.0 ? tr("firmer") : tr("softer"), factor > 1.0 ? 900'010 : 900'011, [&](Scene& scene) {
+    const std::vector<SceneMode> modes = scene.modes();
+    for (const SceneMode& mode : modes)
+      scene.edit_mode(mode.name,
+                      [&](SceneMode& scaled) { scale_strengths([&](ParameterVisitor& v) { scaled.mode.visit(v); }, factor); });
+  });
 }
 
 void FeelPanel::build() {
@@ -182,14 +251,14 @@ void FeelPanel::build() {
     }
     for (std::size_t mask = 0; mask < scene.modes()[number].masks.size(); ++mask) {
       const QString of = QString::fromStdString(scene.modes()[number].masks[mask].of.name);
-      auto* open = new QPushButton(tr("Mask …"));
+      auto* open = new QPushButton(words_of_mask(scene.modes()[number].masks[mask]));
       open->setToolTip(tr("Restricted by the value of %1").arg(of));
       open->setAccessibleName(tr("Mask %1 of mode %2").arg(mask + 1).arg(words));
       connect(open, &QPushButton::clicked, this, [this, number, mask] { Q_EMIT mask_asked(number, mask); });
-      buttons->addWidget(open);
+      static_cast<QVBoxLayout*>(section.box->layout())->addWidget(open);
     }
     auto* add_mask = new QToolButton;
-    add_mask->setText(tr("+ mask"));
+    add_mask->setText(tr("+ condition"));
     add_mask->setToolTip(tr("Restrict the mode by a field's value"));
     add_mask->setAccessibleName(tr("Add a mask to mode %1").arg(words));
     connect(add_mask, &QToolButton::clicked, this, [this, name, number] {
@@ -230,7 +299,7 @@ void FeelPanel::refresh() {
     build();
     built_ = names;
   }
-  const FormContext context{field_names(scene), scene.coupling().max_force_n};
+  const FormContext context{field_names(scene), scene.coupling().max_force_n, true, units_of(scene)};
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
     sections_[i].box->setChecked(mode.enabled);
@@ -240,7 +309,7 @@ void FeelPanel::refresh() {
                          CouplingOptions copy = scene.coupling();
                          visit_part(copy, v);
                        }),
-                       context);
+                       FormContext{{}, scene.coupling().max_force_n});
 }
 
 SeePanel::SeePanel(Document& document, QWidget* parent) : Panel(document, parent), presets_(new QComboBox) {
@@ -254,6 +323,10 @@ SeePanel::SeePanel(Document& document, QWidget* parent) : Panel(document, parent
   });
   column_->addWidget(presets_);
   sections_at_ = 1;
+  connect(&document_, &Document::opened_another, this, [this] {
+    hidden_.clear();
+    Q_EMIT hidden_changed(hidden_);
+  });
   auto* add = new QPushButton(tr("Add a layer"));
   connect(add, &QPushButton::clicked, this, [this] {
     document_.edit(tr("add layer"), -1, [](Scene& scene) {
@@ -269,10 +342,106 @@ SeePanel::SeePanel(Document& document, QWidget* parent) : Panel(document, parent
   column_->addStretch();
 }
 
+SeePanel::SurfaceRow SeePanel::surface_row(std::size_t number) {
+  SurfaceRow made;
+  made.row = new QWidget;
+  made.color = new QToolButton;
+  made.color->setAccessibleName(tr("Colour of layer %1").arg(number + 1));
+  made.color->setToolTip(tr("Colour"));
+  made.opacity = new QSlider(Qt::Horizontal);
+  made.opacity->setRange(0, 100);
+  made.opacity->setObjectName(QString("opacity_%1").arg(number));
+  made.opacity->setAccessibleName(tr("Opacity of layer %1").arg(number + 1));
+  made.opacity->setToolTip(tr("Opacity"));
+  made.link = new QCheckBox;
+  made.link->setObjectName(QString("link_%1").arg(number));
+  made.link->setToolTip(tr("Linked: felt and seen at one value"));
+  connect(made.color, &QToolButton::clicked, this, [this, number] {
+    const std::vector<ViewLayer> layers = detail::layers_of(document_.scene());
+    const detail::SurfaceStyle look = detail::surface_style(document_.scene(), layers, number, true);
+    auto* dialog = new QColorDialog(to_qt(look.color), this);
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    dialog->setWindowTitle(tr("Colour of the layer"));
+    connect(dialog, &QColorDialog::colorSelected, this, [this, number](const QColor& chosen) {
+      color(number, tr("colour"), [&](ViewLayer::ColorPoint& point) { point.color = chosen.name().toStdString(); });
+    });
+    dialog->open();
+  });
+  connect(made.opacity, &QSlider::valueChanged, this, [this, number](int percent) {
+    color(number, tr("opacity"), [&](ViewLayer::ColorPoint& point) { point.opacity = 0.01 * percent; });
+  });
+  connect(made.link, &QCheckBox::clicked, this, [this, number](bool on) { link(number, on); });
+  auto* looks = new QHBoxLayout;
+  looks->addWidget(made.color);
+  looks->addWidget(new QLabel(tr("opacity")));
+  looks->addWidget(made.opacity, 1);
+  auto* all = new QVBoxLayout(made.row);
+  all->setContentsMargins(4, 0, 4, 0);
+  all->addLayout(looks);
+  all->addWidget(made.link);
+  return made;
+}
+
+void SeePanel::color(std::size_t number, const QString& what, const std::function<void(ViewLayer::ColorPoint&)>& change) {
+  document_.edit(what, key_of(700 + number, 0), [&](Scene& scene) {
+    scene.layers = detail::layers_of(scene);
+    if (number >= scene.layers.size()) return;
+    const detail::SurfaceStyle look = detail::surface_style(scene, scene.layers, number, true);
+    ViewLayer::ColorPoint point{look.level, to_qt(look.color).name().toStdString(), look.opacity};
+    change(point);
+    scene.layers[number].colors = {point};
+  });
+}
+
+void SeePanel::link(std::size_t number, bool on) {
+  on ? document_.loose_layers.erase(number) : document_.loose_layers.insert(number).second;
+  if (on) {
+    document_.edit(tr("link"), -1, [&](Scene& scene) {
+      scene.layers = detail::layers_of(scene);
+      if (const auto felt = level_of(scene, scene.layers.at(number))) scene.layers[number].level = felt->value;
+    });
+  }
+  refresh();
+}
+
+void SeePanel::show_surface(std::size_t number, const std::vector<ViewLayer>& layers) {
+  const SurfaceRow& row = surfaces_[number];
+  const Scene& scene = document_.scene();
+  row.row->setVisible(layers[number].show == ViewLayer::Show::surface);
+  if (layers[number].show != ViewLayer::Show::surface) return;
+  const detail::SurfaceStyle look = detail::surface_style(scene, layers, number, true);
+  QPixmap swatch(16, 16);
+  swatch.fill(to_qt(look.color));
+  row.color->setIcon(swatch);
+  const QSignalBlocker quiet(row.opacity);
+  row.opacity->setValue(static_cast<int>(std::lround(100.0 * look.opacity)));
+  const auto felt = level_of(scene, layers[number]);
+  row.link->setVisible(felt.has_value());
+  if (!felt) return;
+  const bool whole = felt->value == *layers[number].level && !document_.loose_layers.contains(number);
+  row.link->setChecked(whole);
+  const QString name = QString::fromStdString(felt->name.empty() ? felt->mode : felt->name);
+  row.link->setText(whole ? tr("linked to what is felt: %1").arg(name)
+                          : tr("not linked: seen at %1, %2 felt at %3").arg(*layers[number].level).arg(name).arg(felt->value));
+  row.link->setStyleSheet(whole ? "" : "QCheckBox { color: #c2410c; font-weight: bold; }");
+}
+
 void SeePanel::build(std::size_t layers) {
   remove_sections();
+  surfaces_.clear();
+  hidden_.clear();
+  Q_EMIT hidden_changed(hidden_);
   for (std::size_t number = 0; number < layers; ++number) {
     const Section section = add_section(tr("Layer %1").arg(number + 1));
+    section.box->setCheckable(true);
+    section.box->setObjectName(QString("layer_%1").arg(number));
+    section.box->setAccessibleName(tr("Layer %1, shown or hidden").arg(number + 1));
+    connect(section.box, &QGroupBox::clicked, this, [this, number](bool on) {
+      on ? hidden_.erase(number) : hidden_.insert(number).second;
+      Q_EMIT hidden_changed(hidden_);
+    });
+    surfaces_.push_back(surface_row(number));
+    section.box->layout()->addWidget(surfaces_.back().row);
     connect(section.form, &ParameterForm::changed, this,
             [this, number](const QString& what, std::size_t row, const ParameterRow::Value& value) {
               document_.edit(what, key_of(500 + number, row), [&](Scene& scene) {
@@ -292,6 +461,7 @@ void SeePanel::build(std::size_t layers) {
         if (scene.layers.size() < 2) throw SceneError("view: one layer has to stay; change what it shows instead");
         scene.layers.erase(scene.layers.begin() + static_cast<std::ptrdiff_t>(number));
       });
+      document_.loose_layers.clear();  // their indices have changed
     });
     buttons->addWidget(colors);
     buttons->addStretch();
@@ -306,9 +476,15 @@ void SeePanel::refresh() {
   const Scene& scene = document_.scene();
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
   if (layers.size() != built_) build(layers.size());
-  const FormContext context{field_names(scene), scene.coupling().max_force_n};
+  const FormContext context{field_names(scene), scene.coupling().max_force_n, false, units_of(scene)};
   for (std::size_t i = 0; i < layers.size(); ++i) {
     ViewLayer copy = layers[i];
+    try {
+      sections_[i].box->setTitle(QString::fromStdString(detail::layer_words(scene, layers, i)));
+      show_surface(i, layers);
+    } catch (const std::exception&) {  // a field that is being typed
+    }
+    sections_[i].box->setChecked(!hidden_.contains(i));
     sections_[i].form->show_rows(rows_of([&](ParameterVisitor& v) { visit_part(copy, v); }), context);
   }
 }

@@ -1,16 +1,21 @@
 // Side panels: parameters of modes (feel) and of layers (see).
 #pragma once
 
+#include <QCheckBox>
 #include <QComboBox>
 #include <QScrollArea>
+#include <QSlider>
 #include <QToolButton>
 #include <QVBoxLayout>
+#include <functional>
+#include <set>
 #include <vector>
 
 #include "explorer/document.h"
 #include "explorer/parameter_form.h"
 
 class QGroupBox;
+class QMenu;
 
 namespace palpa::explorer {
 
@@ -55,11 +60,13 @@ class FeelPanel : public Panel {
 
  private:
   void build();
+  void list_modes(QMenu* menu);
+  void scale(double factor);
   std::vector<std::string> built_;
   ParameterForm* coupling_;
 };
 
-/// Layers with their settings; presets.
+/// Layers with their settings, each shown or hidden, its level linked to the felt one; presets.
 class SeePanel : public Panel {
   Q_OBJECT
  public:
@@ -69,11 +76,27 @@ class SeePanel : public Panel {
  Q_SIGNALS:
   void colors_asked(std::size_t layer);
   void preset_chosen(int preset);
+  /// Layers that are not shown, by their indices in the scene's.
+  void hidden_changed(const std::set<std::size_t>& hidden);
 
  private:
+  /// Controls of a surface beside its parameters.
+  struct SurfaceRow {
+    QWidget* row = nullptr;
+    QToolButton* color = nullptr;
+    QSlider* opacity = nullptr;
+    QCheckBox* link = nullptr;
+  };
   void build(std::size_t layers);
+  SurfaceRow surface_row(std::size_t number);
+  void show_surface(std::size_t number, const std::vector<ViewLayer>& layers);
+  void link(std::size_t number, bool on);
+  void color(std::size_t number, const QString& what, const std::function<void(ViewLayer::ColorPoint&)>& change);
+
   QComboBox* presets_;
   std::size_t built_ = 0;
+  std::vector<SurfaceRow> surfaces_;
+  std::set<std::size_t> hidden_;
 };
 
 }  // namespace palpa::explorer

@@ -9,6 +9,7 @@
 #include <QLineEdit>
 #include <QPushButton>
 #include <QSlider>
+#include <QToolButton>
 #include <QWheelEvent>
 #include <algorithm>
 #include <cmath>
@@ -63,34 +64,82 @@ void ParameterForm::show_rows(const std::vector<ParameterRow>& rows, const FormC
     built_ = shape;
   }
   for (std::size_t i = 0; i < rows.size(); ++i) setters_[i](rows[i].value);
+  for (const auto& [group, title] : titles_) {
+    std::string words = group;
+    for (const ParameterRow& row : rows)
+      if (const auto* name = std::get_if<std::string>(&row.value); name && row.group == group && row.info.name == "name")
+        if (!name->empty()) words = *name;
+    title->setText("<b>" + QString::fromStdString(words).toHtmlEscaped() + "</b>");
+  }
   is_showing_ = false;
 }
 
 void ParameterForm::build(const std::vector<ParameterRow>& rows, const FormContext& context) {
   while (layout_->rowCount() > 0) layout_->removeRow(0);
   setters_.clear();
+  folded_.clear();
+  titles_.clear();
+  std::size_t basic = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) basic += is_basic(rows, i);
+  const bool folds = context.folds && basic > 0 && basic + 2 < rows.size();
   std::string group;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const ParameterRow& row = rows[i];
-    if (row.group != group) {
-      group = row.group;
+    const bool folded = folds && !is_basic(rows, i);
+    if (rows[i].group != group) {
+      group = rows[i].group;
       // A row after a list belongs to the mode itself.
-      auto* title = new QLabel("<b>" + (group.empty() ? tr("whole mode") : words(group)).toHtmlEscaped() + "</b>");
+      auto* title = new QLabel("<b>" + tr("All levels").toHtmlEscaped() + "</b>");
+      if (!group.empty()) titles_.emplace_back(group, title);
       layout_->addRow(title);
+      if (folded && group.empty()) folded_.push_back(title);
     }
-    QWidget* editor = editor_of(row, i, context);
-    const NamedUnit named = named_unit(row.info.name);
-    // friction_n and friction_ns_per_m differ only in their units.
-    const bool is_alone = std::count_if(rows.begin(), rows.end(), [&](const ParameterRow& other) {
-                            return other.group == row.group && named_unit(other.info.name).name == named.name;
-                          }) == 1;
-    auto* label = new QLabel(QString::fromStdString(is_alone ? named.name : named.name + " / " + named.unit));
-    for (QWidget* widget : {static_cast<QWidget*>(label), editor}) widget->setToolTip(words(row.info.sentence));
-    editor->setAccessibleName((row.group.empty() ? QString() : words(row.group) + " ") + label->text());
-    editor->setAccessibleDescription(words(row.info.sentence));
-    label->setBuddy(editor);
-    layout_->addRow(label, editor);
+    add_row(rows, i, context, folded);
   }
+  if (!folded_.empty()) {
+    auto* more = new QToolButton;
+    more->setCheckable(true);
+    more->setAutoRaise(true);
+    more->setObjectName("more");
+    more->setToolTip(tr("All parameters"));
+    connect(more, &QToolButton::toggled, this, &ParameterForm::show_more);
+    layout_->addRow(more);
+    more->setChecked(more_);
+  }
+  show_more(more_);
+}
+
+void ParameterForm::show_more(bool on) {
+  more_ = on;
+  for (QWidget* widget : folded_) widget->setVisible(on);
+  if (auto* more = findChild<QToolButton*>("more")) more->setText(on ? tr("▾ Less") : tr("▸ More"));
+}
+
+void ParameterForm::add_row(const std::vector<ParameterRow>& rows, std::size_t number, const FormContext& context,
+                            bool folded) {
+  const ParameterRow& row = rows[number];
+  QWidget* editor = editor_of(row, number, context);
+  const NamedUnit named = named_unit(row.info.name);
+  const QString named_words = QString::fromStdString(words_of_parameter(row.info.name));
+  // Parameters of one name differ only in their units.
+  const bool is_alone = std::count_if(rows.begin(), rows.end(), [&](const ParameterRow& other) {
+                          return other.group == row.group && words_of_parameter(other.info.name) == named_words.toStdString();
+                        }) == 1;
+  auto* label = new QLabel(is_alone ? named_words : named_words + " / " + QString::fromStdString(named.unit));
+  for (QWidget* widget : {static_cast<QWidget*>(label), editor}) widget->setToolTip(words(row.info.sentence));
+  editor->setAccessibleName((row.group.empty() ? QString() : words(row.group) + " ") + label->text());
+  editor->setAccessibleDescription(words(row.info.sentence));
+  label->setBuddy(editor);
+  layout_->addRow(label, editor);
+  if (auto* box = editor->findChild<QDoubleSpinBox*>(); box && context.unit_of) {
+    const auto field = std::find_if(rows.begin(), rows.end(),
+                                    [](const ParameterRow& one) { return std::holds_alternative<FieldRef>(one.value); });
+    const bool is_level = row.info.kind == ParameterKind::level || row.info.name == "level";
+    if (is_level && field != rows.end()) {
+      const std::string unit = context.unit_of(std::get<FieldRef>(field->value).name);
+      if (!unit.empty()) box->setSuffix(" " + QString::fromStdString(unit));
+    }
+  }
+  if (folded) folded_.insert(folded_.end(), {label, editor});
 }
 
 QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t number, double value, const FormContext& context) {
@@ -104,7 +153,7 @@ QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t numbe
   if (!named.unit.empty()) box->setSuffix(" " + QString::fromStdString(named.unit));
   box->setObjectName(QString("box_%1").arg(number));
   both->setFocusProxy(box);
-  box->setMaximumWidth(104);
+  box->setMaximumWidth(92);
   line->addWidget(box, 2);
   const QString what = QString::fromStdString(named.name);
   const auto tell = [this, row, number, what](double now) {
@@ -132,10 +181,10 @@ QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t numbe
     line->addWidget(slider, 3);
   }
   if (row.info.kind == ParameterKind::strength) {
-    auto* function = new QPushButton(tr("ƒ"));
+    auto* function = new QPushButton(tr("By value …"));
     function->setToolTip(tr("Make the strength a function of a field's value"));
     function->setAccessibleName(tr("%1 as a function of a field").arg(what));
-    function->setMaximumWidth(28);
+    function->setMaximumWidth(function->fontMetrics().horizontalAdvance(function->text()) + 16);
     function->setObjectName(QString("function_%1").arg(number));
     connect(function, &QPushButton::clicked, this, [this, number] { Q_EMIT function_asked(number); });
     line->addWidget(function);
@@ -158,12 +207,16 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
     if (strength->is_constant()) return number_editor(row, number, strength->constant_n, context);
     auto* button = new QPushButton;
     button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
-    button->setStyleSheet("text-align: left; padding: 3px 6px");
     button->setObjectName(QString("function_%1").arg(number));
     connect(button, &QPushButton::clicked, this, [this, number] { Q_EMIT function_asked(number); });
     setters_.push_back([button](const ParameterRow::Value& given) {
       const auto& function = std::get<Strength>(given);
-      button->setText(tr("by %1 …").arg(QString::fromStdString(function.of.name)));
+      const auto& points = function.curve.points();
+      const bool grows = !points.empty() && points.back().result > points.front().result;
+      const bool falls = !points.empty() && points.back().result < points.front().result;
+      QString name = QString::fromStdString(function.of.name);
+      if (name.startsWith("magnitude(")) name = "|" + name.mid(10).chopped(1) + "|";
+      button->setText((grows ? tr("Grows with %1 …") : falls ? tr("Falls with %1 …") : tr("By %1 …")).arg(name));
       button->setToolTip(tr("A function of %1 with %2 points; click to edit it")
                              .arg(QString::fromStdString(function.of.name))
                              .arg(function.curve.points().size()));
@@ -203,7 +256,7 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
   }
   if (std::holds_alternative<ParameterRow::Choice>(row.value)) {
     auto* box = new QComboBox;
-    for (const std::string& choice : row.choices) box->addItem(words(choice));
+    for (const std::string& choice : row.choices) box->addItem(words(words_of_choice(row.info.name, choice)));
     connect(box, qOverload<int>(&QComboBox::activated), this,
             [this, number, what](int index) { Q_EMIT changed(what, number, ParameterRow::Choice{index}); });
     setters_.push_back(

@@ -9,6 +9,7 @@
 #include "explorer/parameter_rows.h"
 
 class QFormLayout;
+class QLabel;
 
 namespace palpa::explorer {
 
@@ -16,6 +17,9 @@ namespace palpa::explorer {
 struct FormContext {
   std::vector<std::string> fields;
   double largest_n = 10.0;  ///< [N] end of a strength's slider
+  bool folds = false;       ///< only basic rows at first
+  /// Unit of a field's values, for levels; empty: none.
+  std::function<std::string(const std::string& field)> unit_of{};
 };
 
 /// One row per parameter, with unit, range and description.
@@ -36,7 +40,13 @@ class ParameterForm : public QWidget {
   QWidget* editor_of(const ParameterRow& row, std::size_t number, const FormContext& context);
   QWidget* number_editor(const ParameterRow& row, std::size_t number, double value, const FormContext& context);
 
+  void add_row(const std::vector<ParameterRow>& rows, std::size_t number, const FormContext& context, bool folded);
+  void show_more(bool on);
+
   QFormLayout* layout_;
+  std::vector<QWidget*> folded_;                         ///< hidden until More
+  std::vector<std::pair<std::string, QLabel*>> titles_;  ///< by group
+  bool more_ = false;
   std::string built_;
   std::vector<std::function<void(const ParameterRow::Value&)>> setters_;
   bool is_showing_ = false;

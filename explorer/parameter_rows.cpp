@@ -85,6 +85,51 @@ void append_to(const Visit& part, const std::string& list) {
   part(walk);
 }
 
+bool is_basic(const std::vector<ParameterRow>& rows, std::size_t row) {
+  const ParameterRow& one = rows[row];
+  const bool has_list = std::any_of(rows.begin(), rows.end(), [](const ParameterRow& other) { return !other.group.empty(); });
+  if (one.info.kind == ParameterKind::level || std::holds_alternative<FieldRef>(one.value)) return true;
+  if (one.group.empty() && has_list) return false;
+  return one.info.name == "strength_n" || (one.group.empty() && one.info.name == "drag_ns_per_m");
+}
+
+void scale_strengths(const Visit& part, double factor) {
+  const std::vector<ParameterRow> rows = rows_of(part);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    if (const auto* strength = std::get_if<Strength>(&rows[row].value)) {
+      Strength scaled(factor * strength->constant_n);
+      if (!strength->is_constant()) {
+        std::vector<TransferFunction::Point> points = strength->curve.points();
+        for (TransferFunction::Point& point : points) point.result *= factor;
+        scaled = Strength(strength->of, TransferFunction(std::move(points), factor * strength->curve.outside()));
+      }
+      set_row(part, row, scaled);
+    } else if (const auto* number = std::get_if<double>(&rows[row].value); number && rows[row].info.name == "drag_ns_per_m") {
+      set_row(part, row, factor * *number);
+    }
+  }
+}
+
+std::string words_of_parameter(std::string_view parameter) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 7> known{
+      {{"friction_n", "dry friction"},
+       {"friction_ns_per_m", "viscous friction"},
+       {"friction_coefficient", "Coulomb friction"},
+       {"parts", "pieces"},
+       {"strength_n", "how firm"},
+       {"value", "where"},
+       {"show", "shown as"}}};
+  for (const auto& [name, words] : known)
+    if (parameter == name) return std::string(words);
+  return named_unit(parameter).name;
+}
+
+std::string words_of_choice(std::string_view parameter, const std::string& choice) {
+  if (parameter == "solid") return choice == "high" ? "where the value is above" : "where the value is below";
+  if (parameter == "parts") return choice == "large" ? "large ones" : choice;
+  return choice;
+}
+
 NamedUnit named_unit(std::string_view parameter) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 12> units{{{"_ns_per_m", "N·s/m"},
                                                                                         {"_n_per_m", "N/m"},

@@ -43,6 +43,16 @@ std::vector<ParameterListSize> lists_of(const Visit& part);
 /// Appends an item with default values to a list.
 void append_to(const Visit& part, const std::string& list);
 
+/// True for rows that show at first: fields, levels, and one strength or drag; the others are under "More".
+bool is_basic(const std::vector<ParameterRow>& rows, std::size_t row);
+/// Multiplies all strengths and drags of a part by `factor` [1].
+void scale_strengths(const Visit& part, double factor);
+
+/// What the window calls a parameter, without its unit: "dry friction" of "friction_n".
+std::string words_of_parameter(std::string_view parameter);
+/// What the window calls a choice of a parameter: "large ones" of "large" of "parts".
+std::string words_of_choice(std::string_view parameter, const std::string& choice);
+
 /// "friction", and its unit "N", of "friction_n".
 struct NamedUnit {
   std::string name, unit;

@@ -8,6 +8,7 @@
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "palpa/loop/loop.h"
 #include "palpa/study/recording.h"
@@ -42,6 +43,12 @@ QToolButton* button(QStyle::StandardPixmap sign, const QString& name) {
   made->setAccessibleName(name);
   made->setAutoRaise(true);
   return made;
+}
+
+QString words_of_event(const std::string& kind) {
+  if (kind == name_of(SessionEventKind::onset)) return Player::tr("contact");
+  if (kind == name_of(SessionEventKind::break_through)) return Player::tr("break-through");
+  return QString::fromStdString(kind);
 }
 
 }  // namespace
@@ -124,8 +131,8 @@ Player::Player(QWidget* parent)
   bar_->setAccessibleName(tr("Time"));
   play_->setCheckable(true);
   play_->setObjectName("play");
-  auto* before = button(QStyle::SP_MediaSkipBackward, tr("The previous break-through"));
-  auto* after = button(QStyle::SP_MediaSkipForward, tr("The next break-through"));
+  auto* before = button(QStyle::SP_MediaSkipBackward, tr("Previous event"));
+  auto* after = button(QStyle::SP_MediaSkipForward, tr("Next event"));
   after->setObjectName("next_event");
   connect(play_, &QToolButton::toggled, this, &Player::play);
   connect(before, &QToolButton::clicked, this, [this] { step_to_event(-1); });
@@ -210,27 +217,43 @@ void Player::seek(double t_s) {
 }
 
 void Player::step_to_event(int direction) {
-  if (!first_) return;
+  if (!first_) return Q_EMIT said(tr("Events are those of a trace: open one, or play a hand (Ctrl+T)."), false);
   const FeltTrace::Event* best = nullptr;
+  std::map<std::string, int> kinds;
   for (const FeltTrace::Event& event : first_->events) {
-    if (event.kind != name_of(SessionEventKind::break_through)) continue;
+    ++kinds[event.kind];
     const double t_s = first_->rows[event.row].t_s;
     if (direction > 0 && t_s > at_s_ + 1e-6 && !best) best = &event;
     if (direction < 0 && t_s < at_s_ - 1e-6) best = &event;
   }
-  if (best) seek(first_->rows[best->row].t_s);
+  if (best) {
+    seek(first_->rows[best->row].t_s);
+    return Q_EMIT said(tr("%1: %2").arg(words_of_event(best->kind), QString::fromStdString(best->subject)), false);
+  }
+  QStringList words;
+  for (const auto& [kind, count] : kinds) words << QString("%1 × %2").arg(count).arg(words_of_event(kind));
+  Q_EMIT said(kinds.empty()   ? tr("This trace has no event.")
+              : direction > 0 ? tr("No event after this; the trace has %1.").arg(words.join(", "))
+                              : tr("No event before this; the trace has %1.").arg(words.join(", ")),
+              false);
 }
 
 void Player::show_time() {
   plot_->clear_marks();
   for (const FeltTrace::Event& event : first_->events)
-    if (event.kind == name_of(SessionEventKind::break_through))
-      plot_->mark(first_->rows[event.row].t_s, QColor(204, 121, 167, 150));
+    plot_->mark(first_->rows[event.row].t_s, event.kind == name_of(SessionEventKind::break_through)
+                                                 ? QColor(204, 121, 167, 170)
+                                                 : QColor(128, 128, 128, 70));
   plot_->mark(at_s_, palette().color(QPalette::Highlight));
   plot_->draw();
   QString words =
       tr("%1 s of %2 s, %3 N").arg(at_s_, 0, 'f', 3).arg(duration_s_, 0, 'f', 2).arg(norm(moment().command_n), 0, 'f', 2);
-  if (const std::optional<Moment> other = other_moment()) words += tr(" beside %1 N").arg(norm(other->command_n), 0, 'f', 2);
+  if (const std::optional<Moment> other = other_moment())
+    words = tr("%1 s of %2 s, first %3 N, second %4 N")
+                .arg(at_s_, 0, 'f', 3)
+                .arg(duration_s_, 0, 'f', 2)
+                .arg(norm(moment().command_n), 0, 'f', 2)
+                .arg(norm(other->command_n), 0, 'f', 2);
   words_->setText(words);
 }
 

@@ -59,6 +59,7 @@ class Player : public QWidget {
   /// Advances the clock by `dt_s` [s].
   void pass(double dt_s);
   void play(bool on);
+  /// Goes to the next (1) or previous (-1) event of any kind; says which, or which there are.
   void step_to_event(int direction);
   void seek(double t_s);
   double at_s() const { return at_s_; }
@@ -74,6 +75,7 @@ class Player : public QWidget {
 
  Q_SIGNALS:
   void moved();
+  void said(const QString& words, bool is_problem);
 
  protected:
   bool eventFilter(QObject* watched, QEvent* event) override;

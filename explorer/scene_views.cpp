@@ -1,5 +1,9 @@
 #include "explorer/scene_views.h"
 
+#include <QEvent>
+#include <QHBoxLayout>
+#include <QVBoxLayout>
+
 #include "explorer/drawing.h"
 #include "explorer/panel.h"
 #include "palpa/data/timed_field.h"
@@ -11,6 +15,7 @@ namespace palpa::explorer {
 namespace {
 
 constexpr std::size_t trail_points = 400;
+constexpr int finer_after_ms = 150;  // from a preview to the fine drawing. Longer: it comes late; shorter: begun while dragging
 constexpr double trail_step_m = 2e-4;
 constexpr double jump_m = 0.03;  // more than the mouse leads a hand between two pictures: the hand was moved
 // Streamlines near the proxy: radius, count, and proxy motion before the next update.
@@ -19,18 +24,30 @@ constexpr std::size_t flow_lines = 10;
 
 bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
 
-/// First vector field of the scene, at its start; null: none.
-FieldPtr flow_of(const Scene& scene) {
-  for (const std::string& name : field_names(scene)) {
-    const FieldPtr field = scene.field({name}).field;
-    if (field->components() == 3) return detail::in_hand_frame(frozen(field, scene.time().at(0.0)), scene.hand_to_world());
-  }
-  return nullptr;
+/// First vector field of the scene; empty: none.
+std::string name_of_flow(const Scene& scene) {
+  for (const std::string& name : field_names(scene))
+    if (scene.field({name}).field->components() == 3) return name;
+  return {};
+}
+
+QComboBox* slice_box(const QString& name, const QString& tip) {
+  auto* box = new QComboBox;
+  box->setObjectName(name);
+  box->setAccessibleName(tip);
+  box->setToolTip(tip);
+  box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  box->setMinimumContentsLength(6);
+  return box;
 }
 
 }  // namespace
 
-SceneViews::SceneViews(Jobs& jobs, bool has_opengl) : QSplitter(Qt::Horizontal), jobs_(jobs) {
+SceneViews::SceneViews(Jobs& jobs, bool has_opengl)
+    : QSplitter(Qt::Horizontal),
+      jobs_(jobs),
+      fields_(slice_box("slice_field", tr("Field that the slices show"))),
+      windows_(slice_box("slice_window", tr("Window of values, from black to white"))) {
   if (has_opengl) {
     view_ = new View3D;
     view_->set_dark(is_dark(palette()));
@@ -38,39 +55,142 @@ SceneViews::SceneViews(Jobs& jobs, bool has_opengl) : QSplitter(Qt::Horizontal),
     connect(view_, &View3D::hold_began, this, &SceneViews::hold_began);
     connect(view_, &View3D::hold_moved, this, &SceneViews::hold_moved);
     connect(view_, &View3D::hold_ended, this, &SceneViews::hold_ended);
+    connect(view_, &View3D::enlarge_asked, this, [this] { enlarge(view_); });
+    connect(view_, &View3D::pointed, this, [this](const Vec3& at_m) { Q_EMIT pointed(words_at(at_m)); });
+    connect(view_, &View3D::pointed_nowhere, this, [this] { Q_EMIT pointed({}); });
   }
-  auto* column = new QSplitter(has_opengl ? Qt::Vertical : Qt::Horizontal);
-  for (int axis = 2; axis >= 0; --axis) {
-    auto* slice = new SliceView(axis);
-    slices_[static_cast<std::size_t>(axis)] = slice;
-    column->addWidget(slice);
-    connect(slice, &SliceView::hold_began, this, &SceneViews::hold_began);
-    connect(slice, &SliceView::hold_moved, this, &SceneViews::hold_moved);
-    connect(slice, &SliceView::hold_ended, this, &SceneViews::hold_ended);
-    connect(slice, &SliceView::value_asked, this, &SceneViews::value_asked);
-    connect(slice, &SliceView::cross_moved, this, [this](const Vec3& at_m) {
-      for (SliceView* other : slices_) other->set_cross(at_m);
-    });
-    connect(slice, &SliceView::window_dragged, this, [this](double low, double high) {
-      look_.low = low;
-      look_.high = high;
-      for (SliceView* other : slices_) other->set_look(look_);
-    });
-  }
-  addWidget(column);
+  make_slices(has_opengl);
+  finer_.setSingleShot(true);
+  finer_.setInterval(finer_after_ms);
+  connect(&finer_, &QTimer::timeout, this, [this] { draw(false); });
   setStretchFactor(0, 3);
   setStretchFactor(1, 1);
   if (has_opengl) setSizes({660, 240});
 }
 
+void SceneViews::make_slices(bool has_opengl) {
+  column_ = new QWidget;
+  cuts_ = new QSplitter(has_opengl ? Qt::Vertical : Qt::Horizontal);
+  auto* boxes = new QHBoxLayout;
+  boxes->addWidget(fields_, 1);
+  boxes->addWidget(windows_, 1);
+  auto* all = new QVBoxLayout(column_);
+  all->setContentsMargins(0, 0, 0, 0);
+  all->setSpacing(2);
+  all->addLayout(boxes);
+  all->addWidget(cuts_, 1);
+  addWidget(column_);
+  connect(fields_, qOverload<int>(&QComboBox::activated), this,
+          [this] { show_look(slice_look_of(*scene_, fields_->currentText().toStdString())); });
+  connect(windows_, qOverload<int>(&QComboBox::activated), this, [this](int index) {
+    const std::vector<ValueWindow> windows = windows_of(look_);
+    if (static_cast<std::size_t>(index) >= windows.size()) return;
+    look_.low = windows[static_cast<std::size_t>(index)].low;
+    look_.high = windows[static_cast<std::size_t>(index)].high;
+    for (SliceView* slice : slices_) slice->set_look(look_);
+  });
+  for (int axis = 2; axis >= 0; --axis) {
+    auto* slice = new SliceView(axis);
+    slices_[static_cast<std::size_t>(axis)] = slice;
+    cuts_->addWidget(slice);
+    connect(slice, &SliceView::hold_began, this, &SceneViews::hold_began);
+    connect(slice, &SliceView::hold_moved, this, &SceneViews::hold_moved);
+    connect(slice, &SliceView::hold_ended, this, &SceneViews::hold_ended);
+    connect(slice, &SliceView::value_asked, this, &SceneViews::value_asked);
+    connect(slice, &SliceView::enlarge_asked, this, [this, slice] { enlarge(slice); });
+    connect(slice, &SliceView::pointed, this, [this](const Vec3& at_m) { Q_EMIT pointed(words_at(at_m)); });
+    connect(slice, &SliceView::pointed_nowhere, this, [this] { Q_EMIT pointed({}); });
+    connect(slice, &SliceView::cross_moved, this, [this](const Vec3& at_m) {
+      for (SliceView* other : slices_) other->set_cross(at_m);
+      if (view_) view_->set_cross(at_m);
+    });
+    connect(slice, &SliceView::window_dragged, this, [this](double low, double high) {
+      look_.low = low;
+      look_.high = high;
+      for (SliceView* other : slices_) other->set_look(look_);
+      windows_->setCurrentIndex(-1);
+    });
+  }
+}
+
 void SceneViews::start(const Scene& scene) {
   trail_.clear();
   drawn_.clear();
+  scene_ = scene;
   look_ = slice_look_of(scene);
-  flow_ = flow_of(scene);
+  flow_ = nullptr;
+  if (const std::string name = name_of_flow(scene); !name.empty()) {
+    const VolumeField named = scene.field({name});
+    const DataTime at = scene.time().at(0.0);
+    flow_ = detail::drawn_flow(scene, {name}, detail::in_hand_frame(frozen(named.field, at), scene.hand_to_world()), at);
+    flow_name_ = QString::fromStdString(name);
+    flow_unit_ = QString::fromStdString(named.unit);
+  }
   flow_seen_at_m_ = {1e9, 1e9, 1e9};
+  fields_->clear();
+  for (const std::string& name : field_names(scene)) fields_->addItem(QString::fromStdString(name));
   if (view_) view_->start(scene);
   for (SliceView* slice : slices_) slice->start(look_, bounds_m());
+  if (view_) view_->set_cross(bounds_m().centre_m());
+  show_look(look_);
+}
+
+void SceneViews::show_look(const SliceLook& look) {
+  look_ = look;
+  for (SliceView* slice : slices_) slice->set_look(look_);
+  fields_->setCurrentText(QString::fromStdString(look_.name));
+  fields_->setToolTip(QString::fromStdString(look_.name));
+  windows_->clear();
+  for (const ValueWindow& window : windows_of(look_)) {
+    windows_->addItem(window.name);
+    if (window.low == look_.low && window.high == look_.high && windows_->currentIndex() < 0)
+      windows_->setCurrentIndex(windows_->count() - 1);
+  }
+}
+
+void SceneViews::pick_values(bool on) {
+  for (SliceView* slice : slices_) slice->pick_values(on);
+}
+
+void SceneViews::changeEvent(QEvent* event) {
+  QSplitter::changeEvent(event);
+  if (event->type() == QEvent::PaletteChange && view_) view_->set_dark(is_dark(palette()));
+}
+
+void SceneViews::set_layout_of_views(Layout layout) {
+  layout_ = layout;
+  enlarged_ = nullptr;
+  const bool below = layout == Layout::slices_below;
+  setOrientation(below ? Qt::Vertical : Qt::Horizontal);
+  cuts_->setOrientation(view_ && layout == Layout::slices_beside ? Qt::Vertical : Qt::Horizontal);
+  if (view_) view_->setVisible(layout != Layout::slices_alone);
+  column_->setVisible(!view_ || layout != Layout::without_slices);
+  for (SliceView* slice : slices_) slice->show();
+  if (view_) below ? setSizes({600, 400}) : setSizes({660, 240});
+  cuts_->setSizes({100, 100, 100});
+}
+
+void SceneViews::enlarge(QWidget* view) {
+  if (enlarged_ == view) return set_layout_of_views(layout_);
+  enlarged_ = view;
+  if (view_) view_->setVisible(view == view_);
+  column_->setVisible(view != view_);
+  for (SliceView* slice : slices_) slice->setVisible(slice == view);
+}
+
+QString SceneViews::words_at(const Vec3& at_m) const {
+  QStringList words;
+  const auto add = [&](const Field& field, const QString& name, const QString& unit) {
+    const auto value = value_at(field, at_m);
+    const QString shown = field.components() == 1 ? name : "|" + name + "|";
+    words << (value ? QString("%1 = %2 %3").arg(shown).arg(*value, 0, 'g', 4).arg(unit) : tr("%1: no data").arg(shown));
+  };
+  const Vec3 world_m = look_.map.to_world(at_m);
+  const double along_m[] = {world_m.x, world_m.y, world_m.z};
+  for (int axis = 0; axis < 3; ++axis) words << coordinate_words(axis, along_m[axis], look_.medical, look_.map.scale);
+  if (look_.field) add(*look_.field, QString::fromStdString(look_.name), QString::fromStdString(look_.unit));
+  if (flow_ && flow_name_ != QString::fromStdString(look_.name)) add(*flow_, flow_name_, flow_unit_);
+  return words.join("   ");
 }
 
 void SceneViews::draw_layers(const Scene& scene) {
@@ -84,12 +204,26 @@ void SceneViews::draw_layers(const Scene& scene) {
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
   compared.set(CouplingOptions{});
   const std::string key = to_toml(compared);
+  scene_ = scene;
   if (key == drawn_) return;
   drawn_ = key;
+  next_ = std::move(seen);
+  finer_.stop();
+  // A preview is quick: the next begins when it is done. Nothing piles up while a value is dragged.
+  if (!(is_rough_ && jobs_.is_under_way(Jobs::Purpose::draw))) draw(true);
+}
+
+void SceneViews::draw(bool rough) {
   const Vec3 towards = view_->view().towards;
+  is_rough_ = rough;
   jobs_.begin<Drawing>(
-      Jobs::Purpose::draw, tr("drawing"), [seen, towards](std::stop_token) { return draw_for_window(seen, towards); },
-      [this, seen](Drawing drawing) { view_->show_drawing(std::move(drawing), seen); },
+      Jobs::Purpose::draw, rough ? tr("drawing") : tr("drawing finely"),
+      [seen = *next_, towards, rough](std::stop_token) { return draw_for_window(seen, towards, rough); },
+      [this, seen = *next_, rough](Drawing drawing) {
+        view_->show_drawing(std::move(drawing), seen);
+        if (!(*next_ == seen)) return draw(true);
+        if (rough) finer_.start();
+      },
       [this](const QString& why) { Q_EMIT said(why, true); });
 }
 
@@ -104,10 +238,10 @@ palpa::Box SceneViews::bounds_m() const {
 }
 
 void SceneViews::show_values(const Scene& scene, double low, double high) {
-  look_ = slice_look_of(scene);
-  look_.low = low;
-  look_.high = high;
-  for (SliceView* slice : slices_) slice->set_look(look_);
+  SliceLook look = slice_look_of(scene);
+  look.low = low;
+  look.high = high;
+  show_look(look);
 }
 
 void SceneViews::show_felt(const Moment& moment, double most_n, bool leads) {
@@ -116,6 +250,7 @@ void SceneViews::show_felt(const Moment& moment, double most_n, bool leads) {
   if (trail_.empty() || distance(trail_.back().at_m, moment.proxy_m) > trail_step_m)
     trail_.push_back({moment.proxy_m, norm(moment.command_n)});
   if (trail_.size() > trail_points) trail_.erase(trail_.begin());
+  if (view_) view_->show_other({});
   show_moment(moment, most_n, leads);
 }
 
@@ -124,11 +259,13 @@ void SceneViews::show_played(const Player& player, double most_n) {
   trail_.clear();
   for (const std::size_t row : player.trail(trail_points))
     trail_.push_back({trace.rows[row].proxy_m, norm(trace.rows[row].command_n)});
+  if (view_) view_->show_other(player.other_moment());
   show_moment(player.moment(), most_n, true);
 }
 
 void SceneViews::show_moment(const Moment& moment, double most_n, bool slices_follow) {
   if (view_) view_->show_touch(moment, trail_, most_n);
+  if (view_ && slices_follow) view_->set_cross(moment.proxy_m);
   show_flow_near(moment.proxy_m);
   for (SliceView* slice : slices_) {
     if (slices_follow) slice->set_cross(moment.proxy_m);

@@ -1,8 +1,11 @@
 // Views of the open scene: one in 3-D, three slices, with hand and forces in all.
 #pragma once
 
+#include <QComboBox>
 #include <QSplitter>
+#include <QTimer>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +29,8 @@ class SceneViews : public QSplitter {
   void start(const Scene& scene);
   /// Redraws the layers on a background thread if they have changed.
   void draw_layers(const Scene& scene);
+  /// True until all layers are drawn finely.
+  bool is_drawing() const { return finer_.isActive() || jobs_.is_under_way(Jobs::Purpose::draw); }
   /// True while the first surfaces are being drawn.
   bool awaits_surfaces() const;
 
@@ -35,6 +40,15 @@ class SceneViews : public QSplitter {
   palpa::Box bounds_m() const;  // QFrame has a Box, too
   /// Sets the slices' value window from `low` (black) to `high` (white), the field's own unit.
   void show_values(const Scene& scene, double low, double high);
+  /// Sets whether a double click in a slice picks a value; else it enlarges the slice.
+  void pick_values(bool on);
+  enum class Layout { slices_beside, slices_below, without_slices, slices_alone };
+  void set_layout_of_views(Layout layout);
+  Layout layout_of_views() const { return layout_; }
+  /// The view alone; again: all views of the layout.
+  void enlarge(QWidget* view);
+  /// False for flows, which are touched anywhere.
+  bool touches_surfaces() const { return !view_ || view_->has_surfaces(); }
 
   /// Shows the current moment and extends the trail. \param leads  the mouse leads the hand: slices follow the proxy
   void show_felt(const Moment& moment, double most_n, bool leads);
@@ -49,17 +63,36 @@ class SceneViews : public QSplitter {
   void hold_moved(palpa::Vec3 at_m, palpa::Vec3 away, double depth_m);
   void hold_ended(palpa::Vec3 away);
   void value_asked(double value, palpa::Vec3 at_m);
+  /// Position, values and fields under the cursor; empty: none.
+  void pointed(const QString& words);
   void said(const QString& words, bool is_problem);
 
+ protected:
+  void changeEvent(QEvent* event) override;
+
  private:
+  void make_slices(bool has_opengl);
+  void show_look(const SliceLook& look);
+  void draw(bool rough);
+  QString words_at(const Vec3& at_m) const;
   void show_moment(const Moment& moment, double most_n, bool slices_follow);
   void show_flow_near(const Vec3& proxy_m);
 
   Jobs& jobs_;
   View3D* view_ = nullptr;
   std::array<SliceView*, 3> slices_{};
+  QWidget* column_ = nullptr;  ///< of the slices and their boxes
+  QSplitter* cuts_ = nullptr;  ///< the slices
+  QComboBox *fields_, *windows_;
+  QWidget* enlarged_ = nullptr;
+  Layout layout_ = Layout::slices_beside;
+  std::optional<Scene> scene_;
+  std::optional<Scene> next_;  ///< to be drawn
+  bool is_rough_ = false;      ///< the running drawing
+  QTimer finer_;               ///< until the fine drawing, which a further change cancels
   SliceLook look_;
   FieldPtr flow_;  ///< vectors that a mode or a layer uses; null: none
+  QString flow_name_, flow_unit_;
   Vec3 flow_seen_at_m_;
   std::vector<TrailPoint> trail_;
   std::string drawn_;  ///< key of the drawn layers

@@ -12,8 +12,7 @@ constexpr int most_recent = 8;
 }  // namespace
 
 Settings::Settings(const std::string& file)
-    : kept_(file.empty() ? QSettings().fileName() : QString::fromStdString(file), QSettings::IniFormat),
-      hint_seen_(kept_.value("hint_seen").toBool()) {}
+    : kept_(file.empty() ? QSettings().fileName() : QString::fromStdString(file), QSettings::IniFormat) {}
 
 QStringList Settings::recent() const { return kept_.value("recent").toStringList(); }
 
@@ -34,9 +33,9 @@ QByteArray Settings::window() const { return kept_.value("window").toByteArray()
 
 void Settings::set_window(const QByteArray& geometry) { kept_.setValue("window", geometry); }
 
-void Settings::set_hint_seen() {
-  hint_seen_ = true;
-  kept_.setValue("hint_seen", true);
+std::optional<bool> Settings::dark() const {
+  const QVariant kept = kept_.value("dark");
+  return kept.isValid() ? std::optional(kept.toBool()) : std::nullopt;
 }
 
 std::filesystem::path Settings::new_trace(const QString& name) const {

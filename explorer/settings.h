@@ -4,6 +4,7 @@
 #include <QSettings>
 #include <QStringList>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace palpa::explorer {
@@ -22,9 +23,9 @@ class Settings {
   /// Position and size of the window, as by QWidget::saveGeometry; initially empty.
   QByteArray window() const;
   void set_window(const QByteArray& geometry);
-  /// True once the hand has pressed on a surface.
-  bool hint_seen() const { return hint_seen_; }
-  void set_hint_seen();
+  /// Colours of the window: true: dark, false: light, none: those of the desktop.
+  std::optional<bool> dark() const;
+  void set_dark(bool dark) { kept_.setValue("dark", dark); }
 
   /// Folder of a new trace. \param name  prefix
   std::filesystem::path new_trace(const QString& name) const;
@@ -35,7 +36,6 @@ class Settings {
   QString in_pictures(const QString& name, const QString& time) const;
 
   QSettings kept_;
-  bool hint_seen_;
 };
 
 }  // namespace palpa::explorer

@@ -15,6 +15,7 @@ namespace {
 
 constexpr int coarse_step_px = 3;     // between samples of a moving slice
 constexpr int refine_after_ms = 120;  // from the last motion to the fine slice
+constexpr int looks_for_window = 4000;
 
 /// Finds the name of the first field that a mode reads.
 class FirstField : public ParameterVisitor {
@@ -25,23 +26,8 @@ class FirstField : public ParameterVisitor {
   }
 };
 
-double value_of(const Field& field, const Vec3& at_m, bool& inside) {
-  if (field.components() == 1) {
-    const ScalarSample sample = field.scalar(at_m);
-    inside = sample.inside;
-    return sample.value;
-  }
-  const VectorSample sample = field.vector(at_m);
-  inside = sample.inside;
-  return norm(sample.value);
-}
-
-}  // namespace
-
-SliceLook slice_look_of(const Scene& scene) {
-  SliceLook look;
-  look.map = scene.hand_to_world();
-  // Field of the scene's slices, else of its modes; scalars before vectors, which a slice shows by magnitude.
+/// Field of the scene's slices, else of its modes; scalars before vectors, which a slice shows by magnitude.
+std::string name_of_slices(const Scene& scene) {
   std::string name, vectors;
   const auto take = [&](const std::string& candidate) {
     if (candidate.empty() || !name.empty()) return;
@@ -63,6 +49,64 @@ SliceLook slice_look_of(const Scene& scene) {
     const SceneVolume& volume = scene.volumes().front();
     name = volume.volume.fields.size() == 1 ? volume.name : volume.name + "." + volume.volume.fields.front().name;
   }
+  return name;
+}
+
+/// Values without the extreme 0.2 % at each end, of positions all over the field.
+std::optional<ValueRange> usual_values(const Field& field) {
+  const Box box = field.bounds_m();
+  const Vec3 size = box.size_m();
+  std::vector<double> values;
+  for (int i = 0; i < looks_for_window; ++i) {
+    // Evenly spread without a pattern (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    const auto share = [i](double step) { return std::fmod(0.5 + step * i, 1.0); };
+    const Vec3 at_m = box.low_m + Vec3{share(0.8191725) * size.x, share(0.6710436) * size.y, share(0.5497005) * size.z};
+    if (const auto value = value_at(field, at_m); value && std::isfinite(*value)) values.push_back(*value);
+  }
+  if (values.size() < 100) return {};
+  std::sort(values.begin(), values.end());
+  const std::size_t few = values.size() / 500;
+  return ValueRange{values[few], values[values.size() - 1 - few]};
+}
+
+bool is_hounsfield(const SliceLook& look) {
+  // Or a file without unit with air and bone.
+  return look.unit == "HU" || (look.unit.empty() && look.least <= -900.0 && look.most > 1000.0);
+}
+
+}  // namespace
+
+std::optional<double> value_at(const Field& field, const Vec3& at_m) {
+  if (field.components() == 1) {
+    const ScalarSample sample = field.scalar(at_m);
+    return sample.inside ? std::optional(sample.value) : std::nullopt;
+  }
+  const VectorSample sample = field.vector(at_m);
+  return sample.inside ? std::optional(norm(sample.value)) : std::nullopt;
+}
+
+std::vector<ValueWindow> windows_of(const SliceLook& look) {
+  std::vector<ValueWindow> windows;
+  const bool scalar = look.field && look.field->components() == 1;
+  if (scalar && is_hounsfield(look)) {
+    windows = {{SliceView::tr("Bone and skin"), -500.0, 1000.0},
+               {SliceView::tr("Soft tissue"), -160.0, 240.0},
+               {SliceView::tr("Brain"), 0.0, 80.0},
+               {SliceView::tr("Lung"), -1350.0, 150.0}};
+  }
+  if (look.field) {
+    const auto usual = usual_values(*look.field);
+    if (usual && usual->min < usual->max)
+      windows.push_back({SliceView::tr("By the data"), scalar ? usual->min : 0.0, usual->max});
+  }
+  windows.push_back({SliceView::tr("Whole range"), look.least, look.most});
+  return windows;
+}
+
+SliceLook slice_look_of(const Scene& scene, const std::string& field) {
+  SliceLook look;
+  look.map = scene.hand_to_world();
+  const std::string name = field.empty() ? name_of_slices(scene) : field;
   look.medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
                              [](const SceneVolume& volume) { return volume.volume.medical_frame; });
   if (name.empty()) return look;
@@ -75,9 +119,6 @@ SliceLook slice_look_of(const Scene& scene) {
     if (named.field->components() == 1) {
       look.least = look.low = value_ranges[0].min;
       look.most = look.high = value_ranges[0].max;
-      // Hounsfield units, or a file without unit with air and bone: window that separates soft tissue and bone.
-      if (named.unit == "HU" || (named.unit.empty() && look.least <= -900.0 && look.most > 1000.0))
-        look.low = -500.0, look.high = 1000.0;
     } else {
       double squared = 0.0;
       for (const ValueRange& extent : value_ranges)
@@ -86,6 +127,9 @@ SliceLook slice_look_of(const Scene& scene) {
       look.most = look.high = std::sqrt(squared);
       look.colors = detail::magnitude_colors(0.0, 1.0);
     }
+    const ValueWindow own = windows_of(look).front();
+    look.low = own.low;
+    look.high = own.high;
   } catch (const LoadError&) {
     look.field = nullptr;
   }
@@ -96,6 +140,7 @@ SliceView::SliceView(int axis, QWidget* parent) : QWidget(parent), axis_(axis) {
   setMinimumSize(120, 100);
   setFocusPolicy(Qt::StrongFocus);
   setAttribute(Qt::WA_OpaquePaintEvent);
+  setMouseTracking(true);
   setAccessibleName(title());
   setAccessibleDescription(tr("Left drag touches, right drag changes window and level, the wheel goes through slices."));
   refine_.setSingleShot(true);
@@ -179,10 +224,9 @@ void SliceView::sample(int step_px) {
   for (int row = 0; row < rows; ++row) {
     auto* line = reinterpret_cast<QRgb*>(image_.scanLine(row));
     for (int column = 0; column < columns; ++column) {
-      bool inside = false;
-      const double value = value_of(*look_.field, at_m({(column + 0.5) * step_px, (row + 0.5) * step_px}), inside);
-      const double share = std::clamp((value - look_.low) / span, 0.0, 1.0);
-      line[column] = inside && std::isfinite(value) ? table[static_cast<std::size_t>(255.0 * share)] : outside;
+      const auto value = value_at(*look_.field, at_m({(column + 0.5) * step_px, (row + 0.5) * step_px}));
+      const double share = std::clamp((value.value_or(0.0) - look_.low) / span, 0.0, 1.0);
+      line[column] = value && std::isfinite(*value) ? table[static_cast<std::size_t>(255.0 * share)] : outside;
     }
   }
 }
@@ -204,6 +248,15 @@ void SliceView::paintEvent(QPaintEvent*) {
   }
   paint_trail(painter, view_, trail_, most_n_);
   paint_moment(painter, view_, moment_, most_n_);
+  paint_texts(painter);
+  if (hasFocus()) {
+    painter.setPen(QPen(palette().highlight().color(), 2));
+    painter.setBrush(Qt::NoBrush);
+    painter.drawRect(rect().adjusted(1, 1, -1, -1));
+  }
+}
+
+void SliceView::paint_texts(QPainter& painter) {
   const QColor ink(235, 235, 235);
   QFont small = painter.font();
   small.setPointSizeF(0.85 * small.pointSizeF());
@@ -213,7 +266,10 @@ void SliceView::paintEvent(QPaintEvent*) {
   paint_directions(painter, view_, axes, look_.medical, ink);
   paint_scale_bar(painter, view_, look_.map.scale, ink);
   const QRectF top(8, 4, width() - 16, 18);
-  paint_rimmed(painter, top, Qt::AlignLeft, title(), ink);
+  const Vec3 cut_m = look_.map.to_world(cross_m_);
+  const double along_m[] = {cut_m.x, cut_m.y, cut_m.z};
+  paint_rimmed(painter, top, Qt::AlignLeft,
+               title() + " · " + coordinate_words(axis_, along_m[axis_], look_.medical, look_.map.scale), ink);
   if (look_.field) {
     paint_rimmed(
         painter, top, Qt::AlignRight,
@@ -223,11 +279,6 @@ void SliceView::paintEvent(QPaintEvent*) {
     const QString shown = look_.field->components() == 1 ? name : "|" + name + "|";
     paint_rimmed(painter, top.translated(0, painter.fontMetrics().height()), Qt::AlignLeft,
                  painter.fontMetrics().elidedText(shown, Qt::ElideMiddle, static_cast<int>(top.width())), ink);
-  }
-  if (hasFocus()) {
-    painter.setPen(QPen(palette().highlight().color(), 2));
-    painter.setBrush(Qt::NoBrush);
-    painter.drawRect(rect().adjusted(1, 1, -1, -1));
   }
 }
 
@@ -253,6 +304,7 @@ void SliceView::mousePressEvent(QMouseEvent* event) {
 void SliceView::mouseMoveEvent(QMouseEvent* event) {
   const QPointF way = event->localPos() - last_px_;
   last_px_ = event->localPos();
+  Q_EMIT pointed(at_m(last_px_));
   switch (drag_) {
     case Drag::none: break;
     case Drag::touch: Q_EMIT hold_moved(at_m(last_px_), {}, 0.0); break;
@@ -276,12 +328,13 @@ void SliceView::mouseReleaseEvent(QMouseEvent*) {
 }
 
 void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
-  if (!look_.field || event->button() != Qt::LeftButton) return;
-  bool inside = false;
+  if (event->button() != Qt::LeftButton) return;
+  if (!picks_) return Q_EMIT enlarge_asked();
   const Vec3 here = at_m(event->localPos());
-  const double value = value_of(*look_.field, here, inside);
-  if (inside) Q_EMIT value_asked(value, here);
+  if (const auto value = look_.field ? value_at(*look_.field, here) : std::nullopt) Q_EMIT value_asked(*value, here);
 }
+
+void SliceView::leaveEvent(QEvent*) { Q_EMIT pointed_nowhere(); }
 
 void SliceView::wheelEvent(QWheelEvent* event) {
   const double notches = event->angleDelta().y() / 120.0;

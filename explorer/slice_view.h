@@ -5,6 +5,8 @@
 #include <QTimer>
 #include <QWidget>
 #include <array>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "explorer/paint.h"
@@ -24,11 +26,23 @@ struct SliceLook {
   Similarity map;                                           ///< hand to world
   bool medical = false;
 };
-/// For the field that the scene's slices show, or its first mode reads. Throws nothing: without such a field `field` is null.
-SliceLook slice_look_of(const Scene& scene);
+/// For a field of the scene; empty: the one that its slices show, or its first mode reads. The window is that of the file's
+/// unit, else of the data. Throws nothing: without such a field `field` is null.
+SliceLook slice_look_of(const Scene& scene, const std::string& field = {});
+
+/// A named window of values.
+struct ValueWindow {
+  QString name;
+  double low, high;  ///< the field's own unit
+};
+/// Windows for a look: of CT for Hounsfield units, of the data, and the whole range. The first is the look's own.
+std::vector<ValueWindow> windows_of(const SliceLook& look);
+
+/// Value of a scalar field, magnitude of a vector field; none without data.
+std::optional<double> value_at(const Field& field, const Vec3& at_m);
 
 /// Left drag: touch within the slice; right drag: window (across) and level (up); wheel: through slices; Ctrl and wheel: zoom;
-/// middle button: pan; double click: value at that position.
+/// middle button: pan; double click: `enlarge_asked`, or `value_asked` while values are picked.
 class SliceView : public QWidget {
   Q_OBJECT
  public:
@@ -43,6 +57,8 @@ class SliceView : public QWidget {
   QSize sizeHint() const override { return {240, 220}; }
   const detail::View& view() const { return view_; }
   QString title() const;
+  /// Sets whether a double click picks the value there.
+  void pick_values(bool on) { picks_ = on; }
 
  Q_SIGNALS:
   void hold_began(palpa::Vec3 at_m, palpa::Vec3 away);
@@ -51,6 +67,10 @@ class SliceView : public QWidget {
   void cross_moved(palpa::Vec3 at_m);
   void window_dragged(double low, double high);
   void value_asked(double value, palpa::Vec3 at_m);
+  void enlarge_asked();
+  /// The cursor is here, hand frame.
+  void pointed(palpa::Vec3 at_m);
+  void pointed_nowhere();
 
  protected:
   void paintEvent(QPaintEvent*) override;
@@ -59,12 +79,14 @@ class SliceView : public QWidget {
   void mouseMoveEvent(QMouseEvent* event) override;
   void mouseReleaseEvent(QMouseEvent* event) override;
   void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void leaveEvent(QEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
 
  private:
   enum class Drag { none, touch, window, move };
   Vec3 at_m(const QPointF& px) const;
   void sample(int step_px);
+  void paint_texts(QPainter& painter);
   void stale();
 
   const int axis_;
@@ -79,6 +101,7 @@ class SliceView : public QWidget {
   double most_n_ = 1.0;
   Drag drag_ = Drag::none;
   QPointF last_px_;
+  bool picks_ = false;
 };
 
 }  // namespace palpa::explorer

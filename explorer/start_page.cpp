@@ -11,6 +11,7 @@
 #include <QVBoxLayout>
 
 #include "explorer/opening.h"
+#include "palpa/version.h"
 
 namespace palpa::explorer {
 namespace {
@@ -99,6 +100,9 @@ StartPage::StartPage(QWidget* parent) : QWidget(parent), recent_(new QVBoxLayout
   recent_->setSpacing(2);
   all->addLayout(recent_);
   all->addStretch();
+  auto* about = new QLabel(tr("Palpa %1").arg(version));
+  about->setEnabled(false);
+  all->addWidget(about, 0, Qt::AlignRight);
 }
 
 // Space turns the force off everywhere, so Return presses the button with the focus.

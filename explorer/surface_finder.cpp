@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "explorer/linked_levels.h"
+#include "explorer/parameter_rows.h"
+#include "palpa/scene/parts.h"
 #include "palpa/view/layers.h"
 
 namespace palpa::explorer {
@@ -31,10 +34,34 @@ Interval within(const Box& box, const Vec3& from_m, const Vec3& towards) {
 
 // [1] Samples along a ray. More: slower; fewer: thin parts are missed.
 constexpr double most_looks = 1500.0;
+// [spacings] Over which normals are averaged. More: edges are pressed askew; less: noise turns the press.
+constexpr double calm_spacings = 1.5;
+
+bool feels_vectors(const Scene& scene) {
+  for (const SceneMode& mode : scene.modes()) {
+    for (const ParameterRow& row : rows_of([&](ParameterVisitor& v) { look_through(mode.mode, v); })) {
+      const auto* field = std::get_if<FieldRef>(&row.value);
+      if (field && !field->name.empty() && scene.field(*field).field->components() == 3) return true;
+    }
+  }
+  return false;
+}
+
+/// [1] Mean unit gradient around a position, turned to the side of `towards`.
+Vec3 normal_into(const Field& field, const Vec3& at_m, const Vec3& towards) {
+  const double reach_m = calm_spacings * field.spacing_m();
+  Vec3 sum = normalized(field.scalar(at_m).gradient);
+  for (const Vec3& axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
+    for (const double side : {-reach_m, reach_m}) sum += normalized(field.scalar(at_m + side * axis).gradient);
+  const Vec3 normal = normalized(sum);
+  if (norm_squared(normal) == 0.0) return towards;
+  return dot(normal, towards) < 0.0 ? -normal : normal;
+}
 
 }  // namespace
 
 SurfaceFinder::SurfaceFinder(const Scene& scene) {
+  if (felt_levels(scene).empty() && feels_vectors(scene)) return;
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (layers[i].show != ViewLayer::Show::surface) continue;
@@ -44,7 +71,8 @@ SurfaceFinder::SurfaceFinder(const Scene& scene) {
   }
 }
 
-std::optional<Vec3> SurfaceFinder::first(const Vec3& from_m, const Vec3& towards) const {
+std::optional<SurfacePoint> SurfaceFinder::first(const Vec3& from_m, const Vec3& towards) const {
+  const Field* hit = nullptr;
   double nearest_m = std::numeric_limits<double>::infinity();
   for (const Surface& surface : surfaces_) {
     const Interval interval = within(surface.field->bounds_m(), from_m, towards);
@@ -67,7 +95,7 @@ std::optional<Vec3> SurfaceFinder::first(const Vec3& from_m, const Vec3& towards
           bool here = false;
           ((beyond(middle_m, here) < 0.0) == (before < 0.0) ? low_m : high_m) = middle_m;
         }
-        nearest_m = std::min(nearest_m, high_m);
+        if (high_m < nearest_m) nearest_m = high_m, hit = surface.field.get();
         break;
       }
       known = inside;
@@ -75,8 +103,9 @@ std::optional<Vec3> SurfaceFinder::first(const Vec3& from_m, const Vec3& towards
       before_m = way_m;
     }
   }
-  if (!std::isfinite(nearest_m)) return {};
-  return from_m + nearest_m * towards;
+  if (!hit) return {};
+  const Vec3 at_m = from_m + nearest_m * towards;
+  return SurfacePoint{at_m, normal_into(*hit, at_m, towards)};
 }
 
 }  // namespace palpa::explorer

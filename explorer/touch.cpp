@@ -129,13 +129,18 @@ void Touch::beat(double dt_s) {
   sent_m_ += step_m;
 }
 
+void Touch::draws(bool on) {
+  last_beat_ns_ = now_ns();
+  drawing_ = on;
+}
+
 void Touch::watch() {
   std::unique_lock lock(mutex_);
   while (!over_) {
     wake_.wait_for(lock, std::chrono::milliseconds(50));
     LiveRun* const run = felt_now;
     if (!run || last_beat_ns_ == 0 || frozen_) continue;
-    if (static_cast<double>(now_ns() - last_beat_ns_) < 1e9 * frozen_after_s) continue;
+    if (static_cast<double>(now_ns() - last_beat_ns_) < 1e9 * (drawing_ ? drawn_after_s : frozen_after_s)) continue;
     frozen_ = true;
     run->loop().panic();  // lock held: `end` waits for it
   }

@@ -21,10 +21,13 @@ namespace palpa::explorer {
 
 /// A scene that is being felt. All functions are for the window's thread.
 ///
-/// Watchdog: `frozen_after_s` after the last `beat` the force is held at zero until the next.
+/// Watchdog: `frozen_after_s` after the last `beat`, or `drawn_after_s` while a picture is drawn, the force is held at zero
+/// until the next `beat`.
 class Touch {
  public:
-  static constexpr double frozen_after_s = 1.0;  ///< Longer: force despite a dead window; shorter: slow drawing cuts the force
+  static constexpr double frozen_after_s =
+      1.0;                                      ///< Longer: force despite a dead window; shorter: a busy machine cuts the force
+  static constexpr double drawn_after_s = 4.0;  ///< Longer: force despite a hung driver; shorter: slow drawing cuts the force
 
   Touch();
   ~Touch();
@@ -61,6 +64,8 @@ class Touch {
   void have_mouse(bool is_had);
   /// Advances the hand and resets the watchdog. \param dt_s  [s]
   void beat(double dt_s);
+  /// Begin or end of a picture, whose drawing holds up `beat`.
+  void draws(bool on);
 
   // ---- the session ----
 
@@ -101,7 +106,7 @@ class Touch {
   std::string problem_;
   bool over_ = false;
   std::atomic<std::int64_t> last_beat_ns_{0};
-  std::atomic<bool> frozen_{false};
+  std::atomic<bool> frozen_{false}, drawing_{false};
   std::thread maker_, watcher_;
 };
 

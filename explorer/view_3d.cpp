@@ -12,6 +12,7 @@
 #include <QPainter>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "palpa/view/shapes.h"
@@ -23,6 +24,9 @@ constexpr double first_depth_m = 1e-3;     // initial, of a press. Deeper: the f
 constexpr double deepest_m = 0.05;         // largest, of a press
 constexpr int still_after_ms = 250;        // from the last motion to the fine picture
 constexpr double degrees_per_px = 0.4;     // of a rotation
+constexpr int hover_after_ms = 30;         // from the cursor's motion to its cue. Shorter: a ray for each event
+constexpr double near_stream_px = 80.0;    // within which a touch takes the depth of a streamline
+constexpr double one_stream_px = 6.0;      // between points of one streamline: of these, the front one
 constexpr float coarse_image_step = 3.0F;  // [pixels] between rays of a moving cloud
 
 constexpr Vec3 from_front = {0.35, 0.25, 1.0};
@@ -64,15 +68,22 @@ class View3D::Overlay : public QWidget {
                          view_.drawing_.signs.bars, ink, ground);
     }
     if (!view_.top_.isEmpty())
-      paint_words(painter, {0.5 * width(), 34}, view_.top_, Qt::AlignCenter, Qt::white, QColor(176, 42, 20, 235));
+      paint_words(painter, {0.5 * width(), top_px}, view_.top_, Qt::AlignCenter, Qt::white, QColor(176, 42, 20, 235));
     if (!view_.bottom_.isEmpty())
       paint_words(painter, {0.5 * width(), height() - 44.0}, view_.bottom_, Qt::AlignCenter, ink, ground);
   }
 
  private:
+  static constexpr double top_px = 66.0;  // below a message
   void touch(QPainter& painter) {
     paint_streamlines(painter, view_.view_, view_.streamlines_);
     paint_trail(painter, view_.view_, view_.trail_, view_.most_n_);
+    if (view_.other_) {
+      painter.setOpacity(0.5);
+      paint_moment(painter, view_.view_, *view_.other_, view_.most_n_);
+      painter.setOpacity(1.0);
+    }
+    if (view_.ghost_m_) paint_ghost(painter, view_.view_, *view_.ghost_m_);
     paint_moment(painter, view_.view_, view_.moment_, view_.most_n_);
   }
   View3D& view_;
@@ -93,12 +104,16 @@ View3D::View3D(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_(new O
   set_dark(false);
   setEnableHiDPI(true);
   setFocusPolicy(Qt::StrongFocus);
+  setMouseTracking(true);
   setMinimumSize(240, 180);
   setAccessibleName(tr("Scene in three dimensions"));
   setAccessibleDescription(tr("Drag on the surface to touch it, elsewhere to turn the view; the wheel presses or zooms."));
   still_.setSingleShot(true);
   still_.setInterval(still_after_ms);
   connect(&still_, &QTimer::timeout, this, [this] { move_ends(); });
+  hover_.setSingleShot(true);
+  hover_.setInterval(hover_after_ms);
+  connect(&hover_, &QTimer::timeout, this, &View3D::show_hover);
 }
 
 View3D::~View3D() = default;
@@ -108,6 +123,9 @@ void View3D::start(const Scene& scene) {
   moment_ = {};
   trail_.clear();
   streamlines_.clear();
+  hidden_.clear();
+  other_.reset();
+  ghost_m_.reset();
   Vec3 from = from_front;
   if (scene.view.from) from = scene.hand_to_world().direction_to_hand(*scene.view.from);
   const Vec3 up = norm(cross(normalized(from), {0, 1, 0})) > 1e-3 ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
@@ -189,9 +207,8 @@ void View3D::show_all() {
   const bool explained = marks_ && !(drawing_.signs.legend.empty() && drawing_.signs.bars.empty());
   const double legend_px = explained ? std::min(120.0, 0.25 * width()) : 0.0;
   const double aspect = std::max(1.0, width() - legend_px) / std::max(1, height());
-  view_.half_height_m = 0.53 * std::max(extent(view_.up), extent(view_.right) / aspect);
+  view_.half_height_m = 0.57 * std::max(extent(view_.up), extent(view_.right) / aspect);
   view_.centre_m += (0.5 * legend_px / view_.px_per_m()) * view_.right;
-  plane_depth_m_ = 0.0;
   redraw();
 }
 
@@ -234,7 +251,36 @@ void View3D::set_dark(bool dark) {
   redraw();
 }
 
-QImage View3D::picture() { return grab().toImage(); }
+QImage View3D::picture(const QSize& size) {
+  if (size.isEmpty() || size == this->size()) return grab().toImage();
+  const QRect own = geometry();
+  const detail::View view = view_;
+  resize(size);
+  redraw();
+  const QImage picture = grab().toImage();
+  setGeometry(own);
+  view_ = view;
+  redraw();
+  return picture;
+}
+
+void View3D::set_turning(bool on) {
+  turning_ = on;
+  show_hover();
+}
+
+void View3D::hide_layers(const std::set<std::size_t>& hidden) {
+  if (hidden == hidden_) return;
+  hidden_ = hidden;
+  show_parts(coarse_);
+  redraw();
+}
+
+void View3D::show_other(const std::optional<Moment>& other) {
+  if (!other && !other_) return;
+  other_ = other;
+  overlay_->update();
+}
 
 Vec3 View3D::at_m(const QPointF& px) const {
   const double per_px = 1.0 / view_.px_per_m();
@@ -242,19 +288,58 @@ Vec3 View3D::at_m(const QPointF& px) const {
          (0.5 * view_.height_px - px.y()) * per_px * view_.up;
 }
 
-std::optional<Vec3> View3D::surface_at(const QPointF& px) const {
+std::optional<SurfacePoint> View3D::surface_at(const QPointF& px) const {
   // From in front of all data.
   const double far_m = 2.0 * norm(drawing_.bounds_m.size_m()) + distance(view_.centre_m, drawing_.bounds_m.centre_m());
   return finder_.first(at_m(px) + far_m * view_.towards, -view_.towards);
 }
 
+double View3D::flow_depth_m(const QPointF& px) const {
+  const auto away_px = [&](const Vec3& point_m) {
+    const QPointF way = on_screen(view_, point_m) - px;
+    return std::hypot(way.x(), way.y());
+  };
+  double nearest_px = near_stream_px;
+  for (const Vec3& point_m : drawing_.stream_points_m) nearest_px = std::min(nearest_px, away_px(point_m));
+  if (nearest_px == near_stream_px) return dot(view_.centre_m - cross_m_, view_.towards);
+  double depth_m = std::numeric_limits<double>::infinity();
+  for (const Vec3& point_m : drawing_.stream_points_m)
+    if (away_px(point_m) <= nearest_px + one_stream_px)
+      depth_m = std::min(depth_m, dot(view_.centre_m - point_m, view_.towards));
+  return depth_m;
+}
+
+std::optional<View3D::Target> View3D::target_at(const QPointF& px) const {
+  if (turning_) return {};
+  if (const auto surface = surface_at(px)) return Target{surface->at_m, surface->into, true};
+  if (finder_.has_surfaces()) return {};
+  return Target{at_m(px) - flow_depth_m(px) * view_.towards, -view_.towards, false};
+}
+
 void View3D::lead(const QPointF& px) {
   if (const auto surface = surface_at(px)) {
-    plane_depth_m_ = dot(view_.centre_m - *surface, view_.towards);
-    Q_EMIT hold_moved(*surface, -view_.towards, depth_m_);
+    plane_depth_m_ = dot(view_.centre_m - surface->at_m, view_.towards);
+    into_ = surface->into;
+    Q_EMIT hold_moved(surface->at_m, into_, depth_m_);
   } else {
-    Q_EMIT hold_moved(at_m(px) - plane_depth_m_ * view_.towards, -view_.towards, depth_m_);
+    into_ = -view_.towards;
+    Q_EMIT hold_moved(at_m(px) - plane_depth_m_ * view_.towards, into_, depth_m_);
   }
+}
+
+void View3D::show_hover() {
+  const auto before_m = ghost_m_;
+  ghost_m_.reset();
+  if (drag_ == Drag::none && underMouse()) {
+    const auto target = target_at(last_px_);
+    if (target) ghost_m_ = target->at_m;
+    setCursor(target ? Qt::PointingHandCursor : Qt::OpenHandCursor);
+    if (target)
+      Q_EMIT pointed(target->at_m);
+    else
+      Q_EMIT pointed_nowhere();
+  }
+  if (ghost_m_ != before_m) overlay_->update();
 }
 
 void View3D::mousePressEvent(QMouseEvent* event) {
@@ -263,12 +348,11 @@ void View3D::mousePressEvent(QMouseEvent* event) {
   if (event->button() == Qt::MiddleButton || (event->button() == Qt::LeftButton && shifted)) {
     drag_ = Drag::move;
   } else if (event->button() == Qt::LeftButton && !(event->modifiers() & Qt::AltModifier)) {
-    const auto surface = surface_at(last_px_);
-    // Without any surface (a flow) the hand moves in a plane through the view's centre.
-    if (surface || !finder_.has_surfaces()) {
+    if (const auto target = target_at(last_px_)) {
       drag_ = Drag::touch;
-      depth_m_ = surface ? first_depth_m : 0.0;
-      Q_EMIT hold_began(surface ? *surface : at_m(last_px_) - plane_depth_m_ * view_.towards, -view_.towards);
+      depth_m_ = target->on_surface ? first_depth_m : 0.0;
+      plane_depth_m_ = dot(view_.centre_m - target->at_m, view_.towards);
+      Q_EMIT hold_began(target->at_m, target->into);
       lead(last_px_);
     } else {
       drag_ = Drag::turn;
@@ -276,6 +360,8 @@ void View3D::mousePressEvent(QMouseEvent* event) {
   } else if (event->button() == Qt::RightButton || event->button() == Qt::LeftButton) {
     drag_ = Drag::turn;
   }
+  ghost_m_.reset();
+  overlay_->update();
   setCursor(drag_ == Drag::touch ? Qt::CrossCursor : drag_ == Drag::move ? Qt::SizeAllCursor : Qt::ClosedHandCursor);
 }
 
@@ -283,8 +369,13 @@ void View3D::mouseMoveEvent(QMouseEvent* event) {
   const QPointF way = event->localPos() - last_px_;
   last_px_ = event->localPos();
   switch (drag_) {
-    case Drag::none: break;
-    case Drag::touch: lead(last_px_); break;
+    case Drag::none:
+      if (!hover_.isActive()) hover_.start();
+      break;
+    case Drag::touch:
+      lead(last_px_);
+      Q_EMIT pointed(moment_.proxy_m);
+      break;
     case Drag::turn: turn(degrees_per_px * way.x(), degrees_per_px * way.y()); break;
     case Drag::move:
       view_.centre_m += (-way.x() / view_.px_per_m()) * view_.right + (way.y() / view_.px_per_m()) * view_.up;
@@ -295,9 +386,21 @@ void View3D::mouseMoveEvent(QMouseEvent* event) {
 }
 
 void View3D::mouseReleaseEvent(QMouseEvent*) {
-  if (drag_ == Drag::touch) Q_EMIT hold_ended(-view_.towards);
+  if (drag_ == Drag::touch) Q_EMIT hold_ended(into_);
   drag_ = Drag::none;
   unsetCursor();
+  hover_.start();
+}
+
+void View3D::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (event->button() == Qt::LeftButton) Q_EMIT enlarge_asked();
+}
+
+void View3D::leaveEvent(QEvent* event) {
+  QVTKOpenGLNativeWidget::leaveEvent(event);
+  if (ghost_m_) overlay_->update();
+  ghost_m_.reset();
+  Q_EMIT pointed_nowhere();
 }
 
 void View3D::wheelEvent(QWheelEvent* event) {
@@ -317,6 +420,7 @@ void View3D::resizeEvent(QResizeEvent* event) {
   view_.width_px = width();
   view_.height_px = height();
   overlay_->resize(size());
+  still_.start();
 }
 
 bool View3D::event(QEvent* event) {
@@ -334,9 +438,10 @@ bool View3D::event(QEvent* event) {
 void View3D::paintGL() {
   QElapsedTimer timer;
   timer.start();
+  Q_EMIT draws(true);
   QVTKOpenGLNativeWidget::paintGL();
   frame_s_ = 1e-9 * static_cast<double>(timer.nsecsElapsed());
-  Q_EMIT frame_drawn(frame_s_);
+  Q_EMIT draws(false);
 }
 
 bool View3D::is_slow() {
@@ -368,8 +473,9 @@ void View3D::show_parts(bool coarse) {
   coarse_ = coarse;
   for (const auto* parts : {&drawing_.solid, &drawing_.shells}) {
     for (const Drawing::Part& part : *parts) {
-      part.fine->SetVisibility(!coarse || !part.coarse);
-      if (part.coarse) part.coarse->SetVisibility(coarse);
+      const bool shown = !hidden_.contains(part.layer);
+      part.fine->SetVisibility(shown && (!coarse || !part.coarse));
+      if (part.coarse) part.coarse->SetVisibility(shown && coarse);
     }
   }
   for (const auto& cloud : drawing_.clouds) {
@@ -407,7 +513,11 @@ void View3D::apply_camera() {
 void View3D::redraw() {
   apply_camera();
   // The widget shows VTK's last rendering.
-  if (isVisible()) window_->Render();
+  if (isVisible()) {
+    Q_EMIT draws(true);
+    window_->Render();
+    Q_EMIT draws(false);
+  }
   update();
   overlay_->update();
 }

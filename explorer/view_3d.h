@@ -8,6 +8,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "explorer/drawing.h"
@@ -19,8 +20,10 @@ class vtkRenderer;
 
 namespace palpa::explorer {
 
-/// Left drag on a surface touches it, elsewhere turns the view, like the right button anywhere; middle button: pan; wheel:
-/// presses during a touch, else zooms. All lengths are in the hand frame.
+/// Left drag on a surface touches it, elsewhere turns the view, like the right button anywhere; without surfaces (a flow) it
+/// touches at the depth of the nearest streamline or of the cross. Cursor and a pale ball show which. Middle button: pan;
+/// wheel: presses along the surface's normal during a touch, else zooms; double click: `enlarge_asked`. All lengths are in the
+/// hand frame.
 class View3D : public QVTKOpenGLNativeWidget {
   Q_OBJECT
  public:
@@ -36,8 +39,18 @@ class View3D : public QVTKOpenGLNativeWidget {
   void show_touch(const Moment& moment, std::vector<TrailPoint> trail, double most_n);
   /// Flow near the proxy, hand frame.
   void show_streamlines(std::vector<detail::Streamline> lines);
+  /// Sets the position whose depth a touch takes where there is no streamline.
+  void set_cross(const Vec3& at_m) { cross_m_ = at_m; }
+  /// Sets whether a left drag turns the view everywhere.
+  void set_turning(bool on);
+  /// Hides layers, by their indices in the scene's.
+  void hide_layers(const std::set<std::size_t>& hidden);
+  /// Second trace's moment, drawn paler; none: not drawn.
+  void show_other(const std::optional<Moment>& other);
   /// Text at the top (a fault) and at the bottom (a hint); empty: none.
   void show_words(const QString& top, const QString& bottom);
+  const QString& fault() const { return top_; }
+  const QString& hint() const { return bottom_; }
   void show_marks(bool shown);
   bool shows_marks() const { return marks_; }
 
@@ -54,22 +67,37 @@ class View3D : public QVTKOpenGLNativeWidget {
   void set_dark(bool dark);
   /// [s] duration of the last redraw.
   double frame_s() const { return frame_s_; }
-  /// Picture including the overlay.
-  QImage picture();
+  /// Picture including the overlay. \param size  [pixels]; empty: the widget's
+  QImage picture(const QSize& size = {});
+  /// Where a press would touch; none: it would turn the view.
+  struct Target {
+    Vec3 at_m;
+    Vec3 into;  ///< [1] unit vector of a press
+    bool on_surface;
+  };
+  std::optional<Target> target_at(const QPointF& px) const;
+  bool has_surfaces() const { return finder_.has_surfaces(); }
 
  Q_SIGNALS:
-  /// A touch began on the surface here. \param at_m  hand frame  \param away  [1] into the screen
+  /// A touch began on the surface here. \param at_m  hand frame  \param away  [1] into the surface, or the screen
   void hold_began(palpa::Vec3 at_m, palpa::Vec3 away);
-  /// The touch moved to this surface point, pressed in by the depth [m].
+  /// The touch moved to this surface point, pressed in by the depth [m] along `away`.
   void hold_moved(palpa::Vec3 at_m, palpa::Vec3 away, double depth_m);
   void hold_ended(palpa::Vec3 away);
   void turned();
-  void frame_drawn(double frame_s);
+  void enlarge_asked();
+  /// The cursor is over this position of the data.
+  void pointed(palpa::Vec3 at_m);
+  void pointed_nowhere();
+  /// A picture begins or ends to be drawn.
+  void draws(bool on);
 
  protected:
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;
   void mouseReleaseEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void leaveEvent(QEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void paintGL() override;
@@ -79,7 +107,10 @@ class View3D : public QVTKOpenGLNativeWidget {
   class Overlay;
   enum class Drag { none, touch, turn, move };
   Vec3 at_m(const QPointF& px) const;
-  std::optional<Vec3> surface_at(const QPointF& px) const;
+  std::optional<SurfacePoint> surface_at(const QPointF& px) const;
+  /// Depth of the nearest streamline on the screen, else of the cross; behind the view's centre.
+  double flow_depth_m(const QPointF& px) const;
+  void show_hover();
   void lead(const QPointF& px);
   void apply_camera();
   /// True for software rendering: moving pictures are drawn coarser.
@@ -95,13 +126,19 @@ class View3D : public QVTKOpenGLNativeWidget {
   Overlay* overlay_;
   SurfaceFinder finder_;
   detail::View view_;
-  QTimer still_;
+  QTimer still_, hover_;
   std::array<Vec3, 3> axes_{};
   bool medical_ = false;
   double world_per_hand_ = 1.0;
   double depth_m_ = 0.0;
   double plane_depth_m_ = 0.0;  // of the hand's plane behind the view's centre, without a surface
+  Vec3 cross_m_;
+  Vec3 into_;                     // of the last press
+  std::optional<Vec3> ghost_m_;   // where a press would touch
+  std::set<std::size_t> hidden_;  // layers
+  bool turning_ = false;
   Moment moment_;
+  std::optional<Moment> other_;
   std::vector<TrailPoint> trail_;
   std::vector<detail::Streamline> streamlines_;
   double most_n_ = 1.0;

@@ -9,6 +9,10 @@ namespace palpa {
 namespace {
 // Largest control-display ratio [1]. More: resistance is easier to see, but the hand feels stuck; less: it is not visible.
 constexpr double largest_ratio = 3.0;
+// [s] Longest interval between motions of one movement. Longer: the hand lags behind a slow window; shorter: it stops between.
+constexpr double longest_interval_s = 0.1;
+// [1] Share of the longest recent interval that remains with each motion: intervals of a busy window vary.
+constexpr double kept_share = 0.8;
 }  // namespace
 
 void MouseHand::move(const Vec3& way_m) noexcept {
@@ -54,17 +58,28 @@ void MouseHand::pass(double time_s) noexcept {
     puts_taken_ = wanted.puts;
     was_put_ = true;
     position_m_ = shortened(wanted.put_at_m, options_.radius_m);
-    pending_m_ = velocity_m_per_s_ = {};
+    spread_m_ = pending_m_ = velocity_m_per_s_ = {};
     taken_m_ = wanted.put_from_m;
   }
-  pending_m_ += wanted.moved_to_m - taken_m_;
+  if (wanted.moved_to_m != taken_m_) {
+    const bool goes_on = since_motion_s_ <= longest_interval_s;
+    interval_s_ = goes_on ? std::max(since_motion_s_, kept_share * interval_s_) : 0.0;
+    spread_m_ += wanted.moved_to_m - taken_m_;
+    left_s_ = interval_s_;
+    since_motion_s_ = 0.0;
+  }
   taken_m_ = wanted.moved_to_m;
   if (!has_mouse_.load(std::memory_order_relaxed)) {
-    pending_m_ = velocity_m_per_s_ = {};
+    spread_m_ = pending_m_ = velocity_m_per_s_ = {};
     return;
   }
   if (!(time_s > 0.0)) return;
 
+  since_motion_s_ += time_s;
+  const Vec3 due_m = left_s_ > time_s ? (time_s / left_s_) * spread_m_ : spread_m_;
+  left_s_ = std::max(0.0, left_s_ - time_s);
+  spread_m_ -= due_m;
+  pending_m_ += due_m;
   Vec3 way_m = -std::expm1(-time_s / options_.smoothing_s) * pending_m_;
   pending_m_ -= way_m;
   const double strength_n = norm(force_n_);

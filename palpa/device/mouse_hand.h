@@ -20,7 +20,8 @@ class MouseHand final : public Device {
   struct Options {
     double radius_m = 0.12;        ///< > 0: radius of the ball that confines the pointer
     double largest_force_n = 3.3;  ///< > 0: at this force, motion against it stops
-    /// > 0: motions are spread over this time [s], since a mouse reports 60 to 1000 times a second.
+    /// > 0: motions are smoothed over this time [s], since a mouse reports 60 to 1000 times a second. Before, each is spread
+    /// over the interval between motions, up to 0.1 s: a slow window does not make the hand stop between them.
     double smoothing_s = 0.02;
     /// Clock of `read`.
     std::chrono::steady_clock::time_point (*now)() noexcept = &std::chrono::steady_clock::now;
@@ -72,7 +73,8 @@ class MouseHand final : public Device {
   // The haptic thread's.
   std::uint32_t puts_taken_ = 0;
   bool was_put_ = false;
-  Vec3 taken_m_, pending_m_, position_m_, velocity_m_per_s_, force_n_;
+  Vec3 taken_m_, spread_m_, pending_m_, position_m_, velocity_m_per_s_, force_n_;
+  double since_motion_s_ = 1.0, interval_s_ = 0.0, left_s_ = 0.0;  // of motions; what is left of the spread
   std::chrono::steady_clock::time_point passed_to_ = options_.now();
 };
 

@@ -38,8 +38,8 @@
 namespace palpa::detail {
 namespace {
 
-// [1] Samples along the longest side of a surface's or cloud's field. More: time and memory, cubed; fewer: details are lost.
-constexpr int most_samples = 160;
+// [1] Factor of a mode's masks below which a flow is not drawn. More: its edges are cut off; less: noise is drawn.
+constexpr double least_drawn = 0.2;
 
 /// Collects the fields and levels of a mode.
 class FieldsRead : public ParameterVisitor {
@@ -91,19 +91,45 @@ class Part : public Field {
 };
 
 /// Scalar field over a part of its box as VTK image; NaN without data.
-vtkSmartPointer<vtkImageData> image_of(const FieldPtr& field, const Box& box) {
+vtkSmartPointer<vtkImageData> image_of(const FieldPtr& field, const Box& box, int most_samples) {
   const double side_m = largest_component(box.size_m());
   const double samples = std::ceil(side_m / field->spacing_m()) + 1.0;
   const FieldPtr grid = sampled(Part(field, box), static_cast<int>(std::clamp(samples, 2.0, 1.0 * most_samples)));
   return to_vtk(*grid);
 }
 
+/// Field with data only where masks let a mode act.
+class Masked : public Field {
+ public:
+  Masked(FieldPtr field, std::vector<std::pair<FieldPtr, TransferFunction>> masks)
+      : field_(std::move(field)), masks_(std::move(masks)) {}
+  int components() const noexcept override { return field_->components(); }
+  VectorSample vector(const Vec3& x_m) const noexcept override {
+    VectorSample sample = field_->vector(x_m);
+    double share = 1.0;
+    for (const auto& [of, curve] : masks_) {
+      const ScalarSample value = of->scalar(x_m);
+      share *= value.inside ? curve.at(value.value) : 0.0;
+    }
+    sample.inside = sample.inside && share > least_drawn;
+    return sample;
+  }
+  double spacing_m() const noexcept override { return field_->spacing_m(); }
+  Box bounds_m() const noexcept override { return field_->bounds_m(); }
+  double depth_m(const Vec3& x_m) const noexcept override { return field_->depth_m(x_m); }
+  std::vector<ValueRange> value_ranges() const override { return field_->value_ranges(); }
+
+ private:
+  FieldPtr field_;
+  std::vector<std::pair<FieldPtr, TransferFunction>> masks_;
+};
+
 /// Cache of sampled fields: several surfaces of one field share one image.
 class Images {
  public:
-  vtkImageData* of(const std::string& name, const FieldPtr& field, const Box& box) {
+  vtkImageData* of(const std::string& name, const FieldPtr& field, const Box& box, int most_samples) {
     vtkSmartPointer<vtkImageData>& image = images_[name];
-    if (!image) image = image_of(field, box);
+    if (!image) image = image_of(field, box, most_samples);
     return image;
   }
 
@@ -138,7 +164,9 @@ std::string surface_words(const Scene& scene, const ViewLayer& layer, const Volu
   }
   std::string unit = named.unit.empty() ? "" : " " + named.unit;
   if (named.unit.starts_with("1/")) unit = named.unit.substr(1);  // "3/s", not "3 1/s"
-  return name_of(scene, layer.field, named) + " = " + number_words(level) + unit;
+  const std::string value = " = " + number_words(level) + unit;
+  if (layer.field.name.starts_with("q(")) return "vortices (Q" + value + ")";
+  return name_of(scene, layer.field, named) + value;
 }
 
 /// Value of a scalar field, magnitude of a vector field; false without data.
@@ -250,7 +278,9 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
                 std::size_t number, const LayerOptions& options, Images& images, LayerSigns& signs) {
   const ViewLayer& layer = layers[number];
   const VolumeField& named = scene.field(layer.field);
-  const FieldPtr field = in_hand_frame(frozen(named.field, options.at), scene.hand_to_world());
+  const bool flows = layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
+  FieldPtr field = in_hand_frame(frozen(named.field, options.at), scene.hand_to_world());
+  if (flows) field = drawn_flow(scene, layer.field, field, options.at);
   const Box box = shared_part(field->bounds_m(), options.near);
   const double side_m = largest_component(box.size_m());
   if (!(side_m > 0.0)) return;
@@ -258,7 +288,8 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
   switch (layer.show) {
     case ViewLayer::Show::surface: {
       const SurfaceStyle look = surface_style(scene, layers, number, options.see_through);
-      vtkSmartPointer<vtkPolyData> surface = surface_of(images.of(layer.field.name, field, box), *field, look.level);
+      vtkSmartPointer<vtkPolyData> surface =
+          surface_of(images.of(layer.field.name, field, box, options.most_samples), *field, look.level);
       if (!layer.all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
       LegendEntry entry{surface_words(scene, layer, named, look.level), {blended(look.color, look.opacity, ground_color)}};
       if (look.opacity < 1.0) {
@@ -279,12 +310,12 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
     }
     case ViewLayer::Show::volume: {
       const ColorMap map = colors_of(layer, *field);
-      draw_volume(solid, images.of(layer.field.name, field, box), side_m, map);
+      draw_volume(solid, images.of(layer.field.name, field, box, options.most_samples), side_m, map);
       signs.bars.push_back({title_of(scene, layer, named), map});
       break;
     }
     case ViewLayer::Show::streamlines: {
-      const std::vector<Streamline> lines = streamlines(*field, box, 64);
+      const std::vector<Streamline> lines = streamlines(*field, box, static_cast<std::size_t>(options.most_lines));
       std::vector<double> speeds;
       for (const Streamline& line : lines) {
         for (const StreamPoint& point : line) speeds.push_back(point.speed);
@@ -399,6 +430,28 @@ ColorMap colors_of(const ViewLayer& layer, const Field& field) {
 
 FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& map) {
   return posed(field, {transposed(map.rotation), 1.0 / map.scale, map.to_hand({})});
+}
+
+FieldPtr drawn_flow(const Scene& scene, const FieldRef& ref, const FieldPtr& field, DataTime at) {
+  for (const SceneMode& mode : scene.modes()) {
+    FieldsRead read;
+    Mode copy = mode.mode;
+    copy.visit(read);
+    const auto reads = [&](const auto& one) { return one.first == ref.name; };
+    if (mode.masks.empty() || std::none_of(read.fields.begin(), read.fields.end(), reads)) continue;
+    std::vector<std::pair<FieldPtr, TransferFunction>> masks;
+    for (const Mask& mask : mode.masks)
+      masks.emplace_back(in_hand_frame(frozen(scene.field(mask.of).field, at), scene.hand_to_world()), mask.curve);
+    return std::make_shared<Masked>(field, std::move(masks));
+  }
+  return field;
+}
+
+std::string layer_words(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number) {
+  const ViewLayer& layer = layers[number];
+  const VolumeField named = scene.field(layer.field);
+  if (layer.show != ViewLayer::Show::surface) return title_of(scene, layer, named);
+  return surface_words(scene, layer, named, surface_style(scene, layers, number, true).level);
 }
 
 SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through) {

@@ -68,7 +68,18 @@ struct LayerOptions {
   DataTime at;       ///< time of the data
   double unit_m;     ///< half the picture's height
   Vec3 towards;      ///< [1] to the viewer, hand frame, for the edges of translucent surfaces
+  /// [1] Samples along the longest side of a surface's or cloud's field. More: time and memory, cubed; fewer: details are lost.
+  int most_samples = 160;
+  int most_lines = 64;  ///< [1] streamlines of a layer
 };
+
+/// Vector field as it is drawn, without positions where the masks of the first mode that reads it are nearly zero: noise is no
+/// flow. \param field  hand frame, of `ref`
+FieldPtr drawn_flow(const Scene& scene, const FieldRef& ref, const FieldPtr& field, DataTime at);
+
+/// Name of layer `number` in the legend, with its value or unit: "skin", "speed / m/s". Allocates. Throws SceneError on an
+/// unknown field.
+std::string layer_words(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number);
 
 /// Draws the layers in the hand frame: opaque with `solid`, translucent with `shells`, which has to draw after `solid` and keep
 /// its depth buffer. Throws LoadError on a field that is unknown or of the wrong kind.

@@ -23,7 +23,6 @@ longer = {
     "app/cli_run.cpp": "add_run",
     "explorer/drawing.cpp": "draw_for_window",
     "explorer/function_editor.cpp": "FunctionEditor show_functions",
-    "explorer/main_window.cpp": "MainWindow",
     "explorer/main_window_actions.cpp": "make_actions",
     "explorer/panel.cpp": "build",
     "explorer/parameter_form.cpp": "editor_of",

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <thread>
 
@@ -60,6 +61,28 @@ TEST(MouseHand, IsSmoothHoweverSeldomItIsTold) {
     EXPECT_LT(now_m - last_m, 0.1 * 0.02) << "a jump of a mouse is spread over many ticks";
     last_m = now_m;
   }
+}
+
+TEST(MouseHand, GoesEvenlyBetweenTheMotionsOfASlowWindow) {
+  MouseHand pointer({.now = []() noexcept { return std::chrono::steady_clock::time_point(); }});
+  // Every 40 ± 5 ms, as over a network; without the spread, the hand would nearly stop before each motion.
+  double least_m = 1.0, most_m = 0.0, last_m = 0.0;
+  int next = 0;
+  for (int n = 0; n < 2000; ++n) {
+    if (n == next) {
+      pointer.move({0.002, 0, 0});
+      next += n % 2 == 0 ? 35 : 45;
+    }
+    pointer.pass(1e-3);
+    const double now_m = pointer.read().position_m.x;
+    if (n > 400 && now_m < 0.11) {
+      least_m = std::min(least_m, now_m - last_m);
+      most_m = std::max(most_m, now_m - last_m);
+    }
+    last_m = now_m;
+  }
+  EXPECT_GT(least_m, 0.5 * 0.002 / 40);
+  EXPECT_LT(most_m, 2.0 * 0.002 / 40);
 }
 
 TEST(MouseHand, IsSlowerAgainstAForceOnly) {

@@ -5,6 +5,7 @@
 #include <QLabel>
 #include <QWindow>
 #include <cstdlib>
+#include <fstream>
 
 #include "display.h"
 #include "explorer/surface_finder.h"
@@ -30,6 +31,7 @@ QApplication& application() {
     auto* one = new QApplication(count, names);
     QApplication::setOrganizationName("palpa");
     QApplication::setApplicationName("palpa");
+    QApplication::setQuitOnLastWindowClosed(false);  // else no dialogue opens after the first test
     return one;
   }();
   return *made;
@@ -43,6 +45,17 @@ fs::path fresh_folder(const std::string& name) {
 }
 
 fs::path embedded(const std::string& scene) { return fs::path(PALPA_SCENES) / scene; }
+
+fs::path small_head() {
+  std::ifstream in(embedded("head_phantom.toml"));
+  std::string text(std::istreambuf_iterator<char>(in), {});
+  const std::string key = "sampled = 160";
+  const std::size_t at = text.find(key);
+  if (at != text.npos) text.replace(at, key.size(), "sampled = 56");
+  const fs::path file = fresh_folder("small") / "small_head.toml";
+  std::ofstream(file) << text;
+  return file;
+}
 
 Driver::Driver(WindowOptions options) {
   application();
@@ -69,6 +82,32 @@ bool Driver::open(const fs::path& path) {
   return wait_for([&] { return largest_component(view().drawing().bounds_m.size_m()) > 0.0; });
 }
 
+bool Driver::run_ticks(std::int64_t ticks) {
+  const std::int64_t from = window_->touch().moment().tick;
+  return wait_for([&] { return window_->touch().moment().tick >= from + ticks; });
+}
+
+bool Driver::is_let_out() {
+  return wait_for([&] {
+    LiveLoop* const loop = window_->touch().loop();
+    if (!loop || window_->touch().moment().tick < 0) return false;
+    const GuardState state = loop->latest().frame.command.guard;
+    return state == GuardState::pass || state == GuardState::limited || state == GuardState::damped;
+  });
+}
+
+bool Driver::hand_rests() {
+  constexpr std::int64_t ticks = 80;
+  Moment before = window_->touch().moment();
+  return wait_for([&] {
+    const Moment now = window_->touch().moment();
+    if (now.tick < before.tick + ticks) return false;
+    const bool rests = before.tick >= 0 && distance(now.probe_m, before.probe_m) < 5e-5;
+    before = now;
+    return rests;
+  });
+}
+
 bool Driver::wait_for(const std::function<bool()>& holds, int at_most_ms) { return QTest::qWaitFor(holds, at_most_ms); }
 
 void Driver::press(QWidget& on, const QPoint& at, Qt::MouseButton button) { QTest::mousePress(&on, button, {}, at); }
@@ -79,7 +118,7 @@ void Driver::move(QWidget& on, const QPoint& from, const QPoint& to, Qt::MouseBu
     // QTest's own move does not send the held buttons.
     QMouseEvent event(QEvent::MouseMove, at, on.mapTo(on.window(), at), on.mapToGlobal(at), Qt::NoButton, button, {});
     QApplication::sendEvent(&on, &event);
-    QTest::qWait(20);
+    QTest::qWait(4);
   }
 }
 
@@ -87,7 +126,7 @@ void Driver::release(QWidget& on, const QPoint& at, Qt::MouseButton button) { QT
 
 void Driver::drag(QWidget& on, const QPoint& from, const QPoint& to, Qt::MouseButton button) {
   press(on, from, button);
-  move(on, from, to, button);
+  move(on, from, to, button, 8);
   release(on, to, button);
 }
 
@@ -95,14 +134,18 @@ void Driver::wheel(QWidget& on, const QPoint& at, int notches, Qt::MouseButton h
   for (int i = 0; i < std::abs(notches); ++i) {
     QWheelEvent event(at, on.mapToGlobal(at), {}, QPoint(0, notches > 0 ? 120 : -120), held, {}, Qt::NoScrollPhase, false);
     QApplication::sendEvent(&on, &event);
-    QTest::qWait(30);
+    QTest::qWait(2);
   }
 }
 
-void Driver::key(Qt::Key key, Qt::KeyboardModifiers modifiers) { QTest::keyClick(window_.get(), key, modifiers); }
+void Driver::key(Qt::Key key, Qt::KeyboardModifiers modifiers) {
+  // Without a window manager no window becomes active when a dialogue closes.
+  if (!QApplication::activeWindow()) QApplication::setActiveWindow(window_.get());
+  QTest::keyClick(window_.get(), key, modifiers);
+}
 
 QImage Driver::look(const std::string& name) {
-  QTest::qWait(80);
+  QTest::qWait(20);
   const QImage picture = window_->grab().toImage();
   fs::create_directories(PALPA_SCREENSHOTS);
   picture.save(QString::fromStdString(std::string(PALPA_SCREENSHOTS) + "/" + name + ".png"));

@@ -19,6 +19,8 @@ QApplication& application();
 /// Output folder of tests, empty at first.
 std::filesystem::path fresh_folder(const std::string& name);
 std::filesystem::path embedded(const std::string& scene);
+/// The embedded head with few samples, which opens at once: for tests of the window, not of the picture.
+std::filesystem::path small_head();
 
 class Driver {
  public:
@@ -32,6 +34,16 @@ class Driver {
   /// Runs the window until `holds`; false after the limit.
   static bool wait_for(const std::function<bool()>& holds, int at_most_ms = 20'000);
   static void live(int ms) { QTest::qWait(ms); }
+  /// Waits until everything is read and drawn finely; false after the limit.
+  bool is_done() {
+    return wait_for([this] { return !window_->is_busy(); }, 120'000);
+  }
+  /// Waits until the session has run for so many ticks more; false after the limit.
+  bool run_ticks(std::int64_t ticks);
+  /// Waits until the guard lets the force out: no ramp, no fall; false after the limit.
+  bool is_let_out();
+  /// Waits until the hand has come to rest at its target, or at what resists; false after the limit.
+  bool hand_rests();
 
   // ---- input ----
   void press(QWidget& on, const QPoint& at, Qt::MouseButton button = Qt::LeftButton);

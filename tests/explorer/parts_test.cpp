@@ -70,7 +70,7 @@ TEST(SurfaceFinder, FindsWhereALineMeetsAnEmbeddedHead) {
   ASSERT_TRUE(finder.has_surfaces());
   const auto front = finder.first({0.0, 0.0, 1.0}, {0.0, 0.0, -1.0});
   ASSERT_TRUE(front);
-  EXPECT_NEAR(front->x, 0.0, 1e-12);
+  EXPECT_NEAR(front->at_m.x, 0.0, 1e-12);
   // From any direction through the middle: a hit, in front of the hit from the other side.
   for (int i = 0; i < 40; ++i) {
     const double a = 0.3 * i;
@@ -78,7 +78,7 @@ TEST(SurfaceFinder, FindsWhereALineMeetsAnEmbeddedHead) {
     const auto here = finder.first(-1.0 * way, way), there = finder.first(1.0 * way, -way);
     ASSERT_EQ(here.has_value(), there.has_value());
     if (here) {
-      EXPECT_LE(dot(*here, way), dot(*there, way) + 1e-9);
+      EXPECT_LE(dot(here->at_m, way), dot(there->at_m, way) + 1e-9);
     }
   }
   EXPECT_FALSE(finder.first({0.0, 0.0, 1.0}, {0.0, 0.0, 1.0})) << "away from it";

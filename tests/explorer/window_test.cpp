@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <QDoubleSpinBox>
+#include <QProcess>
 #include <QScreen>
 #include <QToolButton>
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace window_test {
 
 TEST(ExplorerWindow, UndoAndForceOffWorkWhileANumberIsTyped) {
   Driver driver;
-  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  ASSERT_TRUE(driver.open(small_head()));
   const Scene before = driver.window().document().scene();
   QDoubleSpinBox* box = nullptr;
   for (QDoubleSpinBox* one : driver.window().findChildren<QDoubleSpinBox*>())
@@ -92,14 +93,23 @@ TEST(ExplorerWindow, AProgramSavesItAsAPictureAndClosesIt) {
   application();  // starts the display
   const std::filesystem::path folder = fresh_folder("screenshot");
   const std::string scene = embedded("wing_phantom.toml").string(), file = (folder / "wing.png").string();
-  EXPECT_EQ(explored(scene + " --screenshot " + file + " --quit-after-s 25"), 0);
+  QProcess program;
+  const char* bin = std::getenv("PALPA_BIN");
+  program.start(QString(bin ? bin : "") + "/palpa", {"explore", QString::fromStdString(scene), "--screenshot",
+                                                     QString::fromStdString(file), "--quit-after-s", "120"});
+  EXPECT_TRUE(Driver::wait_for([&] { return std::filesystem::exists(file); }, 120'000));
+  EXPECT_EQ(program.state(), QProcess::Running) << "it is closed at its time, not before";
+  program.kill();
+  program.waitForFinished();
   const QImage picture(QString::fromStdString(file));
   ASSERT_GT(picture.width(), 600);
   std::set<QRgb> colors;
   for (int x = 0; x < picture.width(); x += 7)
     for (int y = 0; y < picture.height(); y += 7) colors.insert(picture.pixel(x, y));
   EXPECT_GT(colors.size(), 200u) << "the scene is not drawn";
-  EXPECT_EQ(explored("--screenshot " + file + " --quit-after-s 2"), 2) << "no file is replaced";
+  EXPECT_EQ(explored("--screenshot " + (folder / "start.png").string() + " --quit-after-s 1"), 0);
+  EXPECT_FALSE(QImage(QString::fromStdString((folder / "start.png").string())).isNull()) << "in time, drawn or not";
+  EXPECT_EQ(explored("--screenshot " + file + " --quit-after-s 1"), 2) << "no file is replaced";
   EXPECT_EQ(explored("--screenshot " + (folder / "wing.jpg").string()), 2);
   EXPECT_EQ(explored("--quit-after-s -1"), 2);
   EXPECT_EQ(explored("--quit-after-s 1"), 0);
