@@ -84,7 +84,9 @@ void suggest_scene(const Asked& asked, const Facts& facts, const InfoArguments& 
   try {
     const Progress progress("looking for what can be felt in " + asked.name);
     const fs::path folder = arguments.scene_file.empty() ? fs::path(".") : fs::absolute(arguments.scene_file).parent_path();
-    text = first_scene(facts.file.volume, asked.request, folder);
+    std::vector<std::pair<std::string, double>> labels;
+    for (const FilePart& label : facts.file.contents.labels) labels.emplace_back(label.name, static_cast<double>(label.number));
+    text = first_scene(facts.file.volume, asked.request, {.folder = folder, .labels = labels});
   } catch (const LoadError& error) {
     const std::string problem = error.what();
     throw LoadError(problem.rfind(asked.name, 0) == 0 ? problem : asked.name + ": " + problem);

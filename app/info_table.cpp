@@ -110,6 +110,21 @@ void add_files(InfoTable& table, const Volume& volume) {
                                             files.size() == 1 ? "file" : "files", bytes_words(bytes)));
 }
 
+/// Series of a folder and labels of a segmentation.
+void add_parts(InfoTable& table, const FileContents& contents) {
+  Json series = Json::array(), labels = Json::object();
+  std::vector<std::string> names;
+  for (const FilePart& part : contents.series)
+    series.push_back({{"uid", part.name}, {"words", part.words}, {"images", part.number}});
+  for (const FilePart& label : contents.labels) {
+    labels[label.name] = label.number;
+    names.push_back(fmt::format("{} {}", label.number, label.name));
+  }
+  if (!contents.series.empty()) table.json["series"] = std::move(series);
+  if (!names.empty()) table.json["labels"] = std::move(labels);
+  table.words += line("labels", detail::joined(names));
+}
+
 void add_grid(InfoTable& table, const Facts& facts) {
   const GridGeometry& grid = facts.placed.grid;
   table.json["index_to_world_m"] = matrix(grid);
@@ -375,6 +390,7 @@ InfoTable info_table(const Facts& facts, const std::vector<AskedPlace>& places, 
   table.json["modality"] = volume.modality;
   add_scan(table, volume);
   add_files(table, volume);
+  add_parts(table, facts.file.contents);
   FieldsTable fields(facts, level);
   table.json["fields"] = std::move(fields.fields);
   table.json["statistics"] = std::move(fields.statistics);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <QObject>
+#include <QStringList>
 #include <QUndoStack>
 #include <filesystem>
 #include <functional>
@@ -19,6 +20,9 @@ struct Opened {
   std::filesystem::path trace;           ///< empty: no trace
   std::filesystem::path second_trace{};  ///< shown beside `trace`; empty: none
   QString title;
+  VolumeRequest request{};         ///< of data; without files: a scene or a trace
+  std::filesystem::path beside{};  ///< further data that may bound the flow, not read; empty: none
+  QStringList notes{};             ///< remarks on what was chosen
 };
 
 /// One scene with undo. Each step copies the scene; voxels are shared, so a step is small.

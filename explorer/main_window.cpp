@@ -12,7 +12,6 @@
 #include <QKeyEvent>
 #include <QLabel>
 #include <QMessageBox>
-#include <QMimeData>
 #include <QScreen>
 #include <QScrollArea>
 #include <QStackedWidget>
@@ -22,7 +21,6 @@
 #include <utility>
 
 #include "explorer/job_bar.h"
-#include "explorer/opening.h"
 #include "explorer/picture_file.h"
 #include "explorer/presets.h"
 #include "palpa/base/new_file.h"
@@ -211,25 +209,6 @@ void MainWindow::touch_began(const Vec3& at_m, const Vec3& away) {
   views_->forget_trail();
 }
 
-void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
-  if (!document_.is_open()) pages_->setCurrentIndex(2);
-  const QString name = QString::fromStdString(path.filename().string());
-  jobs_.begin<Opened>(
-      Jobs::Purpose::open, tr("reading %1").arg(name),
-      [path, folders = options_.data_folders](std::stop_token stop) { return open_any(path, folders, stop); },
-      [this, path, second_trace](Opened opened) {
-        keep_unsaved();
-        remember(path);
-        message_->hide();
-        opened.second_trace = second_trace;
-        document_.open(std::move(opened));
-      },
-      [this](const QString& why) {
-        if (!document_.is_open()) pages_->setCurrentIndex(0);
-        say(why, true);
-      });
-}
-
 void MainWindow::opened(const Opened& opened) {
   const Scene& scene = opened.loaded.scene;
   setWindowTitle(tr("%1[*] – Palpa").arg(opened.title));
@@ -242,10 +221,7 @@ void MainWindow::opened(const Opened& opened) {
   record_->setChecked(false);
   hint_followed_ = false;
   views_->start(scene);
-  QStringList warnings;
-  for (const std::string& warning : opened.loaded.warnings) warnings << QString::fromStdString(warning);
-  if (!options_.has_opengl) warnings << tr("No OpenGL 3.2: slices only. On Debian, the package libgl1-mesa-dri brings it.");
-  if (!warnings.isEmpty()) say(warnings.join("\n"));
+  say_of(opened);
   scene_changed();
   replay_->end();
   player_dock_->hide();
@@ -441,24 +417,6 @@ void MainWindow::screenshot() {
   }
 }
 
-void MainWindow::ask_file() {
-  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scene, data, or a trace (its trace.toml)"),
-                                                    settings_.folder(QDir::homePath()));
-  if (file.isEmpty()) return;
-  settings_.set_folder(QFileInfo(file).absolutePath());
-  open_chosen(file.toStdString());
-}
-
-void MainWindow::ask_folder() {
-  const QString folder = QFileDialog::getExistingDirectory(this, tr("Open a DICOM series, an OpenFOAM case or a trace"),
-                                                           settings_.folder(QDir::homePath()));
-  if (folder.isEmpty()) return;
-  settings_.set_folder(folder);
-  open(folder.toStdString());
-}
-
-void MainWindow::open_chosen(const fs::path& path) { open(path.filename() == "trace.toml" ? path.parent_path() : path); }
-
 void MainWindow::remember(const fs::path& path) {
   settings_.remember(path);
   start_page_->show_recent(settings_.recent());
@@ -466,18 +424,6 @@ void MainWindow::remember(const fs::path& path) {
 
 void MainWindow::say(const QString& words, bool is_problem, const QList<MessageBar::Offer>& offers) {
   message_->say(words, is_problem, offers);
-}
-
-void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
-  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
-}
-
-void MainWindow::dropEvent(QDropEvent* event) {
-  for (const QUrl& url : event->mimeData()->urls()) {
-    if (!url.isLocalFile()) continue;
-    open_chosen(url.toLocalFile().toStdString());
-    break;
-  }
 }
 
 // Fields with text claim these keys: a number has an undo of its own, and a space is a letter. The force must go off with any

@@ -13,6 +13,7 @@
 #include "explorer/instruments.h"
 #include "explorer/jobs.h"
 #include "explorer/message_bar.h"
+#include "explorer/opening.h"
 #include "explorer/panel.h"
 #include "explorer/player.h"
 #include "explorer/replay.h"
@@ -44,6 +45,7 @@ class MainWindow : public QMainWindow {
 
   /// \param second_trace  shown beside the opened trace; empty: none
   void open(const std::filesystem::path& path, const std::filesystem::path& second_trace = {});
+  void open(const Wanted& wanted);
   /// Shows a second trace beside the first.
   void compare_with(const std::filesystem::path& trace);
   /// True while a job reads or draws.
@@ -88,9 +90,15 @@ class MainWindow : public QMainWindow {
   void feel_with(std::unique_ptr<Device> device, const std::filesystem::path& out);
   void tick();
   void say(const QString& words, bool is_problem = false, const QList<MessageBar::Offer>& offers = {});
+  QList<QAction*> make_opening_actions();
+  void say_of(const Opened& opened);
   void ask_file();
   void ask_folder();
-  void open_chosen(const std::filesystem::path& path);
+  void ask_data();
+  void ask_parts();
+  void choose(const FileContents& contents, const Wanted& wanted, const std::function<void(const Wanted&)>& then);
+  void open_chosen(const QStringList& files);
+  void add(Wanted wanted);
   bool save(bool under_another_name);
   void record(bool on);
   QImage picture();

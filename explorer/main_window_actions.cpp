@@ -41,14 +41,11 @@ QAction* MainWindow::action(const QString& words, const QKeySequence& keys, cons
 
 void MainWindow::make_file_actions() {
   QMenu* file = menuBar()->addMenu(tr("&File"));
-  QAction* open_file = action(tr("&Open …"), QKeySequence::Open, tr("Open a scene, data or a trace"), [this] { ask_file(); });
-  QAction* open_folder = action(tr("Open a &folder …"), QKeySequence("Ctrl+Shift+O"),
-                                tr("Open a folder: a DICOM series, an OpenFOAM case, a trace"), [this] { ask_folder(); });
+  const QList<QAction*> opening = make_opening_actions();
+  opening.front()->setIcon(style()->standardIcon(QStyle::SP_DialogOpenButton));
   QAction* save_scene = action(tr("&Save scene"), QKeySequence::Save, tr("Save the scene"), [this] { save(false); });
-  open_file->setIcon(style()->standardIcon(QStyle::SP_DialogOpenButton));
   save_scene->setIcon(style()->standardIcon(QStyle::SP_DialogSaveButton));
-  file->addAction(open_file);
-  file->addAction(open_folder);
+  file->addActions(opening);
   QMenu* recent = file->addMenu(tr("&Recent"));
   recent->setObjectName("recent");
   connect(recent, &QMenu::aboutToShow, this, [this, recent] { make_recent(recent); });
@@ -64,7 +61,7 @@ void MainWindow::make_file_actions() {
   file->addAction(action(tr("&Quit"), QKeySequence("Ctrl+Q"), tr("End Palpa"), [this] {
     if (may_close()) close();
   }));
-  tools_ = {open_file, save_scene};
+  tools_ = {opening.front(), save_scene};
 }
 
 void MainWindow::make_recent(QMenu* menu) {

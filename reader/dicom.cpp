@@ -1,10 +1,13 @@
 // DICOM series as volumes. From vtk-dicom only headers: it averages spacings, swaps those of rows and columns, ignores gaps.
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <future>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <utility>
 
 #include "dicom_files.h"
 #include "dicom_slices.h"
@@ -43,8 +46,11 @@ class DicomSource : public Source {
       return !s.padding || (s.padding->front() >= s.least() && s.padding->back() <= s.greatest());
     });
     volume_ = arranged(std::move(stack), header.warnings);
-    frame_ = static_cast<std::size_t>(choose_frames(request, static_cast<std::int64_t>(volume_.frames.size())));
-    if (request.frame < 0 && request.frame != VolumeRequest::all_frames && !volume_.differ.empty()) {
+    header.labels = images_.segments(slices().front());
+    if (request.frame == -1 && images_.is_binary(slices().front())) segments_ = segments_of(volume_);
+    const std::size_t frames = segments_.empty() ? volume_.frames.size() : 1;
+    frame_ = static_cast<std::size_t>(choose_frames(request, static_cast<std::int64_t>(frames)));
+    if (request.frame < 0 && request.frame != VolumeRequest::all_frames && frames > 1 && !volume_.differ.empty()) {
       header.warnings.push_back("has frames that differ in " + volume_.differ);
     }
     // Middle slice, unless it was inserted.
@@ -55,24 +61,26 @@ class DicomSource : public Source {
     protocol::FieldHeader field;
     field.name = "value";
     field.unit = images_.unit(shown);
-    field.type = numbers_.type;
+    field.type = segments_.empty() ? numbers_.type : std::ranges::max(segments_) < 256 ? VoxelType::uint8 : VoxelType::uint16;
     field.grid = volume_.grid;
     field.scale = numbers_.scale, field.offset = numbers_.offset;
     header.fields.push_back(field);
 
-    for (std::int64_t n = 0; n < frames_read; ++n) {
-      for (const Slice& slice : volume_.frames[frame_ + static_cast<std::size_t>(n)]) {
+    const std::size_t frames_used = segments_.empty() ? static_cast<std::size_t>(frames_read) : segments_.size();
+    for (std::size_t n = 0; n < frames_used; ++n) {
+      for (const Slice& slice : volume_.frames[frame_ + n]) {
         if (slice.blank) continue;
         if (files.empty() || files.back() != images_.name(slice)) files.push_back(images_.name(slice));
         header.working_bytes = std::max(header.working_bytes, 2 * images_.voxel_bytes(slice) + images_.stored_bytes(slice));
       }
     }
     header.working_bytes = (in_two_threads() ? 2 : 1) * (header.working_bytes + kept_bytes());
-    if (volume_.resampled) header.working_bytes += slices().size() * kept_bytes();
+    if (volume_.resampled || !segments_.empty()) header.working_bytes += 4 * slices().size() * kept_bytes();
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
     Loaded file;
+    if (!segments_.empty()) return read_segments(file, to.front());
     for (std::byte* const frame : to) {
       read_frame(file, frame);
       ++frame_;
@@ -80,6 +88,55 @@ class DicomSource : public Source {
   }
 
  private:
+  /// Last file read, if its numbers are converted.
+  struct Loaded {
+    int file = -1;
+    std::unique_ptr<std::byte[]> frames;  ///< takes no memory until the library has checked the file's length and writes
+  };
+
+  /// Number of each frame's segment; empty if these are not all there, different and from 1 to 65535.
+  static std::vector<int> segments_of(const Arranged& volume) {
+    std::vector<int> segments;
+    for (const std::vector<Slice>& frame : volume.frames) {
+      for (const Trait& trait : frame.front().traits) {
+        const double number = attribute(trait.attribute).name == "segment" && !trait.numbers.empty() ? trait.numbers[0] : 0.0;
+        if (number >= 1.0 && number <= 65535.0) segments.push_back(static_cast<int>(number));
+      }
+    }
+    const std::set<int> different(segments.begin(), segments.end());
+    return different.size() == volume.frames.size() ? segments : std::vector<int>();
+  }
+
+  /// Reads all segments as one map of labels; where segments overlap, the last is kept.
+  void read_segments(Loaded& file, std::byte* to) {
+    const std::uint64_t count = slices().size() * slices().front().pixels();
+    std::vector<std::byte> of_segment(slices().size() * kept_bytes());
+    std::vector<std::uint16_t> labels(count, 0);
+    std::uint64_t overlaps = 0;
+    const auto to_file = std::exchange(
+        put, [](std::byte* place, const std::byte* from, std::uint64_t bytes) { std::memcpy(place, from, bytes); });
+    for (const int segment : segments_) {
+      read_frame(file, of_segment.data());
+      protocol::with_type(numbers_.type, [&](auto value) {
+        const auto* const in = reinterpret_cast<const decltype(value)*>(of_segment.data());
+        for (std::uint64_t v = 0; v < count; ++v) {
+          if (in[v] == 0) continue;
+          overlaps += labels[v] != 0;
+          labels[v] = static_cast<std::uint16_t>(segment);
+        }
+      });
+      ++frame_;
+    }
+    put = to_file;
+    std::vector<std::uint8_t> bytes;
+    if (header.fields[0].type == VoxelType::uint8) bytes.assign(labels.begin(), labels.end());
+    put(to, reinterpret_cast<const std::byte*>(bytes.empty() ? static_cast<const void*>(labels.data()) : bytes.data()),
+        bytes.empty() ? 2 * count : count);
+    if (overlaps > 0)
+      warnings.push_back("has segments that overlap in " + std::to_string(overlaps) +
+                         " voxels, in which the last is read (frame = N reads one segment)");
+  }
+
   const std::vector<Slice>& slices() const { return volume_.frames[frame_]; }
   std::uint64_t kept_bytes() const { return slices().front().pixels() * palpa::size_of(numbers_.type); }
 
@@ -88,12 +145,6 @@ class DicomSource : public Source {
   bool in_two_threads() const {
     return !volume_.resampled && files.size() == static_cast<std::size_t>(frames_read) * slices().size() && slices().size() > 1;
   }
-
-  /// Last file read, if its numbers are converted.
-  struct Loaded {
-    int file = -1;
-    std::unique_ptr<std::byte[]> frames;  ///< takes no memory until the library has checked the file's length and writes
-  };
 
   /// Reads a slice in the kept number type. One thread at a time, because the libraries are not thread-safe.
   void read_slice(const Slice& slice, Loaded& loaded, std::byte* kept) {
@@ -168,6 +219,7 @@ class DicomSource : public Source {
       }
       return text;
     };
+    for (const Series& s : all) header.series.push_back({s.uid, s.words, static_cast<std::int64_t>(s.slices)});
     const auto largest = std::ranges::max_element(stacks, {}, [&](const std::vector<Slice>& s) {
       return series.empty() || s.front().series == series ? s.front().pixels() * s.size() : 0;
     });
@@ -242,7 +294,8 @@ class DicomSource : public Source {
 
   DicomFiles images_;
   Arranged volume_;
-  std::size_t frame_ = 0;  ///< read next
+  std::size_t frame_ = 0;      ///< read next
+  std::vector<int> segments_;  ///< numbers, of each frame; empty: no map of labels
   Numbers numbers_;
   std::mutex libraries_;
   bool masked_ = true;  ///< clears bits outside of the stored ones

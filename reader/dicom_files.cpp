@@ -48,6 +48,7 @@ vtkDICOMItem query() {
       {DC::ImagerPixelSpacing, vtkDICOMVR::DS},
       {DC::SeriesInstanceUID, vtkDICOMVR::UI},
       {DC::SeriesNumber, vtkDICOMVR::IS},
+      {DC::SeriesDescription, vtkDICOMVR::LO},
       {DC::InstanceNumber, vtkDICOMVR::IS},
       {DC::ImagePositionPatient, vtkDICOMVR::DS},
       {DC::ImageOrientationPatient, vtkDICOMVR::DS},
@@ -93,6 +94,8 @@ vtkDICOMItem query() {
       {DC::MagneticFieldStrength, vtkDICOMVR::DS},
       {DC::DiffusionBValue, vtkDICOMVR::FD},
       {DC::VelocityEncodingMaximumValue, vtkDICOMVR::FD},
+      {DC::SegmentationType, vtkDICOMVR::CS},
+      {DC::SegmentSequence, vtkDICOMVR::SQ},
       {DC::PixelData, vtkDICOMVR::OW},
   };
   vtkDICOMItem query;
@@ -509,9 +512,25 @@ std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {
 }
 
 std::string DicomFiles::series_words(const Slice& slice) const {
-  const std::string kind = modality(slice), number = reader_->text(slice.file, DC::SeriesNumber);
-  return kind + (kind.empty() || number.empty() ? "" : " ") + number;
+  std::string words = modality(slice);
+  for (const std::string& more :
+       {reader_->text(slice.file, DC::SeriesNumber), format_protocol(reader_->text(slice.file, DC::SeriesDescription))})
+    words += (words.empty() || more.empty() ? "" : " ") + more;
+  return words;
 }
+
+std::vector<FilePart> DicomFiles::segments(const Slice& slice) const {
+  std::vector<FilePart> segments;
+  if (modality(slice) != "SEG" || reader_->text(slice.file, DC::SegmentationType) == "FRACTIONAL") return segments;
+  const vtkDICOMValue& items = reader_->get(slice.file, 0, DC::SegmentSequence);
+  for (std::size_t n = 0; n < items.GetNumberOfValues(); ++n) {
+    const vtkDICOMItem& item = items.GetItem(n);
+    segments.push_back({item.Get(DC::SegmentLabel).AsUTF8String(), {}, item.Get(DC::SegmentNumber).AsInt()});
+  }
+  return segments;
+}
+
+bool DicomFiles::is_binary(const Slice& slice) const { return reader_->text(slice.file, DC::SegmentationType) == "BINARY"; }
 
 std::uint64_t DicomFiles::voxel_bytes(const Slice& slice) const {
   return static_cast<std::uint64_t>(reader_->frames(slice.file)) * slice.pixels() * size_of(slice.type);

@@ -30,8 +30,12 @@ class DicomFiles {
   /// Unit of the values, from the file's standard code; for a CT without a code "HU". Empty: none.
   std::string unit(const Slice& slice) const;
   std::vector<ScanFact> scan(const Slice& slice) const;
-  /// Modality and number of the series: "CT, 201".
+  /// Modality, number and known words of the description of the series: "CT 201 head bone".
   std::string series_words(const Slice& slice) const;
+  /// Names and numbers of the segments of a segmentation; empty for other files and for fractions.
+  std::vector<FilePart> segments(const Slice& slice) const;
+  /// True for a segmentation whose images are 1 in one segment and 0 elsewhere.
+  bool is_binary(const Slice& slice) const;
   /// Bytes of all frames of the slice's file, in memory and in the file.
   std::uint64_t voxel_bytes(const Slice& slice) const;
   std::uint64_t stored_bytes(const Slice& slice) const;

@@ -291,6 +291,7 @@ class Hdf5Source final : public Source {
     const std::string& file = request.packed.empty() ? request.path : request.packed;
     const std::string by_path = file.substr(file.rfind('/') + 1) + ":";
     if (std::ranges::any_of(chosen, [&](const FoundArray& a) { return shape(a) != shape(chosen.front()); })) {
+      if (request.listing) return list(found, size), std::vector<FoundArray>();
       throw LoadError("holds several arrays (" + joined(found) + "); name one: " + by_path + found.front().path);
     }
     if (!others.empty()) {
@@ -298,6 +299,16 @@ class Hdf5Source final : public Source {
                                 others.front().path + " takes one of them");
     }
     return chosen;
+  }
+
+  /// Lists arrays of which a request names one.
+  template <class Size>
+  void list(const std::vector<FoundArray>& found, const Size& size) {
+    for (const FoundArray& array : found) {
+      std::string lengths;
+      for (const std::int64_t n : array.shape.lengths) lengths += (lengths.empty() ? "" : " × ") + std::to_string(n);
+      header.alternatives.push_back({array.path, lengths, static_cast<std::int64_t>(size(array))});
+    }
   }
 
   void open_arrays(const protocol::Request& request) {

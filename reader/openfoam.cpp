@@ -18,7 +18,6 @@
 #include "file_names.h"
 #include "first_bytes.h"
 #include "messages.h"
-#include "palpa/base/printed.h"
 #include "source.h"
 #include "vtk_data.h"
 
@@ -26,20 +25,6 @@ namespace palpa::reader {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string in_words(double time_s) { return detail::text("%.9g", time_s); }
-
-/// Time to read [s]: the requested one, else the latest. Throws LoadError if the case does not have it.
-/// \param times_s  [s] of the case, in rising order
-double chosen_time(const std::vector<double>& times_s, const std::optional<double>& wanted_s) {
-  if (times_s.empty()) throw LoadError("has no folder of a moment with fields; run the case, or get its results");
-  if (!wanted_s) return times_s.back();
-  const auto nearest = *std::min_element(times_s.begin(), times_s.end(),
-                                         [&](double a, double b) { return std::abs(a - *wanted_s) < std::abs(b - *wanted_s); });
-  if (std::abs(nearest - *wanted_s) <= 1e-6 * std::max(1.0, std::abs(*wanted_s))) return nearest;
-  throw LoadError("has no moment " + in_words(*wanted_s) + " s among its " + std::to_string(times_s.size()) + " from " +
-                  in_words(times_s.front()) + " to " + in_words(times_s.back()) + " s; the nearest is " + in_words(nearest));
-}
 
 /// Removes units such as " [m/s]" from the names of arrays and returns them by name.
 std::map<std::string, std::string> take_units(vtkFieldData& arrays) {
@@ -206,10 +191,7 @@ std::unique_ptr<Source> open_openfoam(const protocol::Request& request) {
   source->header.length_unit = "m";
   if (!region.empty() && request.inside.empty())
     source->header.warnings.push_back("has its mesh in one region, '" + region + "', which is read");
-  if (!request.time_s && read.times_s.size() > 1) {
-    source->header.warnings.push_back("holds " + std::to_string(read.times_s.size()) + " moments: the latest, " +
-                                      in_words(read.time_s) + " s, is read (time = seconds takes another)");
-  }
+  if (!request.time_s) warn_of_moments(read.times_s, source->header.warnings);
   return source;
 }
 

@@ -111,8 +111,8 @@ void put_planes(const protocol::FieldHeader& field, std::byte* voxels) {
 void check_request(const protocol::Request& request, const Source& source) {
   if (!request.partners.empty() && !source.takes.partners)
     throw LoadError("is a volume by itself, and " + std::to_string(request.partners.size() + 1) +
-                    " files are named; give one (only a grid and its solution belong together; blocks of one grid in several "
-                    "files are not put together here: save them as one .vtu, in ParaView by Append Datasets)");
+                    " files are named; give one (only a grid and its solution, and blocks of one grid in VTK's XML files, "
+                    "belong together)");
   if (request.time_s && !source.takes.time) throw LoadError("has no moments to choose from; leave 'time' out");
   if (request.crop && !source.takes.crop)
     throw LoadError("is not resampled when read, so no part of it is; leave 'crop_m' out");
@@ -137,6 +137,12 @@ void unpack_request(protocol::Request& request, int memory) {
   request.path = unpacked_folder + std::to_string(memory);
 }
 
+/// [bytes] Memory for a file that is read with its header. A header needs little, but a legacy VTK file is read as a whole, and
+/// numbers as text grow up to fourfold in memory.
+std::uint64_t header_bytes(const protocol::Request& request, std::uint64_t bytes) {
+  return std::min(request.max_bytes, 8 * bytes);
+}
+
 /// \param unpacks  true if it reads compressed files itself
 void answer(int socket, Open open, bool unpacks) {
   int for_unpacked = -1;
@@ -145,8 +151,7 @@ void answer(int socket, Open open, bool unpacks) {
   if (!unpacks) unpack_request(request, for_unpacked);
   std::uint64_t bytes = file_bytes(request.path);
   for (const std::string& partner : request.partners) bytes += file_bytes(partner);
-  // A header needs little memory, but a legacy VTK file is read as a whole, and numbers as text grow up to fourfold in memory.
-  limit_memory(std::min(request.max_bytes, 8 * bytes));
+  limit_memory(header_bytes(request, bytes));
 
   const std::unique_ptr<Source> source = open(request);
   check_request(request, *source);
@@ -171,6 +176,8 @@ void answer(int socket, Open open, bool unpacks) {
 }
 
 }  // namespace
+
+void allow_memory(const protocol::Request& request, std::uint64_t bytes) { limit_memory(header_bytes(request, bytes)); }
 
 std::int64_t Source::choose_frames(const protocol::Request& request, std::int64_t frames) {
   header.frames = static_cast<std::int32_t>(std::min<std::int64_t>(frames, INT32_MAX));

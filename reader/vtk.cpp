@@ -24,6 +24,7 @@
 #include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <sstream>
 #include <string_view>
@@ -32,8 +33,10 @@
 #include "first_bytes.h"
 #include "library_words.h"
 #include "messages.h"
+#include "serve.h"
 #include "source.h"
 #include "stand_ins.h"
+#include "vtk_blocks.h"
 #include "vtk_data.h"
 
 namespace palpa::reader {
@@ -257,16 +260,16 @@ class VtiSource final : public GridSource {
   bool has_ghosts_ = false;
 };
 
-/// Reads one file with all its pieces.
+/// Data set of one file with all its pieces, whose files are added.
 template <class Reader>
-std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* format) {
+vtkSmartPointer<vtkDataSet> loaded(const std::string& path, std::vector<std::string>& files) {
   constexpr bool parallel = requires(Reader & reader) { reader.files(); };
   constexpr bool grid = requires(const Reader& reader, const int* extent) { reader.pieces_fill(extent); };
   vtkNew<Reader> reader;
-  reader->SetFileName(request.path.c_str());
+  reader->SetFileName(path.c_str());
   reader->UpdateInformation();
   check(*reader, "VTK's XML");
-  std::vector<std::string> files{request.path};
+  files.push_back(path);
   if constexpr (parallel) {
     for (std::string& piece : reader->files()) files.push_back(std::move(piece));
   }
@@ -278,8 +281,91 @@ std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* f
   reader->Update();
   check(*reader, "VTK's XML");
   if (reader->met_end_of_file()) throw LoadError("is shorter than its header says; get the whole file");
-  return source_of(request, format, {vtkDataSet::SafeDownCast(reader->GetOutputDataObject(0))}, std::move(files));
+  return vtkDataSet::SafeDownCast(reader->GetOutputDataObject(0));
 }
+
+/// Types of VTK's XML that hold one data set.
+struct XmlKind {
+  std::string_view type, format;
+  vtkSmartPointer<vtkDataSet> (*load)(const std::string& path, std::vector<std::string>& files);
+};
+constexpr XmlKind xml_kinds[] = {
+    {"ImageData", "vti", loaded<CheckedGrid<vtkXMLImageDataReader>>},
+    {"RectilinearGrid", "vtr", loaded<CheckedGrid<vtkXMLRectilinearGridReader>>},
+    {"StructuredGrid", "vts", loaded<CheckedGrid<vtkXMLStructuredGridReader>>},
+    {"UnstructuredGrid", "vtu", loaded<Checked<vtkXMLUnstructuredGridReader>>},
+    {"PImageData", "pvti", loaded<GridPieces<vtkXMLPImageDataReader, vtkXMLImageDataReader>>},
+    {"PRectilinearGrid", "pvtr", loaded<GridPieces<vtkXMLPRectilinearGridReader, vtkXMLRectilinearGridReader>>},
+    {"PStructuredGrid", "pvts", loaded<GridPieces<vtkXMLPStructuredGridReader, vtkXMLStructuredGridReader>>},
+    {"PUnstructuredGrid", "pvtu", loaded<Pieces<vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader>>}};
+
+const XmlKind* kind_of_xml(const std::string& type) {
+  const auto known = std::ranges::find(xml_kinds, type, &XmlKind::type);
+  return known != std::end(xml_kinds) ? known : nullptr;
+}
+
+std::string xml_type(const std::string& path) { return attribute_in(xml_root(path), "type"); }
+
+[[noreturn]] void refuse_type(const std::string& type) {
+  throw LoadError(
+      "holds " + (type.empty() ? std::string("data of no type") : known_words(type)) +
+      "; of VTK's XML files images, rectilinear, structured and unstructured grids, and .vtm and .pvd of them can be "
+      "read");
+}
+
+/// Blocks of one grid in files of their own.
+class Blocks {
+ public:
+  explicit Blocks(const protocol::Request& request) : request_(request) {}
+
+  /// Adds a file, or the files that it names.
+  void add(const std::string& path, int depth = 0) {
+    constexpr int deepest = 4;  // an index of indices. More: a circle of them takes longer; less: large cases are refused
+    const std::string type = xml_type(path);
+    try {
+      if (const XmlKind* known = kind_of_xml(type)) {
+        blocks_.push_back(known->load(path, files_));
+      } else if (is_vtk_index(type) && depth < deepest) {
+        add_index(path, depth);
+      } else if (depth > 0 && (type == "PolyData" || type == "PPolyData")) {
+        ++surfaces_;
+      } else {
+        refuse_type(type);
+      }
+    } catch (const LoadError& error) {
+      if (depth == 0) throw;
+      throw LoadError("has a block '" + std::filesystem::path(path).filename().string() + "' that " + error.what());
+    }
+  }
+
+  std::unique_ptr<Source> source(const std::string& format) {
+    if (blocks_.empty()) throw LoadError("names only surfaces, which have no volume; give the grid that they were made from");
+    std::unique_ptr<Source> source = source_of(request_, format.c_str(), blocks_, files_);
+    source->takes.partners = true;
+    source->takes.time = !times_s_.empty();
+    if (!request_.time_s) warn_of_moments(times_s_, source->header.warnings);
+    if (surfaces_ > 0)
+      source->header.warnings.push_back("has " + std::to_string(surfaces_) + " surfaces beside its grids, which are left out");
+    return source;
+  }
+
+ private:
+  void add_index(const std::string& path, int depth) {
+    const VtkIndex index = read_vtk_index(path, depth == 0 ? request_.time_s : std::nullopt);
+    if (depth == 0) times_s_ = index.times_s;
+    files_.push_back(path);
+    std::uint64_t bytes = 0;
+    for (const std::string& file : index.files) bytes += file_bytes(file);
+    allow_memory(request_, bytes);
+    for (const std::string& file : index.files) add(file, depth + 1);
+  }
+
+  const protocol::Request& request_;
+  std::vector<vtkSmartPointer<vtkDataSet>> blocks_;
+  std::vector<std::string> files_;
+  std::vector<double> times_s_;
+  int surfaces_ = 0;
+};
 
 std::int64_t points_of(const int* extent, int a) { return std::int64_t{extent[2 * a + 1]} - extent[2 * a] + 1; }
 
@@ -295,31 +381,22 @@ void check_claim(const protocol::Request& request, const int* extent) {
   }
 }
 
-std::unique_ptr<Source> open_image(const protocol::Request& request) {
-  auto source = std::make_unique<VtiSource>(request);
-  if (!source->has_ghosts()) return source;
-  return read_xml<CheckedGrid<vtkXMLImageDataReader>>(request, "vti");
-}
-
 std::unique_ptr<Source> open_xml(const protocol::Request& request) {
-  const std::string kind = attribute_in(xml_root(request.path), "type");
-  if (kind == "ImageData") return open_image(request);
-  if (kind == "RectilinearGrid") return read_xml<CheckedGrid<vtkXMLRectilinearGridReader>>(request, "vtr");
-  if (kind == "StructuredGrid") return read_xml<CheckedGrid<vtkXMLStructuredGridReader>>(request, "vts");
-  if (kind == "UnstructuredGrid") return read_xml<Checked<vtkXMLUnstructuredGridReader>>(request, "vtu");
-  if (kind == "PImageData") return read_xml<GridPieces<vtkXMLPImageDataReader, vtkXMLImageDataReader>>(request, "pvti");
-  if (kind == "PRectilinearGrid")
-    return read_xml<GridPieces<vtkXMLPRectilinearGridReader, vtkXMLRectilinearGridReader>>(request, "pvtr");
-  if (kind == "PStructuredGrid")
-    return read_xml<GridPieces<vtkXMLPStructuredGridReader, vtkXMLStructuredGridReader>>(request, "pvts");
-  if (kind == "PUnstructuredGrid")
-    return read_xml<Pieces<vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader>>(request, "pvtu");
-  if (kind == "vtkMultiBlockDataSet" || kind == "Collection" || kind == "vtkPartitionedDataSetCollection")
-    throw LoadError(
-        "only names other files, which are not put together here; give one of them, or save its blocks as one .vtu "
-        "(in ParaView by Append Datasets)");
-  throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : known_words(kind)) +
-                  "; of VTK's XML files images and rectilinear, structured and unstructured grids can be read");
+  const std::string type = xml_type(request.path);
+  if (type == "ImageData" && request.partners.empty()) {
+    auto source = std::make_unique<VtiSource>(request);
+    if (!source->has_ghosts()) return source;
+  }
+  Blocks blocks(request);
+  blocks.add(request.path);
+  for (const std::string& partner : request.partners) {
+    if (kind_of_xml(xml_type(partner)) == nullptr)
+      throw LoadError("is named with '" + std::filesystem::path(partner).filename().string() +
+                      "', which is no grid of VTK's XML; name blocks of one grid, or one file");
+    blocks.add(partner, 1);
+  }
+  if (const XmlKind* known = kind_of_xml(type)) return blocks.source(std::string(known->format));
+  return blocks.source(type == "Collection" ? "pvd" : "vtm");
 }
 
 /// Kind of data set of a legacy file, in capitals: from the first line that begins with DATASET. The second line is a title.

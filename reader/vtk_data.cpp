@@ -9,12 +9,16 @@
 #include <vtkStructuredGrid.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
+#include "palpa/base/printed.h"
 #include "resample.h"
 
 namespace palpa::reader {
 namespace {
+
+std::string in_words(double time_s) { return detail::text("%.9g", time_s); }
 
 constexpr std::size_t max_fields = 200;  // of one file; a warning reports the rest
 
@@ -117,6 +121,12 @@ std::vector<vtkSmartPointer<vtkPointSet>> with_points(const std::vector<vtkSmart
   return all;
 }
 
+bool lacks(vtkDataSet& block, const std::string& name, int components, bool of_cells) {
+  vtkFieldData& arrays = of_cells ? static_cast<vtkFieldData&>(*block.GetCellData()) : *block.GetPointData();
+  vtkDataArray* array = arrays.GetArray(name.c_str());
+  return array == nullptr || array->GetNumberOfComponents() != components;
+}
+
 class ResampledSource final : public Source {
  public:
   ResampledSource(const protocol::Request& request, const char* format, const std::vector<vtkSmartPointer<vtkDataSet>>& blocks,
@@ -129,7 +139,7 @@ class ResampledSource final : public Source {
     files = std::move(of_files);
     choose_frames(request, 1);
     if (const std::string said = resampler_.description(); !said.empty()) header.warnings.push_back(said);
-    std::set<std::string> names;
+    std::set<std::string> names, lacking;
     bool of_cells_too = false;
     for_arrays(*blocks.front(), [&](const std::string& name, int type, int components, bool of_cells) {
       RawType raw;
@@ -138,6 +148,10 @@ class ResampledSource final : public Source {
         return;
       }
       if (header.fields.size() >= max_fields) return;
+      if (std::ranges::any_of(blocks, [&](const auto& block) { return lacks(*block, name, components, of_cells); })) {
+        lacking.insert(name);
+        return;
+      }
       protocol::FieldHeader field;
       field.name = own_name(names, name, of_cells);
       field.components = components;
@@ -147,6 +161,15 @@ class ResampledSource final : public Source {
       header.working_bytes += resampler_.working_bytes(components);
       of_cells_too = of_cells_too || of_cells;
     });
+    for (const auto& block : blocks) {
+      for_arrays(*block, [&](const std::string& name, int type, int components, bool of_cells) {
+        RawType raw;
+        if (why_left_out(name, type, components, raw).empty() && lacks(*blocks.front(), name, components, of_cells))
+          lacking.insert(name);
+      });
+    }
+    for (const std::string& name : lacking)
+      header.warnings.push_back("array '" + name + "' is left out: some blocks do not have it");
     check_fields(header);
     if (of_cells_too) header.warnings.push_back("has values of cells, which are averaged to the points between them");
   }
@@ -267,6 +290,22 @@ void GridSource::copy_out(vtkDataSet& data, const std::vector<std::uint32_t>& wa
     }
     arrays.RemoveArray(array.name.c_str());
   }
+}
+
+double chosen_time(const std::vector<double>& times_s, const std::optional<double>& wanted_s) {
+  if (times_s.empty()) throw LoadError("has no folder of a moment with fields; run the case, or get its results");
+  if (!wanted_s) return times_s.back();
+  const auto nearest = *std::min_element(times_s.begin(), times_s.end(),
+                                         [&](double a, double b) { return std::abs(a - *wanted_s) < std::abs(b - *wanted_s); });
+  if (std::abs(nearest - *wanted_s) <= 1e-6 * std::max(1.0, std::abs(*wanted_s))) return nearest;
+  throw LoadError("has no moment " + in_words(*wanted_s) + " s among its " + std::to_string(times_s.size()) + " from " +
+                  in_words(times_s.front()) + " to " + in_words(times_s.back()) + " s; the nearest is " + in_words(nearest));
+}
+
+void warn_of_moments(const std::vector<double>& times_s, std::vector<std::string>& warnings) {
+  if (times_s.size() > 1)
+    warnings.push_back("holds " + std::to_string(times_s.size()) + " moments: the latest, " + in_words(times_s.back()) +
+                       " s, is read (time = seconds takes another)");
 }
 
 std::unique_ptr<Source> source_of(const protocol::Request& request, const char* format,

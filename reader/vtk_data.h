@@ -6,6 +6,7 @@
 #include <vtkSmartPointer.h>
 
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -45,6 +46,12 @@ class GridSource : public Source {
 
 /// Reason why an array is unusable, half a sentence; empty if usable.
 std::string why_left_out(const std::string& name, int vtk_type, int components, RawType& type);
+
+/// Time to read [s]: the requested one, else the latest. Throws LoadError if it is not among them.
+/// \param times_s  [s] of the data, rising
+double chosen_time(const std::vector<double>& times_s, const std::optional<double>& wanted_s);
+/// Warns that the latest of several moments is read.
+void warn_of_moments(const std::vector<double>& times_s, std::vector<std::string>& warnings);
 
 /// Source of data sets in memory: on their own grid if that is affine or rectilinear, else resampled.
 /// \param unit_of  label of an array's unit by its name

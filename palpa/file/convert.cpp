@@ -171,7 +171,7 @@ WrittenField written(const VolumeField& field, const ConvertOptions& options, Gr
   if (view->geometry.is_rectilinear() && !on_new_grid) {
     throw LoadError(
         "field '" + field.name +
-        "' lies on planes at uneven distances, which NRRD and VTI cannot store; resample it (--resample-m M) without --crop");
+        "' lies on planes at uneven distances, which no format here stores; resample it (--resample-m M) without --crop");
   }
   const int components = view->voxels.components;
   Step step = of_voxels(*view);
@@ -221,11 +221,17 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
     result.fields.push_back(std::move(next));
   }
   if (result.fields.empty()) throw LoadError("has no field '" + options.field + "'; it has " + names);
-  if (result.fields.size() > 1 && (out.extension() == ".nrrd" || out.extension() == ".nhdr")) {
-    throw LoadError("has several fields (" + names + "), and NRRD holds one; choose one with --field, or write .vti");
+  const bool to_nifti = out.extension() == ".nii";
+  if (result.fields.size() > 1 && (to_nifti || out.extension() == ".nrrd" || out.extension() == ".nhdr")) {
+    throw LoadError("has several fields (" + names + "), and " + (to_nifti ? "NIfTI" : "NRRD") +
+                    " holds one; choose one with --field, or write .vti");
   }
   result.medical_frame = volume.medical_frame;
   result.length_unit = volume.medical_frame || volume.length_unit == "mm" ? "mm" : "m";
+  if (to_nifti && !volume.medical_frame)
+    lost.push_back("NIfTI has medical frames only: x, y and z are written as left, back and head of a patient");
+  if (to_nifti && !result.fields.front().unit.empty())
+    lost.push_back("NIfTI has no units: field '" + result.fields.front().name + "' is in " + result.fields.front().unit);
   if (out.extension() == ".vti") {
     if (volume.medical_frame)
       lost.push_back("VTI has no medical frame: x to the patient's left, y to the back and z to the head are x, y and z");

@@ -135,7 +135,7 @@ void pack(Packer& to, const Request& m) {
   pack(to, m.layout);
   to.optional(m.time_s, [&](double t) { to.number(t); });
   to.optional(m.crop, [&](const Box& b) { to.vector(b.low_m), to.vector(b.high_m); });
-  to.number(static_cast<std::uint8_t>(m.checksums));
+  to.number(static_cast<std::uint8_t>(m.checksums)), to.number(static_cast<std::uint8_t>(m.listing));
 }
 void unpack(Unpacker& from, Request& m) {
   m.path = from.path(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
@@ -150,7 +150,7 @@ void unpack(Unpacker& from, Request& m) {
     box.low_m = from.vector(), box.high_m = from.vector();
     return box;
   });
-  m.checksums = from.truth();
+  m.checksums = from.truth(), m.listing = from.truth();
 }
 
 void pack(Packer& to, const FieldHeader& f) {
@@ -191,6 +191,24 @@ ScanFact unpack_fact(Unpacker& from) {
   return fact;
 }
 
+/// As many parts as a packet holds beside the rest of a header.
+void pack(Packer& to, std::vector<FilePart> parts) {
+  std::size_t fitting = 0;
+  for (std::size_t bytes = 0; fitting < std::min(parts.size(), max_entries); ++fitting) {
+    bytes += std::min(parts[fitting].name.size(), max_text_bytes) + std::min(parts[fitting].words.size(), max_text_bytes) + 16;
+    if (bytes > max_packet_bytes / 8) break;
+  }
+  parts.resize(fitting);
+  to.list(parts, [&](const FilePart& part) { to.text(part.name), to.text(part.words), to.number(part.number); });
+}
+std::vector<FilePart> unpack_parts(Unpacker& from) {
+  return from.list<FilePart>([&] {
+    FilePart part;
+    part.name = from.text(), part.words = from.text(), part.number = from.number<std::int64_t>();
+    return part;
+  });
+}
+
 void pack(Packer& to, const Header& m) {
   to.text(m.format), to.text(m.modality), to.text(m.frame_of_reference), to.text(m.length_unit), to.text(m.default_unit);
   to.number(static_cast<std::uint8_t>(m.medical_frame)), to.number(static_cast<std::uint8_t>(m.named));
@@ -198,6 +216,7 @@ void pack(Packer& to, const Header& m) {
   to.list(m.fields, [&](const FieldHeader& f) { pack(to, f); });
   to.list(m.scan, [&](const ScanFact& f) { pack(to, f); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
+  pack(to, m.series), pack(to, m.labels), pack(to, m.alternatives);
 }
 void unpack(Unpacker& from, Header& m) {
   m.format = from.text(), m.modality = from.text(), m.frame_of_reference = from.text(), m.length_unit = from.text(),
@@ -208,6 +227,7 @@ void unpack(Unpacker& from, Header& m) {
   m.fields = from.list<FieldHeader>([&] { return unpack_field(from); });
   m.scan = from.list<ScanFact>([&] { return unpack_fact(from); });
   m.warnings = from.list<std::string>([&] { return from.text(); });
+  m.series = unpack_parts(from), m.labels = unpack_parts(from), m.alternatives = unpack_parts(from);
 }
 
 void pack(Packer& to, const ReadRequest& m) {

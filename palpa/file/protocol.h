@@ -11,6 +11,7 @@
 
 #include "palpa/data/grid.h"
 #include "palpa/data/volume.h"
+#include "palpa/file/read_volume.h"
 
 /// Sequence over one SOCK_SEQPACKET pair, one message per packet:
 ///
@@ -26,7 +27,7 @@
 /// Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 5;               ///< differs: incompatible programs
+inline constexpr std::uint16_t version = 6;               ///< differs: incompatible programs
 inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive allocates this
 inline constexpr int socket_descriptor = 3;               ///< palpa-read's end of the pair
 
@@ -43,6 +44,7 @@ struct Request {
   std::optional<double> time_s{};       ///< [s] of a case with several moments; none: the latest
   std::optional<Box> crop{};            ///< in the file's unit of length: region to resample
   bool checksums = true;                ///< request the files' checksums
+  bool listing = false;                 ///< a file of which one array has to be named is answered by a header without fields
 
   /// Not sent: source file of `path`, unpacked by the reader; empty: none.
   std::string packed{};
@@ -73,6 +75,7 @@ struct Header {
   std::uint64_t working_bytes = 0;  ///< memory for reading beside the voxels
   std::vector<FieldHeader> fields;
   std::vector<std::string> warnings;
+  std::vector<FilePart> series{}, labels{}, alternatives{};  ///< as in `FileContents`; cut where a packet holds no more
 };
 
 /// Sent with one or two file descriptors: memory for the requested fields, in the layout of `place`.

@@ -336,7 +336,8 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
 }
 
 /// Reads a file of bare numbers: mapped for display; else copied, unless it would fill more than half of the memory.
-void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
+void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, VolumeFile& result) {
+  Volume& volume = result.volume;
   if (protocol::is_packed(ask.path) && std::filesystem::path(ask.path).extension() == ".gz")
     throw LoadError("is packed by gzip, and bare numbers are read as they lie; unpack it (gunzip)");
   const detail::RawFile file(ask);
@@ -362,8 +363,16 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   if (!file.is_whole()) throw LoadError("was cut short while it was read; get the whole file");
 }
 
+FileContents contents_of(const Header& header) {
+  FileContents contents{header.format, header.series, header.labels, {}, header.alternatives};
+  for (const FieldHeader& field : header.fields)
+    contents.arrays.push_back({field.name, field.unit, field.components, field.grid.dims});
+  return contents;
+}
+
 /// Reads a file by palpa-read.
-void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
+void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, VolumeFile& result) {
+  Volume& volume = result.volume;
   // Usual bound of the expansion of a compressed file. More: a damaged one can take more; less: valid ones are refused.
   constexpr std::uint64_t usual_ratio = 16;
   std::optional<detail::UnpackedMemory> unpacked;
@@ -377,7 +386,12 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   {
     detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s, options.stop);
     reader.send(ask, {unpacked ? unpacked->file() : -1, -1});
-    plan = planned(expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes)), request, volume);
+    Header header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
+    result.contents = contents_of(header);
+    if (options.found) options.found(result.contents);
+    if (const auto& all = result.contents.alternatives; header.fields.empty() && !all.empty())
+      throw LoadError("holds several arrays; name one, as FILE:" + all.front().name);
+    plan = planned(std::move(header), request, volume);
     check_size(plan, options, ask.max_bytes);
     check_places(plan);
     const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
@@ -398,10 +412,11 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
 /// `read_volume_file` of one file; errors are sentences, without its name.
 VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
-  const protocol::Request ask = as_asked(request, limit, options.checksums);
+  protocol::Request ask = as_asked(request, limit, options.checksums);
+  ask.listing = options.found != nullptr;
   check_file(ask.path);
   VolumeFile result;
-  (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result.volume);
+  (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result);
   result.volume.request = std::make_shared<const VolumeRequest>(request);
   result.frames = result.volume.frames;
   return result;

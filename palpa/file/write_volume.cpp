@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "palpa/file/nifti_header.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/vtk_xml.h"
 
@@ -53,6 +54,23 @@ class VoxelWriter {
   VoxelWriter(const WrittenVolume& volume, const std::function<void(double)>& progress)
       : volume_(volume), progress_(progress) {}
 
+  /// Writes each component of vectors behind the other, along RAS.
+  void write_apart(const WrittenField& field, NewFile& to) {
+    parts_ = field.components;
+    for (int c = 0; c < field.components; ++c) {
+      WrittenField part = field;
+      part.components = 1;
+      part.slice = [&field, c, count = volume_.grid.dims[0] * volume_.grid.dims[1], all = std::vector<double>()](
+                       std::int64_t k, double* values) mutable {
+        all.resize(static_cast<std::size_t>(count * field.components));
+        field.slice(k, all.data());
+        const double sign = field.components == 3 && c < 2 ? -1.0 : 1.0;
+        for (std::int64_t n = 0; n < count; ++n) values[n] = sign * all[static_cast<std::size_t>(n * field.components + c)];
+      };
+      write(part, to);
+    }
+  }
+
   template <class To>
   void write(const WrittenField& field, To& to) {
     const auto& dims = volume_.grid.dims;
@@ -64,14 +82,15 @@ class VoxelWriter {
       to.write(bytes.data(), bytes.size());
       ++done_;
       if (progress_)
-        progress_(static_cast<double>(done_) / (static_cast<double>(dims[2]) * static_cast<double>(volume_.fields.size())));
+        progress_(static_cast<double>(done_) /
+                  (static_cast<double>(dims[2] * parts_) * static_cast<double>(volume_.fields.size())));
     }
   }
 
  private:
   const WrittenVolume& volume_;
   const std::function<void(double)>& progress_;
-  std::int64_t done_ = 0;
+  std::int64_t done_ = 0, parts_ = 1;
 };
 
 std::string nrrd_header(const WrittenVolume& volume, const std::string& data_file) {
@@ -100,11 +119,28 @@ std::string nrrd_header(const WrittenVolume& volume, const std::string& data_fil
   return text;
 }
 
+void check_one_field(const WrittenVolume& volume, const char* format) {
+  if (volume.fields.size() == 1) return;
+  throw LoadError("would have " + std::to_string(volume.fields.size()) + " fields, and " + format +
+                  " holds one; choose one, or write .vti");
+}
+
+void write_nifti(WrittenVolume volume, const fs::path& file, detail::Existing existing,
+                 const std::function<void(double)>& progress) {
+  check_one_field(volume, "NIfTI");
+  WrittenField& field = volume.fields.front();
+  // Vectors change their sign, which not all whole numbers can.
+  const bool fractions = field.type == VoxelType::float32 || field.type == VoxelType::float64;
+  if (field.components == 3 && !fractions)
+    field.type = field.type == VoxelType::int32 ? VoxelType::float64 : VoxelType::float32;
+  NewFile whole(file, existing);
+  whole.write(detail::nifti_header(volume));
+  VoxelWriter(volume, progress).write_apart(field, whole);
+  whole.finish();
+}
+
 void write_nrrd(const WrittenVolume& volume, const fs::path& file, detail::Existing existing, VoxelWriter& voxels) {
-  if (volume.fields.size() != 1) {
-    throw LoadError("would have " + std::to_string(volume.fields.size()) +
-                    " fields, and NRRD holds one; choose one, or write .vti");
-  }
+  check_one_field(volume, "NRRD");
   if (file.extension() != ".nhdr") {
     NewFile whole(file, existing);
     whole.write(nrrd_header(volume, ""));
@@ -177,11 +213,14 @@ void write_volume(const WrittenVolume& volume, const fs::path& file, detail::Exi
                   const std::function<void(double)>& progress) {
   try {
     const std::string ending = file.extension().string();
-    if (ending != ".nrrd" && ending != ".nhdr" && ending != ".vti") {
-      throw LoadError("has an ending of no format that is written; name it .nrrd, .nhdr or .vti");
+    if (ending != ".nrrd" && ending != ".nhdr" && ending != ".nii" && ending != ".vti") {
+      throw LoadError(file.string().ends_with(".nii.gz")
+                          ? std::string("would be packed, which is not written; name it .nii, and pack it by gzip")
+                          : std::string("has an ending of no format that is written; name it .nrrd, .nhdr, .nii or .vti"));
     }
     const std::uint64_t bytes = written_bytes(volume);
     check_room(fs::absolute(file).parent_path(), ending == ".vti" ? bytes / 3 * 4 : bytes);
+    if (ending == ".nii") return write_nifti(volume, file, existing, progress);
     VoxelWriter voxels(volume, progress);
     ending == ".vti" ? write_vti(volume, file, existing, voxels) : write_nrrd(volume, file, existing, voxels);
   } catch (const LoadError& error) {

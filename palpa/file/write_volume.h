@@ -1,4 +1,4 @@
-// Writing of volumes: NRRD and VTI, slice by slice.
+// Writing of volumes: NRRD, NIfTI and VTI, slice by slice.
 #pragma once
 
 #include <filesystem>
@@ -27,18 +27,18 @@ struct WrittenField {
 /// Content of a file beside its voxels.
 struct WrittenVolume {
   GridGeometry grid;
-  bool medical_frame = false;        ///< stored in NRRD; VTI has no key for it
-  std::string length_unit = "m";     ///< of NRRD: "m" or "mm"; VTI is in metres
-  std::vector<WrittenField> fields;  ///< at least one; of NRRD exactly one
+  bool medical_frame = false;        ///< stored in NRRD; VTI has no key for it, NIfTI no other frame
+  std::string length_unit = "m";     ///< of NRRD: "m" or "mm"; VTI is in metres, NIfTI in millimetres
+  std::vector<WrittenField> fields;  ///< at least one; of NRRD and NIfTI exactly one
 };
 
 /// Bytes of the voxels. Throws LoadError, without a place, on overflow.
 std::uint64_t written_bytes(const WrittenVolume& volume);
 
-/// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw) or .vti. It gets its name when complete
-/// (palpa/base/new_file.h). Refuses first a volume larger than the free disk.
-/// \param progress  called after each slice with the share done [1]; may be empty, and may throw to end the writing
-/// Throws LoadError, with the file's name, also for a sheared grid in VTI.
+/// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw), .nii or .vti. It gets its name when
+/// complete (palpa/base/new_file.h). Refuses first a volume larger than the free disk. \param progress  called after each slice
+/// with the share done [1]; may be empty, and may throw to end the writing Throws LoadError, with the file's name, also for a
+/// sheared grid in VTI.
 void write_volume(const WrittenVolume& volume, const std::filesystem::path& file, detail::Existing existing,
                   const std::function<void(double)>& progress = {});
 

@@ -246,10 +246,23 @@ std::string surface_modes(const std::string& field, const Statistics& values, co
   return out;
 }
 
-std::string labels_line(const LabelMap& map) {
+std::vector<std::string> label_names(const LabelMap& map, const std::vector<std::pair<std::string, double>>& given,
+                                     const std::vector<std::string>& taken) {
+  std::vector<std::string> names, all = taken;
+  for (const Label& label : map.labels) {
+    const auto said = std::ranges::find(given, label.value, &std::pair<std::string, double>::second);
+    const std::string plain = label_name(label.value);
+    std::string name = said == given.end() ? plain : plain_word(said->first, plain);
+    if (std::ranges::find(all, name) != all.end()) name += "_" + with_digits(label.value, 17);
+    names.push_back(name), all.push_back(name);
+  }
+  return names;
+}
+
+std::string labels_line(const LabelMap& map, const std::vector<std::string>& names) {
   std::string entries;
   for (std::size_t n = 0; n < std::min(map.labels.size(), most_labels); ++n) {
-    entries += (n > 0 ? ", " : "") + label_name(map.labels[n].value) + " = " + with_digits(map.labels[n].value, 17);
+    entries += (n > 0 ? ", " : "") + names[n] + " = " + with_digits(map.labels[n].value, 17);
   }
   const std::size_t all = map.labels.size();
   return reasoned("labels = {" + entries + "}",
@@ -258,14 +271,15 @@ std::string labels_line(const LabelMap& map) {
                       " but the background, " + with_digits(map.background, 17) + "; rename them as you like, here and below");
 }
 
-std::string label_modes(const std::string& volume, const std::string& field, const Statistics& values, const LabelMap& map) {
+std::string label_modes(const std::string& volume, const std::string& field, const Statistics& values, const LabelMap& map,
+                        const std::vector<std::string>& names) {
   constexpr const char* colors[] = {"#e69f00", "#56b4e9", "#009e73", "#cc79a7", "#d55e00", "#0072b2"};
   std::int64_t all = 0;
   for (const Label& label : map.labels) all += label.voxels;
   std::string out, layers;
   for (std::size_t n = 0; n < std::min(map.labels.size(), most_labels); ++n) {
     const Label& label = map.labels[n];
-    const std::string name = label_name(label.value), of = volume + "." + name;
+    const std::string &name = names[n], of = volume + "." + name;
     out += "[[mode]]\n" + mode_head(name.c_str(), "surface_and_friction", of);
     out += friction_line();
     out += "\n[[mode.level]]\nname = " + toml_string(name) + "\n";

@@ -77,19 +77,21 @@ Draft draft_of_flow(const Volume& volume, const std::vector<Statistics>& values,
 }
 
 Draft draft_of_labels(const Field& field, const Statistics& values, const LabelMap& map, std::size_t number,
-                      const detail::Lattice& lattice, detail::SceneNames& names) {
+                      const detail::Lattice& lattice, detail::SceneNames& names,
+                      const std::vector<std::pair<std::string, double>>& said) {
   names.only_one = false;
+  const std::vector<std::string> labels = detail::label_names(map, said, names.fields);
   Draft draft;
   draft.title = "A first touch of labels: a surface each";
   draft.filter = reasoned("filter = \"smooth\"", "evens out the steps from voxel to voxel; \"trilinear\" keeps them") +
-                 detail::labels_line(map);
+                 detail::labels_line(map, labels);
   std::vector<char> labelled(lattice.size(), 0);
   for (std::size_t n = 0; n < lattice.size(); ++n) {
     const ScalarSample s = field.scalar(lattice.middle_m(n));
     labelled[n] = s.inside && std::abs(s.value - map.background) >= 0.5;
   }
   draft.object = detail::largest_parts(lattice, std::move(labelled), 1.0);
-  draft.modes = detail::label_modes(names.volume, names.of(number), values, map);
+  draft.modes = detail::label_modes(names.volume, names.of(number), values, map, labels);
   return draft;
 }
 
@@ -166,7 +168,7 @@ std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector
   return std::nullopt;
 }
 
-std::string first_scene(const Volume& volume, const VolumeRequest& request, const std::filesystem::path& folder) {
+std::string first_scene(const Volume& volume, const VolumeRequest& request, const FirstSceneOptions& options) {
   std::vector<Statistics> values;
   for (const VolumeField& field : volume.fields) values.push_back(statistics(*field.field));
   const auto number = field_to_feel(volume, values);
@@ -174,12 +176,20 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request, cons
   const Field& field = *volume.fields[*number].field;
   const bool is_flow = field.components() == 3;
   detail::SceneNames names = detail::names_of(volume, request, *number);
+  if (!options.volume.empty()) names.volume = options.volume;
+  const Volume* const beside = is_flow ? options.beside : nullptr;
+  Volume all = volume;  // with the fields beside it
+  std::optional<detail::SceneNames> names_beside;
+  if (beside) {
+    for (const VolumeField& of : beside->fields) all.fields.push_back(of), values.push_back(statistics(*of.field));
+    names_beside = detail::names_beside(*beside, names);
+  }
 
   const detail::Lattice lattice(volume.bounds_m());
   const LabelMap map =
       is_flow ? LabelMap{} : label_map_unless_said(field, values[*number], volume.fields[*number].unit, volume.modality);
-  Draft draft = is_flow               ? draft_of_flow(volume, values, *number, lattice, names)
-                : !map.labels.empty() ? draft_of_labels(field, values[*number], map, *number, lattice, names)
+  Draft draft = is_flow               ? draft_of_flow(all, values, *number, lattice, names)
+                : !map.labels.empty() ? draft_of_labels(field, values[*number], map, *number, lattice, names, options.labels)
                                       : draft_of_surfaces(volume, values[*number], *number, lattice, names);
 
   const Box data_m = volume.bounds_m();  // the lattice may reach beyond it
@@ -202,12 +212,17 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request, cons
       "# Suggested by palpa info --scene. The comment behind each number gives its reason: change what feels wrong.\n";
   out += "palpa = 1\ntitle = " + toml_string(draft.title) + "\n\n[coupling]\n";
   out += coupling_keys(draft);
-  out += "\n" + detail::volume_table(volume, request, names, folder) + draft.filter;
+  out += "\n" + detail::volume_table(volume, request, names, options.folder) + draft.filter;
   if (draft.directions) out += reasoned("sign = \"none\"", "every vector has length 1: directions, whose sign means nothing");
   if (draft.directions && request.components_along == "index")
     out +=
         "# components_along: along the axes of the grid, as FSL writes directions; \"file\" takes the world's, which mirrors "
         "them\n";
+  if (names_beside && std::ranges::any_of(names.used, [&](std::size_t f) { return f >= volume.fields.size(); })) {
+    for (const std::size_t f : names.used)
+      if (f >= volume.fields.size()) names_beside->used.push_back(f - volume.fields.size());
+    out += "\n" + detail::volume_table(*beside, *beside->request, *names_beside, options.folder);
+  }
   out += "\n" + detail::workspace_table(volume, names, object.box_m, facing, close, lattice.cell_m()) + "\n" + draft.modes;
   return out;
 }

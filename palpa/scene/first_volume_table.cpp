@@ -15,15 +15,15 @@
 #include "palpa/scene/to_toml.h"
 
 namespace palpa::detail {
-namespace {
 
-/// Plain word for a name: replaces all but letters, digits, '_' and '-' by '_'.
 std::string plain_word(const std::string& name, const std::string& otherwise) {
   if (is_plain_word(name)) return name;
   std::string word;
   for (const char c : name) word += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
   return is_plain_word(word) ? word : otherwise;
 }
+
+namespace {
 
 /// From the file's name; not for DICOM, whose folders are often named after patients.
 std::string volume_name(const Volume& volume, const VolumeRequest& request, bool is_flow) {
@@ -62,6 +62,7 @@ std::string files_of(const VolumeRequest& request, const std::filesystem::path& 
 }  // namespace
 
 std::string SceneNames::of(std::size_t field) const {
+  if (field >= fields.size()) return beside[field - fields.size()];
   const bool says_nothing = fields[field] == "value" || fields[field] == "vector";
   return only_one && says_nothing ? volume : volume + "." + fields[field];
 }
@@ -77,6 +78,14 @@ SceneNames names_of(const Volume& volume, const VolumeRequest& request, std::siz
   }
   names.used = {felt};
   names.only_one = volume.fields.size() == 1;
+  return names;
+}
+
+SceneNames names_beside(const Volume& volume, SceneNames& first) {
+  SceneNames names = names_of(volume, *volume.request, 0);
+  if (names.volume == first.volume) names.volume += "_beside";
+  names.used.clear();
+  for (std::size_t f = 0; f < names.fields.size(); ++f) first.beside.push_back(names.of(f));
   return names;
 }
 
@@ -114,6 +123,7 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
   VolumeRequest named;
   bool asked_for = false, joined = false, renamed = false;
   for (const std::size_t f : names.used) {
+    if (f >= volume.fields.size()) continue;  // of a second volume
     const std::string& array = volume.fields[f].name;
     const auto asked =
         std::find_if(request.fields.begin(), request.fields.end(), [&](const auto& field) { return field.name == array; });
@@ -122,7 +132,7 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     renamed = renamed || names.fields[f] != array;
     named.fields.push_back(asked != request.fields.end() ? *asked : VolumeRequest::FieldRequest{names.fields[f], array, ""});
   }
-  const std::size_t all = volume.fields.size(), used = names.used.size();
+  const std::size_t all = volume.fields.size(), used = named.fields.size();
   if (asked_for || all > used || renamed) {
     out += reasoned("fields = " + value_of(said(named), "fields"),
                     joined      ? "one vector, whose components the file has as arrays of their own"

@@ -29,6 +29,7 @@ Header sample_header() {
     header.fields.push_back(field);
   }
   header.warnings = {"one", "two"};
+  header.series = {{"1.2.3", "CT 2 head", 28}}, header.labels = {{"liver", "", 3}}, header.alternatives = {{"/u", "2 × 3", 6}};
   header.scan = {{ScanFactKind::body_part, "head"}, {ScanFactKind::tube_voltage_kv, {}, 120.0}};
   return header;
 }
@@ -48,6 +49,19 @@ TEST(Protocol, EveryMessageComesBackAsItWas) {
     EXPECT_EQ(again->index(), message.index());
     EXPECT_EQ(packed(*again), bytes);
   }
+}
+
+TEST(Protocol, ListsOfPartsAreCutWhereAPacketHoldsNoMore) {
+  Header header = sample_header();
+  header.series.assign(5000, {"1.2.3", std::string(100, 'x'), 1});
+  header.labels.assign(900, {std::string(9000, 'y'), "", 1});
+  const auto packet = packed(header);
+  EXPECT_LT(packet.size(), max_packet_bytes / 2);
+  const auto back = unpacked(packet.data(), packet.size());
+  ASSERT_TRUE(back);
+  EXPECT_GT(std::get<Header>(*back).series.size(), 100u);
+  EXPECT_GT(std::get<Header>(*back).labels.size(), 1u);
+  EXPECT_EQ(std::get<Header>(*back).fields.size(), header.fields.size());
 }
 
 TEST(Protocol, PathsComeBackByteByByteAndWordsWithoutControlCharacters) {

@@ -45,6 +45,9 @@ Header any_header(Choices& choices) {
   if (choices.one_in(8)) header.length_unit = choices.bytes(5);
   for (std::uint64_t n = choices.one_in(8) ? choices.below(5) : 1; n > 0; --n) header.fields.push_back(any_field(choices));
   for (std::uint64_t n = choices.below(3); n > 0; --n) header.warnings.push_back(choices.bytes(choices.below(20)));
+  for (auto* parts : {&header.series, &header.labels, &header.alternatives})
+    for (std::uint64_t n = choices.below(3); n > 0; --n)
+      parts->push_back({choices.bytes(choices.below(20)), choices.bytes(choices.below(20)), static_cast<std::int64_t>(n)});
   return header;
 }
 

@@ -73,13 +73,6 @@ TEST_F(Info, TheTableOfAResampledFileHasTheFilesRange) {
   EXPECT_LT(covered, 0.95);
 }
 
-TEST_F(Info, BlocksOfOneGridAreNotJoinedAndTheLineSaysHow) {
-  VolumeRequest request;
-  request.files = {folder_.write("a.vts", bent_grid()), folder_.write("b.vts", bent_grid())};
-  const std::string error = error_of([&] { read_volume(request, options_); });
-  EXPECT_NE(error.find("Append Datasets"), std::string::npos) << error;
-}
-
 TEST_F(Info, JsonHasItsPromisedKeys) {
   const Json info =
       Json::parse(printed({.files = {two_arrays()}, .json = true, .at_m = {{1.25, 3, 5}, {0, 0, 0}}, .read = {}}));

@@ -464,7 +464,7 @@ TEST(FirstScene, NamesAFileRelativeToTheSceneWhereBothCanMove) {
   const auto file_of = [&](const char* file, const char* folder) {
     VolumeRequest request;
     request.files = {file};
-    const std::string text = first_scene(head, request, folder);
+    const std::string text = first_scene(head, request, {.folder = folder});
     const std::size_t begin = text.find("file = ") + 7;
     return text.substr(begin, text.find('\n', begin) - begin);
   };
