@@ -372,24 +372,3 @@ def test_the_path_and_the_force_limit_of_a_session_can_be_set():
 def test_a_session_has_the_map_of_its_scene():
     scene = head_scene()
     assert (palpa.Session(scene).hand_to_world() == scene.hand_to_world()).all()
-
-
-def test_a_rollout_leaves_no_core_idle():
-    """Two threads cost the processor as much as one, and next to nothing runs beside them: on two free cores that is a speed-up
-    of 1.8 or more, also where other programs hold the cores now."""
-    import resource
-
-    def spent_s(who):
-        usage = resource.getrusage(who)
-        return usage.ru_utime + usage.ru_stime
-
-    scene, paths = head_scene(), [wandering(2500, n) for n in range(12)]
-    best_s = {1: (np.inf, 0.0), 2: (np.inf, 0.0)}
-    for _ in range(6):
-        for threads in best_s:
-            all_s, alone_s = spent_s(resource.RUSAGE_SELF), spent_s(resource.RUSAGE_THREAD)
-            palpa.rollout(scene, paths, 1e-3, threads=threads)
-            best_s[threads] = min(best_s[threads], (spent_s(resource.RUSAGE_SELF) - all_s, spent_s(resource.RUSAGE_THREAD) - alone_s))
-    (one_s, _), (two_s, alone_s) = best_s[1], best_s[2]
-    speed_up = one_s / (alone_s + (two_s - alone_s) / 2)
-    assert speed_up >= 1.8, f"{one_s:.3f} s by one thread; {two_s:.3f} s by two, of these {alone_s:.3f} s by the caller"
