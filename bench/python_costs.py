@@ -5,6 +5,7 @@
 The argument: a C++ program that runs the identical path (bench/python_path.cpp).
 """
 
+import resource
 import subprocess
 import sys
 import time
@@ -79,3 +80,20 @@ for shape in ((256,) * 3, (512,) * 3):
         field(points)
         print(f"  trilinear samples with gradients, {name}: {len(points) / took / 1e6:.1f} M/s and core, "
               f"{len(points) / (time.perf_counter() - begin) / 1e6:.1f} M/s on all")
+
+
+# A rollout of 64 paths of 10 s. On free cores the caller's share runs alone, the rest on all threads.
+def spent_s(who):
+    usage = resource.getrusage(who)
+    return usage.ru_utime + usage.ru_stime
+
+
+scene_of_all, paths, one_s = scene(), [path(10_000) + [1e-4 * i, 0, 0] for i in range(64)], 0.0
+for threads in (1, 2):
+    wall_s, all_s, alone_s = time.monotonic(), spent_s(resource.RUSAGE_SELF), spent_s(resource.RUSAGE_THREAD)
+    palpa.rollout(scene_of_all, paths, 1e-3, threads=threads)
+    wall_s, all_s = time.monotonic() - wall_s, spent_s(resource.RUSAGE_SELF) - all_s
+    alone_s = spent_s(resource.RUSAGE_THREAD) - alone_s
+    one_s = one_s or all_s
+    free = one_s / (alone_s + (all_s - alone_s) / threads)
+    print(f"rollout, {threads} threads: {wall_s:.2f} s, of processors {all_s:.2f} s, on free cores {free:.2f} times as fast as one")

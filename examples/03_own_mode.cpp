@@ -1,12 +1,34 @@
-// A custom mode: four members and one function, no registration.
+// A custom mode: four members and one function, no registration; and a custom field.
 //
-// A ball whose field rises towards its middle: motion up the field is free, motion down has to overcome a strength. The hand
-// feels a one-way road.
+// A hill that rises towards its middle: motion up the field is free, motion down has to overcome a strength. The hand feels a
+// one-way road.
 #include <palpa/palpa.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
+#include <vector>
+
+// Height above the rim: size - |x| [m], over a cube about the origin.
+class Hill final : public palpa::Field {
+ public:
+  int components() const noexcept override { return 1; }
+  palpa::ScalarSample scalar(const palpa::Vec3& world_m) const noexcept override {
+    const double r_m = norm(world_m);
+    if (!(depth_m(world_m) >= 0.0)) return {};  // no data
+    return {.value = size_m - r_m, .gradient = r_m > 0.0 ? -world_m / r_m : palpa::Vec3{}, .inside = true};
+  }
+  double spacing_m() const noexcept override { return size_m / 32; }
+  palpa::Box bounds_m() const noexcept override { return {{-size_m, -size_m, -size_m}, {size_m, size_m, size_m}}; }
+  double depth_m(const palpa::Vec3& x) const noexcept override {
+    return size_m - std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
+  }
+  std::vector<palpa::ValueRange> value_ranges() const override { return {{size_m - std::sqrt(3.0) * size_m, size_m}}; }
+
+ private:
+  static constexpr double size_m = 0.05;
+};
 
 struct Ridge {
   static constexpr auto type = "lab.ridge";
@@ -26,8 +48,10 @@ struct Ridge {
 int main() {
   constexpr double strength_n = 0.6;
   palpa::Scene scene({.stiffness_n_per_m = 400});
-  const palpa::FieldRef ball = scene.add("ball", palpa::sphere_field(0.05));
-  scene.add("ridge", Ridge{.field = ball, .strength_n = strength_n});
+  palpa::Volume volume{.format = "formula"};
+  volume.fields.push_back({.name = "height", .unit = "m", .field = std::make_shared<Hill>()});
+  const palpa::FieldRef hill = scene.add("hill", volume);
+  scene.add("ridge", Ridge{.field = hill, .strength_n = strength_n});
   palpa::Session session(scene);
 
   const palpa::Similarity map = session.hand_to_world();

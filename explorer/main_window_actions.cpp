@@ -42,9 +42,8 @@ QAction* MainWindow::action(const QString& words, const QKeySequence& keys, cons
 void MainWindow::make_file_actions() {
   QMenu* file = menuBar()->addMenu(tr("&File"));
   const QList<QAction*> opening = make_opening_actions();
-  QAction* open_file = opening.front();
+  opening.front()->setIcon(style()->standardIcon(QStyle::SP_DialogOpenButton));
   QAction* save_scene = action(tr("&Save scene"), QKeySequence::Save, tr("Save the scene"), [this] { save(false); });
-  open_file->setIcon(style()->standardIcon(QStyle::SP_DialogOpenButton));
   save_scene->setIcon(style()->standardIcon(QStyle::SP_DialogSaveButton));
   file->addActions(opening);
   QMenu* recent = file->addMenu(tr("&Recent"));
@@ -62,7 +61,7 @@ void MainWindow::make_file_actions() {
   file->addAction(action(tr("&Quit"), QKeySequence("Ctrl+Q"), tr("End Palpa"), [this] {
     if (may_close()) close();
   }));
-  tools_ = {open_file, save_scene};
+  tools_ = {opening.front(), save_scene};
 }
 
 void MainWindow::make_recent(QMenu* menu) {

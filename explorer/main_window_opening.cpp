@@ -59,7 +59,10 @@ void MainWindow::open(const Wanted& wanted) {
       Jobs::Purpose::open, tr("reading %1").arg(name_of(wanted.paths.front())),
       [wanted, folders = options_.data_folders](std::stop_token stop) { return open_or_ask(wanted, folders, stop); },
       [this, wanted](Found found) {
-        if (!found.opened) return choose(found.to_choose, wanted, [this](const Wanted& chosen) { open(chosen); });
+        if (!found.opened) {
+          if (!document_.is_open()) pages_->setCurrentIndex(0);
+          return choose(found.to_choose, wanted, [this](const Wanted& chosen) { open(chosen); });
+        }
         keep_unsaved();
         remember(wanted.paths.front());
         message_->hide();

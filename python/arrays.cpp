@@ -192,9 +192,8 @@ Volume array_volume(const py::object& object, const PlacedArray& placed, const s
   return volume;
 }
 
-py::object voxels_of(const FieldPtr& field) {
+py::array raw_voxels_of(const FieldPtr& field) {
   const GridView* const grid = grid_behind(*field);
-  if (!grid) return py::none();
   static constexpr const char* types[] = {"uint8", "int16", "uint16", "int32", "float32", "float64"};
   const auto& dims = grid->geometry.dims;
   std::vector<py::ssize_t> shape{dims[2], dims[1], dims[0]};
@@ -202,6 +201,13 @@ py::object voxels_of(const FieldPtr& field) {
   const py::capsule owner(new FieldPtr(field), [](void* held) { delete static_cast<FieldPtr*>(held); });
   py::array array(py::dtype(types[static_cast<std::size_t>(grid->voxels.type)]), shape, grid->voxels.data.get(), owner);
   array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+py::object voxels_of(const FieldPtr& field) {
+  const GridView* const grid = grid_behind(*field);
+  if (!grid) return py::none();
+  const py::array array = raw_voxels_of(field);
   if (grid->scale == 1.0 && grid->offset == 0.0) return array;
   return array.attr("__mul__")(py::float_(grid->scale)).attr("__add__")(py::float_(grid->offset));
 }

@@ -34,6 +34,8 @@ struct PlacedArray {
 /// \param copy   copy an array that cannot be read in place
 Volume array_volume(const pybind11::object& array, const PlacedArray& placed, const std::string& unit, bool copy);
 
+/// Voxels of a field on a grid as stored, before scale and offset: a read-only view, indexed [k, j, i] or [k, j, i, component].
+pybind11::array raw_voxels_of(const FieldPtr& field);
 /// Voxels of a field on a grid, indexed [z, y, x] or [z, y, x, component], read-only, without a copy unless scaled; None for
 /// other fields.
 pybind11::object voxels_of(const FieldPtr& field);

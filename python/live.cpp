@@ -234,6 +234,7 @@ void bind_mouse_hand(py::module_& module) {
              return std::make_shared<OwnPointer>(MouseHand::Options{.radius_m = radius_m, .largest_force_n = largest_force_n});
            }),
            py::kw_only(), py::arg("radius_m") = 0.12, py::arg("largest_force_n") = 3.3)
+      .def("__repr__", [](const OwnPointer&) { return "MouseHand(moved by move, put and press)"; })
       .def(
           "move", [](OwnPointer& pointer, const py::object& way_m) { pointer.hand.move(vector_of(way_m, "way_m")); },
           py::arg("way_m"), "Moves the hand by this [m], hand frame. One thread.")

@@ -39,6 +39,7 @@ def in_python(text):
     text = re.sub(r"\b(List|Dict|Tuple)\b", lambda m: m[1].lower(), text)
     for bare, full in (("dict", "dict[str, Any]"), ("list", "list[Any]"), ("tuple", "tuple[Any, ...]")):
         text = re.sub(rf"(-> |: ){bare}(?!\[)\b", rf"\1{full}", text)
+    text = re.sub(r"Union\[([^\[\]]+)\]", lambda m: m[1].replace(", ", " | "), text)
     text = re.sub(r"self: \w+", "self", text)
     return re.sub(r"= [^,)]+", "= ...", text)
 

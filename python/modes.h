@@ -47,8 +47,6 @@ class ModeFailure {
   std::atomic<bool>* stop_ = nullptr;
 };
 
-/// Mode with its name in the scene: a Python mode needs it for its exceptions.
-Mode named(const Mode& mode, const std::string& name);
 /// Messages of modes since the last call, a sentence each.
 std::vector<std::string> warnings_of_modes(const Scene& scene);
 /// Raises these messages as Python warnings (palpa.PalpaWarning), which may raise. With the interpreter's lock.

@@ -11,6 +11,7 @@
 #include "palpa/scene/scene.h"
 #include "palpa/version.h"
 #include "parameters.h"
+#include "pickling.h"
 #include "scene.h"
 #include "session.h"
 #include "study.h"
@@ -32,6 +33,7 @@ PYBIND11_MODULE(_palpa, module) {
   bind_modes(module);
   bind_session(module);
   bind_study(module);
+  bind_pickling(module);
   bind_devices(module);
   bind_live(module);
   tell_of_wrong_calls(module);

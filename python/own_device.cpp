@@ -280,6 +280,11 @@ class Guarded {
     failure.raise();
     return frame;
   }
+  py::str text() const {
+    py::list names;
+    for (const SceneMode& mode : session_.scene().modes()) names.append(mode.name);
+    return py::str("GuardedSession(modes={}, t_s={:.3f}{})").format(names, t_s_, panics_ ? ", panic" : "");
+  }
   void panic() { panics_ = true; }
   void resume() { panics_ = false, resumes_ = true; }
 
@@ -388,6 +393,7 @@ void bind_devices(py::module_& module) {
            "position_m, dt_s, velocity_m_per_s, valid, buttons: as of Session.tick. fault: the device has one.\n"
            "A step above 0.05 s is late, for motors held the last force meanwhile: no force, then the gate and the ramp.\n"
            "Where a mode in Python raises, so does this, and the next tick counts as one after a fault: send zero then.")
+      .def("__repr__", &Guarded::text)
       .def("panic", &Guarded::panic, "No force from the next tick on, until `resume`.")
       .def("resume", &Guarded::resume, "Lets it go on after a panic, with the gate and the ramp of a start.");
 }

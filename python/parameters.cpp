@@ -13,6 +13,7 @@
 #include "palpa/base/wording.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/parts.h"
+#include "strengths.h"
 
 namespace palpa::python {
 namespace {
@@ -90,6 +91,8 @@ std::optional<double> maybe_number(py::handle value) {
   return number;
 }
 
+}  // namespace
+
 std::optional<std::vector<double>> maybe_numbers(py::handle value) {
   if (py::isinstance<py::str>(value) || !PySequence_Check(value.ptr())) return {};
   std::vector<double> numbers;
@@ -100,6 +103,8 @@ std::optional<std::vector<double>> maybe_numbers(py::handle value) {
   }
   return numbers;
 }
+
+namespace {
 
 class ItemPart final : public Part {
  public:
@@ -373,6 +378,32 @@ py::object value_of(const PartPtr& part, std::string_view name) {
   return getter.result;
 }
 
+py::dict values_of(const PartPtr& part) {
+  py::dict values;
+  for (const detail::Key& key : keys_of([&](ParameterVisitor& visitor) { part->visit(visitor); })) {
+    Getter getter(part, key.name);
+    part->visit(getter);
+    if (!getter.found) continue;  // of its reader and writer
+    py::object value = std::move(getter.result);
+    if (!key.items.empty()) {
+      py::dict by_name;
+      py::list copies;
+      for (const py::handle item : value) {
+        py::dict copy;
+        for (const detail::Key& of_item : key.items) {
+          const py::object of_copy = value_of(item.cast<PartPtr>(), of_item.name);
+          if (!of_copy.is_none()) copy[py::str(of_item.name)] = of_copy;
+        }
+        if (key.kind == ParameterKind::named_tables) by_name[copy["name"]] = copy;
+        copies.append(copy);
+      }
+      value = key.kind == ParameterKind::named_tables ? py::object(by_name) : copies;
+    }
+    values[py::str(key.name)] = value;
+  }
+  return values;
+}
+
 namespace {
 
 void set_in(Part& part, std::string_view name, py::handle value) {
@@ -383,38 +414,16 @@ void set_in(Part& part, std::string_view name, py::handle value) {
   const bool empties = value.is_none() && key->kind != ParameterKind::optional_number;
   const bool refills = empties || key->or_kind || key->kind == ParameterKind::list || key->kind == ParameterKind::named_tables;
   if (!refills) return assign(visit, name, value);
-  // A list is emptied by renewing the part; all other values are copied, lists as parts of the old one.
-  const PartPtr before = borrowed(part);
-  std::vector<std::pair<std::string, py::object>> others;
-  for (const detail::Key& other : keys) {
-    py::object kept = value_of(before, other.name);
-    if (!other.items.empty()) {
-      py::list copies;
-      for (const py::handle item : kept) {
-        py::dict copy;
-        for (const detail::Key& of_item : other.items) {
-          const py::object of_copy = value_of(item.cast<PartPtr>(), of_item.name);
-          if (!of_copy.is_none()) copy[py::str(of_item.name)] = of_copy;
-        }
-        copies.append(copy);
-      }
-      if (other.kind == ParameterKind::named_tables) {
-        py::dict by_name;
-        for (const py::handle copy : copies) by_name[copy["name"]] = copy;
-        kept = by_name;
-      } else {
-        kept = copies;
-      }
-    }
-    others.emplace_back(other.name, std::move(kept));
-  }
+  // A list is emptied by renewing the part; all other values are copied.
+  const py::dict others = values_of(borrowed(part));
   const auto fill = [&](bool with_new) {
     part.renew();
     for (const auto& [other, kept] : others) {
-      if (with_new && other == name) {
+      const std::string of = other.cast<std::string>();
+      if (with_new && of == name) {
         assign(visit, name, value);
       } else if (!kept.is_none() && !(py::isinstance<py::str>(kept) && py::len(kept) == 0)) {
-        assign(visit, other, kept);
+        assign(visit, of, kept);
       }
     }
   };
@@ -514,62 +523,6 @@ py::list described(const detail::Keys& keys) {
   return all;
 }
 
-namespace {
-
-TransferFunction transfer_function(const py::iterable& points, double outside) {
-  std::vector<TransferFunction::Point> all;
-  for (const py::handle point : points) {
-    const auto numbers = maybe_numbers(point);
-    if (!numbers || numbers->size() != 2) throw py::type_error("'points' takes pairs (value, result)");
-    all.push_back({(*numbers)[0], (*numbers)[1]});
-  }
-  return TransferFunction(std::move(all), outside);
-}
-
-py::tuple points_of(const TransferFunction& curve) {
-  py::list points;
-  for (const TransferFunction::Point& point : curve.points()) points.append(py::make_tuple(point.value, point.result));
-  return py::tuple(points);
-}
-
-void check_range(const Strength&) {}  // checked by the mode's parameter
-void check_range(const Mask& mask) {
-  const auto check = [](double factor) {
-    if (factor < 0.0 || factor > 1.0)
-      throw py::value_error("Mask: a factor is " + detail::toml_number(factor) + "; it lies between 0 and 1");
-  };
-  for (const TransferFunction::Point& point : mask.curve.points()) check(point.result);
-  check(mask.curve.outside());
-}
-
-/// Class of functions of a field: of, points, outside.
-template <class T>
-void bind_function(py::module_& module, const char* name, const char* doc) {
-  py::class_<T>(module, name, doc)
-      .def(py::init([](const std::string& of, const py::iterable& points, double outside) {
-             T made;
-             made.of = FieldRef{of};
-             made.curve = transfer_function(points, outside);
-             check_range(made);
-             return made;
-           }),
-           py::kw_only(), py::arg("of"), py::arg("points"), py::arg("outside") = 0.0)
-      .def_property_readonly(
-          "of", [](const T& f) { return f.of.name; }, "scalar field whose value is looked up")
-      .def_property_readonly(
-          "points", [](const T& f) { return points_of(f.curve); }, "pairs (value, result), piecewise linear")
-      .def_property_readonly(
-          "outside", [](const T& f) { return f.curve.outside(); }, "result beyond the points")
-      .def(
-          "__eq__", [](const T& a, const T& b) { return a == b; }, py::is_operator())
-      .def("__hash__", [](const T& f) { return py::hash(py::make_tuple(f.of.name, points_of(f.curve), f.curve.outside())); })
-      .def("__repr__", [name](const T& f) {
-        return py::str("{}(of={!r}, points={!r}, outside={!r})").format(name, f.of.name, points_of(f.curve), f.curve.outside());
-      });
-}
-
-}  // namespace
-
 void bind_parameters(py::module_& module) {
   module.def("numbers_of", [](const py::object& given) { return numbers_of(given); });
   module.def("time_step_of", [](const py::object& given) { return time_step_of(given); });
@@ -581,12 +534,7 @@ void bind_parameters(py::module_& module) {
         if (auto* mode = dynamic_cast<SceneModePart*>(&part)) return py::str(std::string(mode->mode().mode.type()));
         return py::none();
       });
-  bind_function<Strength>(
-      module, "Strength",
-      "A strength in newtons as a function of a field's value: `of` names a scalar field, `points` are pairs\n"
-      "(value, newtons) whose values do not fall, two equal ones make a step; `outside` holds beyond them.");
-  bind_function<Mask>(module, "Mask",
-                      "A factor between 0 and 1 on all strengths and drags of a mode, as a function of a field's value.");
+  bind_strengths(module);
   module.def("new_mode", [](const std::string& type) {
     const Mode* mode = known_modes().find(type);
     if (!mode) throw py::value_error("no mode type " + detail::in_quotes(type));

@@ -98,6 +98,8 @@ ModeCatalog& known_modes();
 
 /// Value of a parameter: float, int, bool, str, tuple, Strength, None, or a list of parts. Raises AttributeError.
 py::object value_of(const PartPtr& part, std::string_view name);
+/// Values of all parameters by name: items of lists as dicts, without their left-out values.
+py::dict values_of(const PartPtr& part);
 /// Sets a parameter; None removes or resets it. Raises AttributeError on an unknown name, TypeError and ValueError on a wrong
 /// value.
 void set_value(Part& part, std::string_view name, py::handle value);
@@ -110,6 +112,8 @@ Numbers rows_of(py::handle given, std::string_view name, py::ssize_t columns);
 /// Time step [s], above 0 and at most 1; ValueError or TypeError with its name on anything else.
 double time_step_of(py::handle given);
 
+/// Numbers of a sequence; none if it holds others, or is a text.
+std::optional<std::vector<double>> maybe_numbers(py::handle value);
 /// Python number; TypeError with `name` on anything else.
 double number_of(py::handle value, std::string_view name);
 Vec3 vector_of(py::handle value, std::string_view name);

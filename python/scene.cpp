@@ -14,9 +14,12 @@
 #include "palpa/base/wording.h"
 #include "palpa/data/analytic.h"
 #include "palpa/data/filter.h"
+#include "palpa/data/length_unit.h"
 #include "palpa/file/read_volume.h"
 #include "palpa/scene/load_scene.h"
 #include "parameters.h"
+#include "pickling.h"
+#include "python_mode.h"
 
 namespace palpa::python {
 namespace {
@@ -39,6 +42,34 @@ std::string format_field(const VolumeField& field) {
   const auto& dims = grid->geometry.dims;
   return kind + ", " + std::to_string(dims[0]) + " x " + std::to_string(dims[1]) + " x " + std::to_string(dims[2]) +
          " voxels (x, y, z), filter '" + name_of(grid->filter) + "'";
+}
+
+/// A function of the module for a formula with these arguments.
+template <class... Arguments, class... Names>
+void bind_formula(py::module_& module, const char* name, Volume (*make)(Arguments...), const char* doc, const Names&... names) {
+  const auto of = [=](Arguments... given) { return of_formula(name, {given...}, make(given...)); };
+  if constexpr (sizeof...(Names) == 0) {
+    module.def(name, of, doc);
+  } else {
+    module.def(name, of, py::kw_only(), names..., doc);
+  }
+}
+
+void bind_formulas(py::module_& module) {
+  bind_formula(module, "plane_field", &plane_field,
+               "A half space: signed distance [m] below the plane z = 0, over a cube about the origin.",
+               py::arg("size_m") = 0.2);
+  bind_formula(module, "sphere_field", &sphere_field, "A ball: radius - |x| [m], positive inside.", py::arg("radius_m") = 0.05);
+  bind_formula(module, "head_phantom", &head_phantom, "A head as CT would see it, in HU, in the medical frame.");
+  bind_formula(module, "lamb_oseen_vortex", &lamb_oseen_vortex, "A Lamb-Oseen vortex along z: velocity [m/s].",
+               py::arg("circulation_m2_per_s") = 0.02, py::arg("core_radius_m") = 0.01);
+  bind_formula(module, "burgers_vortex", &burgers_vortex, "A Burgers vortex along z: velocity [m/s].",
+               py::arg("circulation_m2_per_s") = 0.02, py::arg("core_radius_m") = 0.01, py::arg("strain_per_s") = 0.2);
+  bind_formula(module, "ring_vortex", &ring_vortex,
+               "A vortex ring in a closed chamber, at one moment of the heartbeat: velocity [m/s] and signal.",
+               py::arg("beat") = 0.25);
+  bind_formula(module, "beating_chamber", &beating_chamber, "The same chamber with the heart beating: one beat of 0.8 s.");
+  bind_formula(module, "wing_wake", &wing_wake, "The wake of a wing: velocity [m/s] and pressure [m2/s2].");
 }
 
 void bind_volumes(py::module_& module) {
@@ -128,8 +159,10 @@ void bind_volumes(py::module_& module) {
     for (const auto& [key, value] : how) set_value(part, key.cast<std::string>(), value);
     VolumeRequest request = part.value();
     request.files = files;
-    return interruptible(
+    Volume volume = interruptible(
         [&](const std::atomic<bool>&, std::stop_token stop) { return read_volume(request, {.stop = std::move(stop)}); });
+    remember_files(volume);
+    return volume;
   });
   module.def(
       "array_volume",
@@ -155,6 +188,14 @@ void bind_volumes(py::module_& module) {
     volume.length_unit.clear();
     return metres_per_unit == 1.0 ? volume : posed(volume, {.scale = metres_per_unit});
   });
+  module.def("in_medical_frame", [](Volume volume) {
+    volume.medical_frame = true;
+    return volume;
+  });
+  module.def("metres_of_unit", [](const std::string& unit) -> std::optional<double> {
+    const auto known = detail::length_unit(unit);
+    return known ? std::optional(known->metres) : std::nullopt;
+  });
   module.def("joined_volume", [](const std::vector<std::pair<std::string, Volume>>& parts, std::vector<std::string> warnings) {
     Volume joined;
     joined.format = "grid";
@@ -166,19 +207,7 @@ void bind_volumes(py::module_& module) {
     return joined;
   });
 
-  module.def("plane_field", &plane_field, py::kw_only(), py::arg("size_m") = 0.2,
-             "A half space: signed distance [m] below the plane z = 0, over a cube about the origin.");
-  module.def("sphere_field", &sphere_field, py::kw_only(), py::arg("radius_m") = 0.05,
-             "A ball: radius - |x| [m], positive inside.");
-  module.def("head_phantom", &head_phantom, "A head as CT would see it, in HU, in the medical frame.");
-  module.def("lamb_oseen_vortex", &lamb_oseen_vortex, py::kw_only(), py::arg("circulation_m2_per_s") = 0.02,
-             py::arg("core_radius_m") = 0.01, "A Lamb-Oseen vortex along z: velocity [m/s].");
-  module.def("burgers_vortex", &burgers_vortex, py::kw_only(), py::arg("circulation_m2_per_s") = 0.02,
-             py::arg("core_radius_m") = 0.01, py::arg("strain_per_s") = 0.2, "A Burgers vortex along z: velocity [m/s].");
-  module.def("ring_vortex", &ring_vortex, py::kw_only(), py::arg("beat") = 0.25,
-             "A vortex ring in a closed chamber, at one moment of the heartbeat: velocity [m/s] and signal.");
-  module.def("beating_chamber", &beating_chamber, "The same chamber with the heart beating: one beat of 0.8 s.");
-  module.def("wing_wake", &wing_wake, "The wake of a wing: velocity [m/s] and pressure [m2/s2].");
+  bind_formulas(module);
 }
 
 template <class T>
@@ -310,6 +339,7 @@ void bind_scene(py::module_& module) {
     LoadedScene loaded = interruptible([&](const std::atomic<bool>&, std::stop_token stop) {
       return load_scene(path, volume_reader({.stop = std::move(stop)}), modes, options);
     });
+    remember_sources(loaded.scene);
     return py::make_tuple(std::move(loaded.scene), loaded.warnings);
   });
 }

@@ -69,25 +69,28 @@ _reader = _pathlib.Path(__file__).absolute().parents[2] / "bin" / "palpa-read"
 if _reader.exists():
     _os.environ.setdefault("PALPA_READER", str(_reader))
 
-from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, ModeContext, LoadError, Mask, ModeForce, PrimitiveSink,
-                     MouseHand, ScalarSample, SceneError, Session, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
+from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, HeldLevel, ModeContext, LoadError, Mask, ModeForce, PrimitiveSink,
+                     MouseHand, ScalarSample, SceneError, Session, StepResult, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
                      plane_field, ring_vortex, sphere_field, wing_wake)
 from ._device import Device
+from ._images import from_image
 from ._live import Live, live
 from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
 from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, Workspace, array_volume, load_scene,
                      read_volume)
 from ._parameters import Named as _Named, say_what_cannot_be_set as _say_what_cannot_be_set
 from ._renamed import keep_old_names as _keep_old_names, old_names_of as _old_names_of
-from ._session import Ticks, modes as _modes_of_session, rollout, ticks as _ticks
+from ._session import Ticks, modes as _modes_of_session, not_pickled as _not_pickled, rollout, ticks as _ticks
 from ._trace import LawComparison, Replay, Trace, compare_laws, run
-from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_vtk
+from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_pyvista, to_vtk
 
+LoadError.__doc__ = "A file that cannot be read or written: one line with the place, what is wrong and what would be right."
+SceneError.__doc__ = "A scene that does not fit together: one line with its place, file and line where it has one."
 _make_classes(_sys.modules[__name__])
 # Rows of `ticks` hold the status as a number, which compares with a TickStatus.
 TickStatus.__eq__ = lambda status, other: int(status) == (int(other) if isinstance(other, TickStatus) else other)
 TickStatus.__ne__ = lambda status, other: int(status) != (int(other) if isinstance(other, TickStatus) else other)
-Session.ticks, Session.modes = _ticks, _modes_of_session
+Session.ticks, Session.modes, Session.__reduce__ = _ticks, _modes_of_session, _not_pickled
 Volume.fields = property(lambda volume: _Named("the volume", "field", volume._fields()), doc="its fields by name")
 Session.scene = property(lambda session: Scene(_of=session._scene()), doc="a copy of its scene")
 
@@ -95,7 +98,7 @@ for _thing in list(vars().values()):
     if isinstance(_thing, type) and _thing.__module__ == "palpa._palpa" and not issubclass(_thing, Exception):
         _say_what_cannot_be_set(_thing)
 for _name, _thing in list(vars().items()):  # public names in messages
-    if getattr(_thing, "__module__", "").startswith("palpa._"):
+    if not _name.startswith("_") and getattr(_thing, "__module__", "").startswith("palpa._"):
         try:
             _thing.__module__ = "palpa"
         except (AttributeError, TypeError):

@@ -28,6 +28,9 @@ class Device:
 
     limits: _palpa.DeviceLimits
 
+    def __repr__(self):
+        return f"{type(self).__name__}(limits={getattr(self, 'limits', None)!r})"
+
     def read(self) -> Any:
         """Returns the hand's position: a palpa.DeviceState, three numbers [m], or None if it is unknown."""
         raise NotImplementedError(f"{type(self).__name__} has no method 'read(self)'")

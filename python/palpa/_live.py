@@ -17,6 +17,7 @@ from ._device import Device
 from ._modes import plugins
 from ._palpa import MouseHand
 from ._parameters import Strict
+from ._sliders import sliders
 from ._scene import PalpaWarning, Scene
 from ._trace import Trace, _hand_given, _in_python, _new_folder
 
@@ -107,6 +108,13 @@ class Live(Strict):
     def resume(self) -> None:
         """Resumes after a panic, with the gate and the ramp of a start."""
         self._live.resume()
+
+    def sliders(self, *places: str) -> Any:
+        """Sliders of ipywidgets for numbers of the scene, which change it from the next tick on.
+
+        places: "coupling.stiffness_n_per_m", "skin.strength_n", "skin.levels[0].friction_n", …; none: the stiffness, and the
+        strengths, frictions and drags that are above 0. Raises ImportError without ipywidgets, KeyError for other places."""
+        return sliders(self, *places)
 
     def stop(self) -> Trace:
         """Ends the run: the motors have no force. Returns its Trace. Raises LoadError if recording has failed."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
+from types import MappingProxyType
 from typing import Any
 
 from . import _palpa
@@ -26,25 +27,60 @@ class Mode:
                 if sample.inside:
                     out.point(0, here.proxy_m, here.newtons(self.strength_n))
 
-    `here` is a palpa.ModeContext, `out` a palpa.PrimitiveSink. An invalid primitive (a direction that is not of unit length, NaN, a negative
-    strength, a drag away from here.proxy_m) raises ValueError, with the mode's name; with `strict = False` in the class it is
-    dropped, counted in Tick.dropped and reported once in Session.events, as for a mode in C++.
+    `here` is a palpa.ModeContext, `out` a palpa.PrimitiveSink. Further members of the class, all optional:
+
+    held_levels : names of attributes with values of the field that `field` names: the tick stops at each, and no sub-step crosses one
+        that a plane stands on (`level=here.level(field, value)`). A mode with levels begins to act only at one.
+    strengths : names of attributes that may hold a palpa.Strength, for here.newtons
+    memory : {name: first value}, at most 31 numbers that the session keeps. Then the methods are place(self, here, memory, out)
+        and on_step_accepted(self, step, memory), once per accepted sub-step, which alone changes the dict `memory`; `step` is a
+        palpa.StepResult.
+    strict : True: an invalid primitive (a direction that is not of unit length, NaN, a negative strength, a drag away from
+        here.proxy_m) raises ValueError, with the mode's name. False: it is dropped, counted in Tick.dropped and reported once in
+        Session.events, as for a mode in C++.
+
     Usable in a Session and in palpa.run, not in real time: for that a palpa.CFunction takes a C function.
     """
 
     fields: tuple[str, ...] = ()
+    held_levels: tuple[str, ...] = ()
+    strengths: tuple[str, ...] = ()
+    memory: Mapping[str, float] = MappingProxyType({})
     strict: bool = True
 
-    def place(self, here: _palpa.ModeContext, out: _palpa.PrimitiveSink) -> None:
+    def place(self, *arguments: Any, **named: Any) -> None:
+        """Places primitives: place(self, here, out), or place(self, here, memory, out) in a class with a memory."""
         raise NotImplementedError(f"{type(self).__name__} has no method 'place(self, here, out)'")
 
+    def __repr__(self):
+        said = [f"{name}={getattr(self, name, None)!r}" for name in (*self.fields, *self.held_levels, *self.strengths)]
+        return f"{type(self).__name__}({', '.join(said)})"
+
     def _to_part(self):
+        of_class = type(self).__name__
         fields = _names_of(self.fields, "fields")
         for name in fields:
             if not isinstance(getattr(self, name, None), str):
-                raise TypeError(f"{type(self).__name__}: 'fields' has {name!r}, an attribute with the name of a field; it is "
+                raise TypeError(f"{of_class}: 'fields' has {name!r}, an attribute with the name of a field; it is "
                                 + (type(getattr(self, name)).__name__ if hasattr(self, name) else "not there"))
-        return _palpa.python_mode(self, [(name, getattr(self, name)) for name in fields], bool(self.strict))
+        levels = [(name, value) for name in _names_of(self.held_levels, "held_levels") for value in self._levels_of(name)]
+        if levels and "field" not in fields:
+            raise TypeError(f"{of_class}: 'held_levels' are values of the field that the attribute 'field' names; 'fields' lists it, too")
+        strengths = [(name, getattr(self, name)) for name in _names_of(self.strengths, "strengths")]
+        strengths = [(name, strength) for name, strength in strengths if isinstance(strength, _palpa.Strength)]
+        if bool(self.memory) != hasattr(self, "on_step_accepted"):
+            raise TypeError(f"{of_class}: " + ("'memory' is changed by a method 'on_step_accepted(self, step, memory)', which it has not"
+                                               if self.memory else "'on_step_accepted' changes a memory; 'memory' lists its numbers: {'held': 0.0}"))
+        return _palpa.python_mode(self, [(name, getattr(self, name)) for name in fields], strengths, levels,
+                                  list(self.memory.items()), bool(self.strict))
+
+    def _levels_of(self, name):
+        given = getattr(self, name, None)
+        values = None if given is None else _palpa.numbers_of(given)
+        if values is None or values.ndim > 1:
+            raise TypeError(f"{type(self).__name__}: 'held_levels' has {name!r}, an attribute with a number or several; it is "
+                            + (type(getattr(self, name)).__name__ if hasattr(self, name) else "not there"))
+        return values.ravel().tolist()
 
 
 class _ListedMode(Parameters, Mode):
@@ -76,6 +112,10 @@ class CFunction(Strict, Mode):
     def __init__(self, function: Any, scalars: Sequence[str] = (), vectors: Sequence[str] = ()) -> None:
         self.function, self.scalars, self.vectors = function, _names_of(scalars, "scalars"), _names_of(vectors, "vectors")
         self._address()
+
+    def __repr__(self):
+        named = getattr(self.function, "__name__", type(self.function).__name__)
+        return f"CFunction({named}, scalars={self.scalars!r}, vectors={self.vectors!r})"
 
     def _address(self):
         import ctypes

@@ -181,6 +181,9 @@ class Scene(_palpa.Scene, Strict):
     def __deepcopy__(self, memo):
         return self.copy()
 
+    def __reduce__(self):
+        return _unpickled, (_palpa.scene_state(self),)
+
     def plot(self) -> Any:
         """A figure of matplotlib: three slices through the middle of its first volume, with the levels of its modes as lines.
         Raises ImportError without matplotlib."""
@@ -191,6 +194,10 @@ class Scene(_palpa.Scene, Strict):
 
     def __repr__(self):
         return f"Scene(volumes={list(self.volumes)}, modes={list(self.modes)})"
+
+
+def _unpickled(state):
+    return Scene(_of=_palpa.scene_of(state))
 
 
 def array_volume(array: ndarray, spacing_m: float | Sequence[float] | None = None, *, origin_m: Sequence[float] | None = None,

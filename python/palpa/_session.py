@@ -32,6 +32,10 @@ class Ticks(numpy.ndarray):
         made.events = events
         return made
 
+    def __reduce__(self):
+        forces = None if self.mode_force_n is None else dict(self.mode_force_n)
+        return _unpickled, (numpy.array(self), forces, self.events)
+
     def __array_finalize__(self, of):  # a slice of the rows has neither
         self.mode_force_n = self.events = None
 
@@ -60,6 +64,19 @@ class Ticks(numpy.ndarray):
             for at, axis in enumerate("xyz"):
                 columns[f"{stem}_{axis}_{unit}"] = values[:, at]
         return pandas.DataFrame(columns)
+
+
+def _unpickled(rows, forces, events):
+    made = rows.view(Ticks)
+    made.mode_force_n = None if forces is None else Named("the session", "mode", forces)
+    made.events = events
+    return made
+
+
+def not_pickled(self):
+    """`__reduce__` of a session."""
+    raise TypeError("a Session is not pickled, because it runs on where it was made; pickle its scene (session.scene) and the ticks "
+                    "of its path, and make a palpa.Session in the other process")
 
 
 def ticks(self: _palpa.Session, positions_m: ArrayLike, dt_s: ArrayLike) -> Ticks:

@@ -96,6 +96,12 @@ class Trace(Strict):
         if self._temporary is not None:
             self._temporary.remove()
 
+    def __reduce__(self):
+        if self._temporary is not None:
+            raise TypeError("a temporary trace is not pickled, because its folder ends with its object; run(…, out=folder) keeps the "
+                            "folder, or pickle its tables: trace.ticks")
+        return _unpickled, (str(self.folder.absolute()), self._summary, self.warnings)
+
     def __enter__(self) -> Trace:
         return self
 
@@ -174,6 +180,10 @@ class Trace(Strict):
 
     def __repr__(self):
         return f"Trace({str(self.folder)!r})"
+
+
+def _unpickled(folder, summary, told):
+    return Trace(folder, _summary=summary, _warnings=told)
 
 
 class _Temporary:
@@ -296,6 +306,9 @@ class LawComparison(Strict):
 
     def __str__(self):
         return self._markdown
+
+    def __repr__(self):
+        return f"LawComparison(laws={list(self.posed_m)}, ticks={self.ticks}, balances={self.balances})"
 
     def _repr_markdown_(self):
         return self._markdown

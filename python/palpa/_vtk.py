@@ -224,6 +224,18 @@ def to_vtk(what: Field | Volume | Trace | Strength, *, name: str = "value", samp
     raise TypeError(f"'what' is a palpa.Field, Volume, Trace or Strength, not {type(what).__name__}")
 
 
+def to_pyvista(what: Field | Volume | Trace, *, name: str = "value", samples: int = 128) -> Any:
+    """A field, a volume's first field, or a trace, as a mesh of pyvista: palpa.to_vtk, wrapped. palpa.from_vtk takes pyvista's
+    meshes. Raises ImportError without pyvista."""
+    try:
+        import pyvista
+    except ImportError:
+        raise ImportError("palpa.to_pyvista needs pyvista: pip install pyvista; palpa.to_vtk works without") from None
+    if isinstance(what, Strength):
+        raise TypeError("'what' is a palpa.Field, Volume or Trace, not Strength; palpa.to_vtk makes a function of VTK of it")
+    return pyvista.wrap(to_vtk(what, name=name, samples=samples))
+
+
 def strength_from_vtk(function: Any, of: str, *, factor: float = 1.0) -> Strength:
     """A vtkPiecewiseFunction as a strength of the field `of`: `factor` [N] per 1 in VTK. Straight pieces are kept, a curved
     piece becomes 32. Beyond its points it is 0 without clamping, else the value of its ends, which must be equal. Raises
@@ -294,6 +306,9 @@ class FeltActors(Strict):
             mapper = vtkPolyDataMapper()
             mapper.SetInputConnection(shape.GetOutputPort())
             self._mappers.append(mapper)
+
+    def __repr__(self):
+        return f"FeltActors(view_half_height_hand_m={self._view_half_height_hand_m})"
 
     def update(self, live: Any) -> bool:
         """Shows the latest tick of a palpa.Live, without blocking its loop. False: no new tick."""
@@ -419,6 +434,9 @@ class MousePointer(Strict):
             interactor.AddObserver(event, self._follow)
         for event in ("MouseWheelForwardEvent", "MouseWheelBackwardEvent"):  # in place of the style's use of the wheel
             style.AddObserver(event, self._follow)
+
+    def __repr__(self):
+        return f"MousePointer({self._pointer!r})"
 
     def _follow(self, _, event):
         if event == "LeaveEvent":  # the mouse may return anywhere

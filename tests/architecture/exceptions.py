@@ -26,7 +26,6 @@ longer = {
     "explorer/main_window_actions.cpp": "make_actions",
     "explorer/panel.cpp": "build",
     "explorer/parameter_form.cpp": "editor_of",
-    "python/modes.cpp": "bind_modes",
     "python/scene.cpp": "bind_scene bind_volumes",
 }
 

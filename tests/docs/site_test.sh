@@ -26,6 +26,12 @@ for page in index docs/start docs/concepts docs/modes/README docs/modes/viscosit
   docs/python docs/theory docs/felt docs/gallery docs/design api/index api/session-session api/mode-modes search; do
   expect "$page.html is there" test -s "$folder/site/$page.html"
 done
+if [ -e "${PALPA_PYTHON_PACKAGE:-}/palpa/__init__.pyi" ]; then
+  for page in api/python api/python-Session api/python-SurfaceAndFriction api/python-functions; do
+    expect "$page.html is there" test -s "$folder/site/$page.html"
+  done
+  expect "a docstring stands in the reference" grep -q "rows.mode_force_n\|mode_force_n" "$folder/site/api/python-Ticks.html"
+fi
 expect "search knows a word of a page" grep -q syrup "$folder/site/searchindex.js"
 expect "search knows the reference" grep -q error_bound_m "$folder/site/searchindex.js"
 expect "a function's words stand in the reference" grep -q "Allocates nothing" "$folder/site/api/solver-coupling.html"

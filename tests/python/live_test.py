@@ -4,6 +4,7 @@ import subprocess
 import sys
 import threading
 import time
+import types
 
 import numpy as np
 import pytest
@@ -28,9 +29,9 @@ def test_a_scene_is_changed_while_it_is_felt():
         live.scene = scene
         wait_for(lambda: live.statistics()["scenes"] >= 1)
         assert live.scene.modes["skin"].mode.levels[0].friction_n == 0.4
-        scene.modes["skin"].mode.field = "nonsense"
         with pytest.raises(palpa.SceneError, match="no volume 'nonsense'"):
-            live.scene = scene
+            scene.modes["skin"].mode.field = "nonsense"  # where it is set: a scene fits together at any time
+        live.scene = scene
         live.panic()
         wait_for(lambda: live.latest()["guard"] in ("off", "falling"))
         live.resume()
@@ -113,3 +114,69 @@ def test_names_of_0_1_are_read_with_a_line_that_has_the_new_name():
         field.spacing
     with pytest.raises(AttributeError, match="^module 'palpa' has no attribute 'Poynter'$"):
         palpa.Poynter
+
+
+# ---- sliders ----
+
+
+class Widget:
+    """The members of ipywidgets' widgets that are used."""
+
+    def __init__(self, children=(), **given):
+        self.children, self.value, self.act = children, given.get("value"), None
+        self.__dict__.update(given)
+
+    def observe(self, act, names):
+        assert names == "value"
+        self.act = act
+
+    def move(self, value):
+        if self.act is None:  # of ipywidgets itself
+            self.value = value
+        else:
+            self.act({"new": value})
+
+
+@pytest.fixture
+def widgets(monkeypatch):
+    try:
+        import ipywidgets
+    except ImportError:
+        ipywidgets = types.ModuleType("ipywidgets")
+        ipywidgets.FloatSlider = ipywidgets.Label = ipywidgets.VBox = Widget
+        ipywidgets.Layout = dict
+        monkeypatch.setitem(sys.modules, "ipywidgets", ipywidgets)
+    return ipywidgets
+
+
+def move(slider, value):
+    slider.move(value) if isinstance(slider, Widget) else setattr(slider, "value", value)
+
+
+def test_sliders_change_the_scene_that_is_felt(widgets):
+    scene = head_scene()
+    scene.add("syrup", palpa.Viscosity(field="head", drag_ns_per_m=2), enabled=False)
+    with palpa.live(scene, hand="sim:stroke", duration_s=5) as live:
+        *sliders, says = live.sliders().children
+        by_name = {slider.description: slider for slider in sliders}
+        assert list(by_name) == ["coupling.stiffness_n_per_m", "skin.levels[0].strength_n", "skin.levels[0].friction_n",
+                                 "syrup.drag_ns_per_m"]
+        stiffness, strength = list(by_name.values())[:2]
+        assert 0 < stiffness.min < stiffness.value == 400 < stiffness.max == 1200 and strength.min == 0
+        move(strength, 1.5)
+        move(stiffness, 300.0)
+        assert live.scene.modes["skin"].mode.levels[0].strength_n == 1.5 and live.scene.stiffness_n_per_m == 300
+        assert live.scene.modes["skin"].mode.levels[0].friction_n == 0.1 and says.value == ""
+        (own, says) = live.sliders("skin.levels[0].value").children
+        move(own, -200.0)
+        assert live.scene.modes["skin"].mode.levels[0].value == -200
+        with pytest.raises(KeyError, match="did you mean 'skin.levels.0..strength_n'"):
+            live.sliders("skin.level[0].strength_n")
+        wait_for(lambda: live.statistics()["scenes"] >= 1)
+
+
+def test_sliders_say_what_they_need(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ipywidgets", None)
+    with palpa.live(head_scene(), hand="sim:press", duration_s=0.1) as live:
+        with pytest.raises(ImportError, match="sliders need ipywidgets; install python3-ipywidgets"):
+            live.sliders()

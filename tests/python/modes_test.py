@@ -329,3 +329,130 @@ def test_fields_are_names():
             scene.add("lab", mode)
     with pytest.raises(TypeError, match="'scalars' takes names of fields"):
         palpa.CFunction(1, scalars="head")
+
+
+# ---- levels, memory, friction ----
+
+
+class Shell(palpa.Mode):
+    """One level of palpa.SurfaceAndFriction, in Python."""
+
+    fields, held_levels, strengths = ("field",), ("level",), ("strength_n",)
+    memory = {"held": 0.0, "pressed_to": 0.0}
+
+    def __init__(self, field, level, strength_n, friction_coefficient=0.0, stiffness_n_per_m=None):
+        self.field, self.level, self.strength_n = field, level, strength_n
+        self.friction_coefficient, self.stiffness_n_per_m = friction_coefficient, stiffness_n_per_m
+
+    def place(self, here, memory, out):
+        at_m = here.foot_m(0)
+        sample = here.scalar(self.field, at_m)
+        slope = np.linalg.norm(sample.gradient)
+        if not memory["held"] or not sample.inside or slope == 0:
+            return
+        uphill, level = sample.gradient / slope, here.level(self.field, self.level, memory["pressed_to"])
+        step_m = np.clip((level.pressed_to - sample.value) / slope, -here.finest_m, here.finest_m)
+        strength_n = here.newtons(self.strength_n, level)
+        if self.stiffness_n_per_m is None:
+            out.plane(0, at_m + step_m * uphill, -uphill, strength_n, level=level)
+        else:
+            out.elastic_plane(0, at_m + step_m * uphill, -uphill, strength_n, self.stiffness_n_per_m, level=level)
+        if self.friction_coefficient:
+            out.friction(1, 0, here.proxy_m, self.friction_coefficient)
+
+    def on_step_accepted(self, step, memory):
+        if not step.here.scalar(self.field).inside:
+            memory["held"] = 0
+            return
+        if memory["held"]:
+            state = step.state(0)
+            if state == "slip" and not step.yields(0):
+                memory["held"] = 0
+            elif state == "slip" or state == "off" and memory["pressed_to"] != self.level:
+                at = step.here.scalar(self.field, step.here.foot_m(0))
+                memory["pressed_to"] = max(self.level, at.value)
+        for field, value, up in step.crossings:
+            if (field, value) == (self.field, self.level):
+                memory.update(held=float(up), pressed_to=self.level)
+
+
+def presses(n=2500):
+    """Into the ball and across, deep enough to break through, out and in again."""
+    t = np.linspace(0, 1, n)
+    return np.column_stack([0.02 * np.sin(9 * t), 0.01 * np.cos(11 * t), 0.085 + 0.02 * np.cos(25 * t)])
+
+
+by_value = palpa.Strength(of="magnitude(flow)", points=[(0, 1), (0.3, 2)], outside=2)
+
+
+@pytest.mark.parametrize("more", [dict(), dict(friction_coefficient=0.3), dict(stiffness_n_per_m=900.0)])
+@pytest.mark.parametrize("strength_n", [2.0, by_value])
+def test_a_level_in_python_is_felt_as_the_one_in_cpp(strength_n, more):
+    def felt_ball(mode):
+        scene = palpa.Scene(stiffness_n_per_m=400)
+        scene.add("ball", palpa.sphere_field())
+        scene.add("flow", palpa.lamb_oseen_vortex())
+        scene.add("wall", mode)
+        scene.workspace.scale, scene.workspace.center = 0.6, (0, 0, 0)
+        return palpa.Session(scene).ticks(presses(), 1e-3)
+
+    ours = felt_ball(Shell("ball", 0.0, strength_n, **more))
+    theirs = felt_ball(palpa.SurfaceAndFriction(field="ball", levels=[dict(value=0.0, strength_n=strength_n, **more)]))
+    kinds = [kind for _, kind, _, _ in theirs.events]
+    assert "break_through" in kinds and kinds.count("onset") > 1 and ours.events == theirs.events
+    same(ours, theirs, 1e-9)
+    np.testing.assert_allclose(ours["force_n"], theirs["force_n"], atol=1e-6)
+    if not more and strength_n == 2.0:
+        assert np.linalg.norm(ours["force_n"], axis=1).max() == pytest.approx(2.0, abs=0.02)
+
+
+def test_the_memory_of_a_mode_is_of_its_session():
+    class Counts(palpa.Mode):
+        memory = {"steps": 2.0}
+        seen = []
+
+        def place(self, here, memory, out):
+            memory["steps"] = -1.0  # of no effect
+
+        def on_step_accepted(self, step, memory):
+            memory["steps"] += 1
+            self.seen.append(memory["steps"])
+
+    scene = palpa.Scene()
+    scene.add("head", palpa.head_phantom())
+    scene.add("counts", Counts())
+    session, other = palpa.Session(scene), palpa.Session(scene)
+    session.ticks(path_of(50), 1e-3)
+    first = list(Counts.seen)
+    assert first == [3.0 + n for n in range(len(first))] and len(first) >= 49
+    other.copy_state_from(session)
+    for each in (session, other):
+        Counts.seen.clear()
+        each.tick((0, 0, 0.01), 1e-3)
+        assert Counts.seen[0] == first[-1] + 1, "the memory is copied, not shared"
+    session.reset()
+    Counts.seen.clear()
+    session.tick((0, 0, 0), 1e-3), session.tick((0, 0, 0.001), 1e-3)
+    assert Counts.seen[0] == 3.0
+
+
+def test_what_a_mode_with_levels_lacks_is_told():
+    def lab(**members):
+        return type("Lab", (palpa.Mode,), {"place": lambda self, *_: None, **members})()
+
+    def accept(self, step, memory):
+        memory["hled"] = 1.0
+
+    for mode, error, words in (
+            (lab(held_levels=("level",)), TypeError, "Lab: 'held_levels' has 'level', an attribute with a number or several; it is not there"),
+            (lab(held_levels=("level",), level="high"), TypeError, "it is str"),
+            (lab(held_levels=("level",), level=[1.0, 2.0]), TypeError, "'fields' lists it, too"),
+            (lab(memory={"held": 0.0}), TypeError, "changed by a method 'on_step_accepted"),
+            (lab(on_step_accepted=accept), TypeError, "'memory' lists its numbers"),
+            (lab(memory={f"n{n}": 0.0 for n in range(32)}, on_step_accepted=accept), ValueError, "room for 31 numbers, not 32")):
+        with pytest.raises(error, match=words):
+            felt(palpa.head_phantom(), mode, path_of(5))
+    with pytest.raises(KeyError, match="mode 'mode': no 'hled' in its memory; did you mean 'held'"):
+        felt(palpa.head_phantom(), lab(memory={"held": 0.0}, on_step_accepted=accept), path_of(5))
+    with pytest.raises(KeyError, match="names no strength like this one"):
+        felt(palpa.head_phantom(), lab(place=lambda self, here, out: here.newtons(by_value)), path_of(5))

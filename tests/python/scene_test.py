@@ -276,6 +276,56 @@ def test_things_show_what_they_are():
         assert words in repr(thing) and " object at 0x" not in repr(thing), repr(thing)
 
 
+def test_every_class_shows_what_it_is(tmp_path):
+    """No object of the package is shown as an address."""
+
+    class Own(palpa.Mode):
+        def place(self, here, out):
+            shown.extend([here, out, here.scalar("head"), here.vector("flow"), here.level("head", 0.0)])
+
+        fields = ("field", "flow")
+        field, flow = "head", "flow"
+
+    class Remembers(palpa.Mode):
+        memory = {"n": 0.0}
+
+        def place(self, here, memory, out):
+            pass
+
+        def on_step_accepted(self, step, memory):
+            shown.append(repr(step))
+
+    class Dummy(palpa.Device):
+        limits = palpa.DeviceLimits(max_force_n=1)
+
+    shown, scene = [], head_scene()
+    scene.add("flow", palpa.lamb_oseen_vortex())
+    scene.add("own", Own())
+    scene.add("remembers", Remembers())
+    session = palpa.Session(scene)
+    rows = session.ticks(np.zeros((3, 3)), 1e-3)
+    assert any("StepResult(crossings=" in str(thing) for thing in shown), "while it runs"
+    scene.remove_mode("own")
+    scene.remove_mode("remembers")
+    guarded = palpa.GuardedSession(scene, palpa.DeviceLimits(max_force_n=2))
+    things = [*shown, scene, scene.coupling, scene.workspace, scene.time, scene.volumes, scene.volumes["head"], scene.modes,
+              scene.modes["skin"], scene.modes["skin"].mode, scene.modes["skin"].mode.levels, scene.field("head"), session, rows,
+              rows.statuses, rows.mode_force_n, rows.events, session.modes(), session.tick((0, 0, 0), 1e-3).energy, guarded,
+              guarded.tick((0, 0, 0), 1e-3, valid=True, fault=False), palpa.DeviceState((0, 0, 0)), palpa.DeviceLimits(max_force_n=2),
+              palpa.MouseHand(), palpa.Strength(of="head", points=[(0, 1)]), palpa.Mask(of="head", points=[(0, 1)]), Own(), Dummy(),
+              palpa.CFunction(1 << 20), palpa.TickStatus.resting, palpa.compare_laws(scene, np.zeros((3, 3)), 1e-3, ["no-proxy"])]
+    with palpa.run(scene, np.zeros((3, 3)), 1e-3) as trace:
+        things += [trace, trace.ticks, trace.compare(trace)]
+    with palpa.live(scene, hand="sim:press", duration_s=0.05) as live:
+        things.append(live)
+    for thing in things:
+        assert " object at 0x" not in repr(thing), repr(thing)
+    seen = {type(thing) for thing in things} | {Own.__mro__[1], Dummy.__mro__[1], palpa.HeldLevel}
+    left = [name for name in palpa.__all__ if isinstance(getattr(palpa, name), type) and not issubclass(getattr(palpa, name), (Exception, palpa.Mode))
+            and getattr(palpa, name) not in seen]
+    assert set(left) <= {"FeltActors", "MousePointer", "Tick", "ModeForce", "StepResult", "LoadError", "SceneError", "PalpaWarning", "Replay"}, left
+
+
 def fresh_python(code, **environment):
     import os
     import subprocess

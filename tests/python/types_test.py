@@ -40,6 +40,49 @@ def test_the_stubs_themselves_are_strict(tmp_path):
     assert told.returncode == 0, told.stdout + told.stderr
 
 
+def test_modes_of_ones_own_pass_strictly(tmp_path):
+    told = checked(tmp_path, """import pickle
+
+import palpa
+
+
+class Shell(palpa.Mode):
+    fields, held_levels, strengths = ("field",), ("level",), ("strength_n",)
+    memory = {"held": 0.0}
+
+    def __init__(self, field: str, level: float, strength_n: float | palpa.Strength) -> None:
+        self.field, self.level, self.strength_n = field, level, strength_n
+
+    def place(self, here: palpa.ModeContext, memory: dict[str, float], out: palpa.PrimitiveSink) -> None:
+        level = here.level(self.field, self.level)
+        strength_n = here.newtons(self.strength_n, level)
+        if memory["held"] and here.scalar(self.field, here.foot_m(0)).inside:
+            out.plane(0, here.proxy_m, (0, 0, 1), strength_n, level=level)
+
+    def on_step_accepted(self, step: palpa.StepResult, memory: dict[str, float]) -> None:
+        memory["held"] = float(step.state(0) != "slip")
+        for field, value, up in step.crossings:
+            print(field, value, up, step.here.range(field))
+
+
+class Syrup(palpa.Mode):
+    fields = ("field",)
+    field = "head"
+
+    def place(self, here: palpa.ModeContext, out: palpa.PrimitiveSink) -> None:
+        out.point(0, here.proxy_m, 0.0, here.drag(1.0))
+
+
+scene: palpa.Scene = pickle.loads(pickle.dumps(palpa.Scene()))
+scene.add("image", palpa.from_image(object(), metres_per_unit=0.001))
+name: str = scene.add("shell", Shell("image", 0.5, palpa.Strength(of="image", points=[(0, 1)])))
+rows: list[palpa.Ticks] = palpa.rollout(scene, [[[0.0, 0.0, 0.0]]], 1e-3)
+for mode in palpa.Session(scene).modes().values():
+    force_n: float = float(mode.force_n[0])
+""")
+    assert told.returncode == 0, told.stdout + told.stderr
+
+
 def test_a_right_program_passes_and_a_wrong_one_does_not(tmp_path):
     right = """import numpy as np
 import palpa

@@ -54,7 +54,7 @@ html_theme_options = {
 navigation = [
     ("Begin", ["start", "concepts", "gallery", "glossary"]),
     ("Feel", ["modes/README", "scene", "/scenes/README", "data", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
-    ("Program", ["python", "embedding", "own-mode", "/api/index", "paraview", "slicer"]),
+    ("Program", ["python", "embedding", "own-mode", "/api/index", "/api/python", "paraview", "slicer"]),
     ("Theory", ["theory", "path", "laws"]),
     ("Study", ["felt", "beside", "reproduction", "benchmark", "/bench/haptics/README"]),
     ("Within", ["design", "contracts/README", "security", "limits", "dependencies", "changes", "/CHANGELOG", "/CONTRIBUTING", "/SECURITY"]),
