@@ -92,9 +92,6 @@ void MainWindow::choose(const FileContents& contents, const Wanted& wanted, cons
   auto* chooser = new PartChooser(contents, wanted, this);
   chooser->setAttribute(Qt::WA_DeleteOnClose);
   connect(chooser, &QDialog::accepted, this, [chooser, then] { then(chooser->chosen()); });
-  connect(chooser, &QDialog::rejected, this, [this] {
-    if (!document_.is_open()) pages_->setCurrentIndex(0);
-  });
   chooser->open();
 }
 
