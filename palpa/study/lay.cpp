@@ -28,7 +28,7 @@ constexpr double plenty = 0.4;
 // [1] Weight of a place where the hand begins behind a level, and may stay behind it. More: such places win; less: they lose to
 // places with little contact.
 constexpr double behind_a_level = 0.25;
-constexpr std::size_t most_tried = 5, most_below = 8;
+constexpr std::size_t most_tried = 4, most_below = 8;
 // [1] Cost of a cell beyond the force limit, in cells in contact, in places sought below the limit. More: hardly any contact;
 // less: the limit is reached.
 constexpr double beyond_cost = 20.0;
@@ -132,7 +132,7 @@ std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<
         }
         if (contact <= 0.0) continue;
         const auto kinds = std::count_if(met.begin(), met.end(), [&](int count) { return count > some_contact * samples; });
-        place.worth = contact / samples + static_cast<double>(kinds) / static_cast<double>(all_kinds);
+        place.worth = contact / (weights.front * samples) + static_cast<double>(kinds) / static_cast<double>(all_kinds);
         if (begins_behind(place.offset_m())) place.worth *= behind_a_level;
         places.push_back(place);
       }
@@ -189,7 +189,7 @@ RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& r
   const double widest = scale_of(places_m);
   const std::vector<Stay> stays = stays_of(places_m, widest);
   try_places(widest, stays, {.front = 2});
-  if (tried_out.empty() || tried_out.front().laid.contact_share < plenty) try_places(widest, stays, {.front = 1});
+  try_places(widest, stays, {.front = 1});
   const auto is_good = [&] {
     return !tried_out.empty() && !tried_out.front().limited && tried_out.front().laid.contact_share >= plenty;
   };
