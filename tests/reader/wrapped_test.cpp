@@ -228,8 +228,8 @@ TEST_F(Wrapped, WhatIsNotReadIsCalledByItsName) {
                {"a.mat", "MATLAB 5.0 MAT-file, Platform: GLNXA64", "-v7.3"},
                {"a.vtk.bz2", "BZh91AY", "unpack it"},
                {"a.zip", "PK\x03\x04", "unpack it"},
-               {"a.vtm", "<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\">", "Append Datasets"},
-               {"a.pvd", "<VTKFile type=\"Collection\" version=\"0.1\">", "give one of them"},
+               {"a.vtm", "<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\">", "check that the file is whole"},
+               {"a.pvd", "<VTKFile type=\"Collection\" version=\"0.1\">", "check that the file is whole"},
                {"mri.general", "file = mri.raw\ngrid = 4 x 4 x 4\nformat = msb\n", "--set type"},
                {"mri.txt", "grid = 4 x 4 x 4\ninterleaving = record\n", "--set type"}};
   for (const auto& [name, bytes, says] : files) {
