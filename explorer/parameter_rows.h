@@ -48,9 +48,9 @@ bool is_basic(const std::vector<ParameterRow>& rows, std::size_t row);
 /// Multiplies all strengths and drags of a part by `factor` [1].
 void scale_strengths(const Visit& part, double factor);
 
-/// What the window calls a parameter, without its unit: "dry friction" of "friction_n".
+/// Name of a parameter in the window, without its unit: "dry friction" of "friction_n".
 std::string words_of_parameter(std::string_view parameter);
-/// What the window calls a choice of a parameter: "large ones" of "large" of "parts".
+/// Name of a choice of a parameter in the window: "large ones" of "large" of "parts".
 std::string words_of_choice(std::string_view parameter, const std::string& choice);
 
 /// "friction", and its unit "N", of "friction_n".

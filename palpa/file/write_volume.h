@@ -36,9 +36,9 @@ struct WrittenVolume {
 std::uint64_t written_bytes(const WrittenVolume& volume);
 
 /// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw), .nii or .vti. It gets its name when
-/// complete (palpa/base/new_file.h). Refuses first a volume larger than the free disk. \param progress  called after each slice
-/// with the share done [1]; may be empty, and may throw to end the writing Throws LoadError, with the file's name, also for a
-/// sheared grid in VTI.
+/// complete (palpa/base/new_file.h). Refuses first a volume larger than the free disk.
+/// \param progress  called after each slice with the share done [1]; may be empty, and may throw to end the writing
+/// Throws LoadError, with the file's name, also for a sheared grid in VTI.
 void write_volume(const WrittenVolume& volume, const std::filesystem::path& file, detail::Existing existing,
                   const std::function<void(double)>& progress = {});
 

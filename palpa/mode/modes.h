@@ -114,7 +114,7 @@ struct SurfaceAndFriction {
   static constexpr std::size_t most_placed = 4;
   /// Input of the next placement, from the path: side of the proxy at each shell that it has crossed, and positions of planes
   /// in the field. No contact: a placed plane may be off, and a shell stays where its plane cannot be placed, in flat data.
-  /// What holds the proxy is in the session's ContactTable alone, from where `place` reads it (`ModeContext::contacts`).
+  /// Contacts of the proxy are in the session's ContactTable alone, from where `place` reads them (`ModeContext::contacts`).
   struct Memory {
     struct Shell {
       std::int32_t level = -1;  ///< index; -1: none

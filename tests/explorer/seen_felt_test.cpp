@@ -1,4 +1,4 @@
-// What is seen is what is felt: linked levels, values under the cursor, cues of touch and turn, coarse and fine drawings.
+// Views beside touch: linked levels, values under the cursor, cues of touch and turn, coarse and fine drawings.
 #include <gtest/gtest.h>
 #include <unistd.h>
 #include <vtkCallbackCommand.h>

@@ -1,4 +1,4 @@
-// What docs/paraview.md says of exported files: in VTK's filters, and in ParaView where it is scriptable here.
+// Tasks of docs/paraview.md on exported files: in VTK's filters, and in ParaView where it is scriptable here.
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <vtkClipDataSet.h>
