@@ -16,10 +16,9 @@ constexpr int gif_hundredths = 4;     // [0.01 s] between pictures of a GIF
 
 }  // namespace
 
-Film::Film(Player& player, Jobs& jobs, std::function<QImage()> picture, QObject* parent)
-    : QObject(parent), player_(player), jobs_(jobs), picture_(std::move(picture)) {}
+Film::Film(Player& player, Jobs& jobs, QObject* parent) : QObject(parent), player_(player), jobs_(jobs) {}
 
-void Film::begin(const QString& folder) {
+void Film::begin(const QString& folder, std::function<QImage()> picture) {
   if (!player_.has_trace()) {
     Q_EMIT said(tr("A film needs a trace: open one, or play a hand (Ctrl+T)."), false);
     Q_EMIT ended();
@@ -33,6 +32,7 @@ void Film::begin(const QString& folder) {
   player_.play(false);
   player_.seek(0.0);
   folder_ = folder;
+  picture_ = std::move(picture);
   pictures_ = 0;
 }
 

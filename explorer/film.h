@@ -14,11 +14,11 @@ namespace palpa::explorer {
 class Film : public QObject {
   Q_OBJECT
  public:
-  /// \param picture  returns the window's current picture
-  Film(Player& player, Jobs& jobs, std::function<QImage()> picture, QObject* parent);
+  Film(Player& player, Jobs& jobs, QObject* parent);
 
   /// Starts at the beginning of the trace. \param folder  of the pictures; created
-  void begin(const QString& folder);
+  /// \param picture  returns the current picture of a view or the window
+  void begin(const QString& folder, std::function<QImage()> picture);
   void end();
   bool is_under_way() const { return !folder_.isEmpty(); }
   /// Saves a picture and advances to the next moment.

@@ -92,6 +92,7 @@ Instruments::Instruments(QWidget* parent)
 }
 
 void Instruments::start(const std::vector<std::string>& modes) {
+  modes_ = modes;
   force_->clear();
   shown_.clear();
   curves_ = 1 + std::min(modes.size(), most_shown_modes);

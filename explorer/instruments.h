@@ -21,6 +21,8 @@ class Instruments : public QWidget {
   explicit Instruments(QWidget* parent = nullptr);
 
   void start(const std::vector<std::string>& modes);
+  /// Modes of the curves.
+  const std::vector<std::string>& modes() const { return modes_; }
   /// Draws the pending samples of the loop.
   void update_from(SampleRing& ring);
   void show_statistics(const LoopStatistics& statistics, const TickFrame& frame, const char* device_fault);
@@ -44,6 +46,7 @@ class Instruments : public QWidget {
 
   LivePlot* force_;
   LivePlot* spectrum_;
+  std::vector<std::string> modes_;
   std::size_t curves_ = 0;  // of the force: total, then each mode
   QLabel* times_;
   QLabel* guard_;

@@ -8,6 +8,7 @@
 #include <QOffscreenSurface>
 #include <QOpenGLContext>
 #include <QTimer>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -73,7 +74,9 @@ int run(const palpa::explorer::WindowOptions& options, const std::vector<std::st
         const std::string& screenshot_file, double quit_after_s) {
   palpa::explorer::MainWindow window(options);
   window.show();
-  if (!files.empty()) window.open(files.front(), files.size() == 2 ? files[1] : std::string());
+  QStringList paths;
+  for (const std::string& file : files) paths << QString::fromStdString(file);
+  if (!paths.isEmpty()) window.open_chosen(paths);
   std::optional<Screenshot> screenshot;
   if (!screenshot_file.empty()) screenshot.emplace(window, screenshot_file);
   if (quit_after_s > 0.0) {
@@ -86,6 +89,19 @@ int run(const palpa::explorer::WindowOptions& options, const std::vector<std::st
   return screenshot && screenshot->is_lost() ? 2 : code;
 }
 
+bool are_traces(const std::vector<std::string>& files) {
+  return files.size() == 2 && std::ranges::all_of(files, [](const std::string& file) {
+           return std::filesystem::exists(std::filesystem::path(file) / "trace.toml");
+         });
+}
+
+bool are_data(const std::vector<std::string>& files) {
+  return std::ranges::all_of(files, [](const std::string& file) {
+    std::error_code ignored;
+    return std::filesystem::is_regular_file(file, ignored) && !file.ends_with(".toml");
+  });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -93,7 +109,10 @@ int main(int argc, char** argv) {
   std::vector<std::string> files;
   palpa::explorer::WindowOptions options;
   std::vector<std::string> data;
-  line.add_option("FILE", files, "Scene, data file, or trace; two traces: one beside the other; none: the start page");
+  line.add_option(
+      "FILE", files,
+      "Scene, data file, or trace; two traces: one beside the other; several data files: parts of one grid; none: the "
+      "start page");
   line.add_option("--data", data, "Folder with the files of a scene")->allow_extra_args(false);
   line.add_option("--device", options.device, "Haptic device, as of palpa run; without it the mouse is the hand");
   std::string screenshot_file;
@@ -110,12 +129,12 @@ int main(int argc, char** argv) {
     return line.exit(error) == 0 ? 0 : 2;
   }
   options.data_folders.assign(data.begin(), data.end());
-  const auto is_trace = [](const std::string& file) {
-    return std::filesystem::exists(std::filesystem::path(file) / "trace.toml");
-  };
-  if (files.size() > 2 || (files.size() == 2 && !(is_trace(files[0]) && is_trace(files[1])))) {
-    std::fprintf(stderr, "palpa-explorer: %s: one file at a time, or two traces; a scene names several data files\n",
-                 palpa::detail::sanitized(files[1]).c_str());
+  if (files.size() > 1 && !are_traces(files) && !are_data(files)) {
+    std::fprintf(
+        stderr,
+        "palpa-explorer: %s: one file at a time, or two traces, or data files that are parts of one grid; a scene names "
+        "other data files\n",
+        palpa::detail::sanitized(files[1]).c_str());
     return 2;
   }
   if (!has_display()) {

@@ -37,12 +37,18 @@ constexpr int frame_ms = 33;         // between updates of the views. Shorter: m
 constexpr int title_bar_px = 40;     // of a window manager, above the window. Less: the status bar is below the screen
 constexpr double in_front_m = 6e-3;  // of the surface: start and end of a press
 
+std::vector<std::string> names_of_modes(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const SceneMode& mode : scene.modes()) names.push_back(mode.name);
+  return names;
+}
+
 }  // namespace
 
 MainWindow::MainWindow(const WindowOptions& options) : options_(options), settings_(options.settings_file) {
   setWindowTitle(tr("Palpa"));
   const QRect screen = QGuiApplication::primaryScreen()->availableGeometry();
-  if (!restoreGeometry(settings_.window())) resize(QSize(1280, 840).boundedTo(screen.size() - QSize(0, title_bar_px)));
+  if (!restoreGeometry(settings_.window())) resize(QSize(1600, 1000).boundedTo(screen.size() - QSize(0, title_bar_px)));
   setAcceptDrops(true);
 
   make_pages();
@@ -100,10 +106,9 @@ void MainWindow::make_pages() {
 
   message_ = new MessageBar;
   auto* central = new QWidget;
-  auto* over = new QGridLayout(central);  // message and progress lie over the pages, which do not move
+  auto* over = new QGridLayout(central);  // progress lies over the pages, which do not move
   over->setContentsMargins(0, 0, 0, 0);
   over->addWidget(pages_, 0, 0);
-  over->addWidget(message_, 0, 0, Qt::AlignTop);
   setCentralWidget(central);
   pointed_ = new QLabel;
   pointed_->setObjectName("pointed");
@@ -165,8 +170,7 @@ void MainWindow::make_docks() {
     player_dock_->raise();
   });
   connect(replay_, &Replay::failed, this, [this] { begin_touch(); });
-  film_ = new Film(
-      *player_, jobs_, [this] { return picture(); }, this);
+  film_ = new Film(*player_, jobs_, this);
   connect(film_, &Film::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(player_dock_->toggleViewAction(), &QAction::toggled, this, [this](bool shown) {
     if (!shown && player_->has_trace() && !player_dock_->isVisible()) stop_playing();
@@ -254,9 +258,7 @@ void MainWindow::begin_touch(const fs::path& out) {
 }
 
 void MainWindow::feel_with(std::unique_ptr<Device> device, const fs::path& out) {
-  std::vector<std::string> modes;
-  for (const SceneMode& mode : document_.scene().modes()) modes.push_back(mode.name);
-  instruments_->start(modes);
+  instruments_->start(names_of_modes(document_.scene()));
   hold_->setChecked(false);
   try {
     touch_.begin(document_.loaded(), std::move(device), out);
@@ -276,6 +278,7 @@ void MainWindow::scene_changed() {
   if (touch_.is_felt()) {
     if (touch_.is_recorded()) say(tr("The scene changed while it was recorded: the trace can be replayed up to here."));
     touch_.change(scene);
+    if (names_of_modes(scene) != instruments_->modes()) instruments_->start(names_of_modes(scene));
   }
   if (player_->has_trace()) replay_->feel_changed_scene();
   if (desk_->isVisible()) desk_->refresh();

@@ -46,6 +46,8 @@ class MainWindow : public QMainWindow {
   /// \param second_trace  shown beside the opened trace; empty: none
   void open(const std::filesystem::path& path, const std::filesystem::path& second_trace = {});
   void open(const Wanted& wanted);
+  /// Opens files of the user: several data files as parts of one volume, two traces beside each other, else the first.
+  void open_chosen(const QStringList& files);
   /// Shows a second trace beside the first.
   void compare_with(const std::filesystem::path& trace);
   /// True while a job reads or draws.
@@ -77,6 +79,7 @@ class MainWindow : public QMainWindow {
   void keep_unsaved();
   void set_dark(bool dark);
   void present(bool on);
+  void place_message(bool presents);
   void picture_of_size();
   void show_recording();
   void touch_began(const Vec3& at_m, const Vec3& away);
@@ -97,7 +100,6 @@ class MainWindow : public QMainWindow {
   void ask_data();
   void ask_parts();
   void choose(const FileContents& contents, const Wanted& wanted, const std::function<void(const Wanted&)>& then);
-  void open_chosen(const QStringList& files);
   void add(Wanted wanted);
   bool save(bool under_another_name);
   void record(bool on);
@@ -128,7 +130,8 @@ class MainWindow : public QMainWindow {
   FunctionDesk* desk_;
   Film* film_;
   MessageBar* message_;
-  QLabel* pointed_;  ///< position and values under the cursor
+  QWidget* message_place_ = nullptr;  ///< in the tool bar
+  QLabel* pointed_;                   ///< position and values under the cursor
   QList<QAction*> mode_actions_, tools_;
   QList<QWidget*> hidden_for_presenting_;
   std::filesystem::path last_trace_;

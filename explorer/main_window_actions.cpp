@@ -8,6 +8,8 @@
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFormLayout>
+#include <QGridLayout>
+#include <QHBoxLayout>
 #include <QLineEdit>
 #include <QMenuBar>
 #include <QMessageBox>
@@ -116,11 +118,17 @@ void MainWindow::make_actions() {
   feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
     if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
   }));
-  QAction* film = action(tr("&Film"), QKeySequence("Ctrl+F"), tr("Make a film of the trace, as PNG pictures and with ffmpeg"),
-                         [this] { film_->is_under_way() ? film_->end() : film_->begin(settings_.new_film()); });
-  film->setCheckable(true);
-  connect(film_, &Film::ended, film, [film] { film->setChecked(false); });
-  feel->addAction(film);
+  const auto film = [this, feel](const QString& words, const char* keys, const QString& tip, std::function<QImage()> picture) {
+    QAction* made = action(words, QKeySequence(keys), tip, [this, picture] {
+      film_->is_under_way() ? film_->end() : film_->begin(settings_.new_film(), picture);
+    });
+    made->setCheckable(true);
+    connect(film_, &Film::ended, made, [made] { made->setChecked(false); });
+    feel->addAction(made);
+  };
+  film(tr("&Film"), "Ctrl+F", tr("Make a film of the trace, as PNG pictures and with ffmpeg"), [this] { return picture(); });
+  film(tr("Film of the &window"), "Ctrl+Shift+F", tr("Make a film with slices, curves and both hands"),
+       [this] { return grab().toImage().convertToFormat(QImage::Format_RGB32); });
   feel->addAction(action(tr("Next &event"), QKeySequence("N"), tr("Go to the next event of the trace"),
                          [this] { player_->step_to_event(1); }));
   feel->addAction(action(tr("Pre&vious event"), QKeySequence("B"), tr("Go to the previous event of the trace"),
@@ -266,6 +274,10 @@ void MainWindow::make_tool_bar() {
       "QToolButton { background: #b02a14; color: white; font-weight: bold; border-radius: 4px; padding: 3px 10px; }"
       "QToolButton:checked { background: #5c1a0c; }");
   bar->widgetForAction(record_)->setObjectName("record_button");
+  message_place_ = new QWidget;
+  message_place_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Ignored);
+  place_message(false);
+  bar->addWidget(message_place_);
 }
 
 void MainWindow::name_modes() {
@@ -289,8 +301,21 @@ void MainWindow::show_recording() {
     button->setStyleSheet(on ? "QToolButton { color: #c81e14; font-weight: bold; }" : "");
 }
 
+/// Without a tool bar a message lies at the views' foot, where no control is.
+void MainWindow::place_message(bool presents) {
+  const bool is_shown = message_->isVisible();
+  if (presents) {
+    static_cast<QGridLayout*>(centralWidget()->layout())->addWidget(message_, 0, 0, Qt::AlignBottom);
+  } else {
+    if (!message_place_->layout()) (new QHBoxLayout(message_place_))->setContentsMargins(10, 0, 0, 0);
+    message_place_->layout()->addWidget(message_);
+  }
+  message_->setVisible(is_shown);
+}
+
 void MainWindow::present(bool on) {
   if (on == isFullScreen()) return;
+  place_message(on);
   if (on) {
     for (QWidget* widget : QList<QWidget*>{menuBar(), statusBar(), findChild<QToolBar*>("main_bar")})
       hidden_for_presenting_ << widget;

@@ -134,7 +134,6 @@ void MainWindow::ask_data() {
   add({.paths = {file.toStdString()}});
 }
 
-/// Several data files are parts of one volume; two traces lie beside each other; of other files the first is opened.
 void MainWindow::open_chosen(const QStringList& files) {
   Wanted wanted;
   for (const QString& file : files) wanted.paths.push_back(chosen_path(file));

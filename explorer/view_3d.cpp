@@ -74,7 +74,7 @@ class View3D::Overlay : public QWidget {
   }
 
  private:
-  static constexpr double top_px = 66.0;  // below a message
+  static constexpr double top_px = 56.0;  // below the name of the direction
   void touch(QPainter& painter) {
     paint_streamlines(painter, view_.view_, view_.streamlines_);
     paint_trail(painter, view_.view_, view_.trail_, view_.most_n_);
@@ -252,12 +252,14 @@ void View3D::set_dark(bool dark) {
 }
 
 QImage View3D::picture(const QSize& size) {
-  if (size.isEmpty() || size == this->size()) return grab().toImage();
+  // Where VTK draws translucent surfaces, the picture of the widget is transparent.
+  const auto grabbed = [this] { return grab().toImage().convertToFormat(QImage::Format_RGB32); };
+  if (size.isEmpty() || size == this->size()) return grabbed();
   const QRect own = geometry();
   const detail::View view = view_;
   resize(size);
   redraw();
-  const QImage picture = grab().toImage();
+  const QImage picture = grabbed();
   setGeometry(own);
   view_ = view;
   redraw();

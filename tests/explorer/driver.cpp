@@ -152,7 +152,7 @@ QImage Driver::look(const std::string& name) {
   return picture;
 }
 
-QString Driver::message() { return window_->findChild<QLabel*>("message")->text(); }
+QString Driver::message() { return window_->findChild<MessageBar*>()->words(); }
 
 double Driver::force_n() { return norm(window_->touch().moment().command_n); }
 

@@ -227,7 +227,7 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   EXPECT_NEAR(static_cast<double>(pictures), 25.0 * player.trace()->duration_s, 2.0);
   driver.key(Qt::Key_1, Qt::ControlModifier);
   ASSERT_TRUE(Driver::wait_for([&] { return player.other_moment().has_value(); }));
-  QTest::mouseClick(driver.window().findChild<QFrame*>("message_bar")->findChild<QToolButton*>(), Qt::LeftButton);
+  QTest::mouseClick(driver.window().findChild<QToolButton*>("close_message"), Qt::LeftButton);
   driver.look("trace-what-if");
   const fs::path second = fresh_folder("second-trace") / "press";
   RunOptions options;

@@ -332,6 +332,7 @@ TEST(ExplorerOpening, AddedDataKeepTheirGridAndAreFeltWhereTheyAreSeen) {
   EXPECT_EQ(dims_of(driver, before.volumes().size()), grid.dims);
   EXPECT_NE(scene.volumes().back().name, before.volumes().front().name) << "both files are called head";
   EXPECT_GT(scene.modes().size(), before.modes().size());
+  EXPECT_EQ(driver.window().instruments().modes().size(), scene.modes().size()) << "the curves lack the added modes";
   // A layer of the new data is drawn at the level at which they are felt.
   const std::string& added = scene.volumes().back().name;
   int linked = 0, of_head = 0;
