@@ -43,9 +43,11 @@ FunctionDesk::FunctionDesk(Document& document, Jobs& jobs, bool has_opengl, QWid
     : QDockWidget(tr("Function"), parent), document_(document), jobs_(jobs), editor_(new FunctionEditor(has_opengl)) {
   setObjectName("function");
   setWidget(editor_);
+  connect(&document_, &Document::opened_another, this, [this] { draft_.reset(); });
   connect(editor_, &FunctionEditor::strength_changed, this, [this](const TransferFunction& curve) {
     if (!felt_) return;
     const FieldRef field{editor_->shown().field};
+    draft_.reset();
     document_.edit(felt_->is_mask ? tr("mask") : tr("strength"), felt_->is_mask ? 900'002 : 900'000, [&](Scene& scene) {
       if (felt_->is_mask) {
         scene.edit_mode(felt_->mode, [&](SceneMode& mode) { mode.masks.at(felt_->number) = {field, curve}; });
@@ -80,11 +82,20 @@ void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
     }
     if (document_.scene().field({field}).field->components() != 1) field = "magnitude(" + field + ")";
     const ValueRange extent = document_.scene().field({field}).field->value_ranges()[0];
-    const Strength whole(
+    draft_ = Strength(
         FieldRef{field},
         TransferFunction({{extent.min, strength->constant_n}, {extent.max, strength->constant_n}}, strength->constant_n));
-    // Levels may rule out a function: the strength stays a number.
-    if (!document_.edit(tr("strength as a function"), -1, [&](Scene& scene) { set_mode_row(scene, name, row, whole); })) return;
+    try {  // levels may rule out a function: the strength stays a number
+      Scene scene = document_.scene();
+      set_mode_row(scene, name, row, *draft_);
+      scene.check();
+    } catch (const std::exception& error) {
+      draft_.reset();
+      Q_EMIT said(QString::fromUtf8(error.what()), true);
+      return;
+    }
+  } else {
+    draft_.reset();
   }
   felt_ = Felt{.mode = name, .is_mask = false, .number = row};
   began_with_seen_ = false;
@@ -92,12 +103,14 @@ void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
 }
 
 void FunctionDesk::edit_mask(std::size_t mode, std::size_t mask) {
+  draft_.reset();
   felt_ = Felt{.mode = document_.scene().modes()[mode].name, .is_mask = true, .number = mask};
   began_with_seen_ = false;
   open();
 }
 
 void FunctionDesk::edit_colors(std::size_t layer) {
+  draft_.reset();
   seen_ = layer;
   began_with_seen_ = true;
   open();
@@ -149,6 +162,7 @@ bool FunctionDesk::show_felt(const Scene& scene, FunctionEditor::Shown& shown) c
   }
   const std::vector<ParameterRow> rows = rows_of_mode(*mode);
   const Strength* strength = felt_->number < rows.size() ? std::get_if<Strength>(&rows[felt_->number].value) : nullptr;
+  if (strength && strength->is_constant() && draft_) strength = &*draft_;
   if (!strength || strength->is_constant()) return false;
   const std::string& group = rows[felt_->number].group;
   shown.title = tr("Strength of %1").arg(group.empty() ? name : name + ", " + QString::fromStdString(group));

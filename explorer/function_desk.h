@@ -48,6 +48,7 @@ class FunctionDesk : public QDockWidget {
   Jobs& jobs_;
   FunctionEditor* editor_;
   std::optional<Felt> felt_;
+  std::optional<Strength> draft_;    ///< of `felt_`, a constant strength as a function; in the scene from its first edit on
   std::optional<std::size_t> seen_;  ///< index of the layer
   bool began_with_seen_ = false;
 };

@@ -73,7 +73,8 @@ std::function<std::string(const std::string&)> units_of(const Scene& scene) {
 
 /// "Only where speed > 0.1 …" of a mask.
 QString words_of_mask(const Mask& mask) {
-  const QString name = QString::fromStdString(mask.of.name);
+  QString name = QString::fromStdString(mask.of.name);
+  if (name.startsWith("magnitude(")) name = "|" + name.mid(10).chopped(1) + "|";
   const auto& points = mask.curve.points();
   for (std::size_t i = 1; i < points.size(); ++i) {
     if ((points[i - 1].result < 0.5) == (points[i].result < 0.5)) continue;
@@ -253,6 +254,7 @@ void FeelPanel::build() {
       const QString of = QString::fromStdString(scene.modes()[number].masks[mask].of.name);
       auto* open = new QPushButton(words_of_mask(scene.modes()[number].masks[mask]));
       open->setToolTip(tr("Restricted by the value of %1").arg(of));
+      open->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
       open->setAccessibleName(tr("Mask %1 of mode %2").arg(mask + 1).arg(words));
       connect(open, &QPushButton::clicked, this, [this, number, mask] { Q_EMIT mask_asked(number, mask); });
       static_cast<QVBoxLayout*>(section.box->layout())->addWidget(open);

@@ -13,6 +13,7 @@
 #include <QWheelEvent>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace palpa::explorer {
 namespace {
@@ -75,9 +76,14 @@ void ParameterForm::show_rows(const std::vector<ParameterRow>& rows, const FormC
 }
 
 void ParameterForm::build(const std::vector<ParameterRow>& rows, const FormContext& context) {
-  while (layout_->rowCount() > 0) layout_->removeRow(0);
+  take_rows();
+  for (const Row& row : rows_) {
+    delete row.label;
+    delete row.editor;
+  }
+  delete std::exchange(more_button_, nullptr);
+  rows_.clear();
   setters_.clear();
-  folded_.clear();
   titles_.clear();
   std::size_t basic = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) basic += is_basic(rows, i);
@@ -88,30 +94,45 @@ void ParameterForm::build(const std::vector<ParameterRow>& rows, const FormConte
     if (rows[i].group != group) {
       group = rows[i].group;
       // A row after a list belongs to the mode itself.
-      auto* title = new QLabel("<b>" + tr("All levels").toHtmlEscaped() + "</b>");
+      auto* title = new QLabel("<b>" + tr("All levels").toHtmlEscaped() + "</b>", this);
       if (!group.empty()) titles_.emplace_back(group, title);
-      layout_->addRow(title);
-      if (folded && group.empty()) folded_.push_back(title);
+      rows_.push_back({title, nullptr, folded && group.empty()});
     }
     add_row(rows, i, context, folded);
   }
-  if (!folded_.empty()) {
-    auto* more = new QToolButton;
-    more->setCheckable(true);
-    more->setAutoRaise(true);
-    more->setObjectName("more");
-    more->setToolTip(tr("All parameters"));
-    connect(more, &QToolButton::toggled, this, &ParameterForm::show_more);
-    layout_->addRow(more);
-    more->setChecked(more_);
+  if (std::any_of(rows_.begin(), rows_.end(), [](const Row& row) { return row.folded; })) {
+    more_button_ = new QToolButton(this);
+    more_button_->setCheckable(true);
+    more_button_->setAutoRaise(true);
+    more_button_->setObjectName("more");
+    more_button_->setToolTip(tr("All parameters"));
+    more_button_->setChecked(more_);
+    connect(more_button_, &QToolButton::toggled, this, &ParameterForm::show_more);
   }
   show_more(more_);
 }
 
+void ParameterForm::take_rows() {
+  while (layout_->rowCount() > 0) {
+    const QFormLayout::TakeRowResult row = layout_->takeRow(0);
+    delete row.labelItem;
+    delete row.fieldItem;
+  }
+}
+
 void ParameterForm::show_more(bool on) {
   more_ = on;
-  for (QWidget* widget : folded_) widget->setVisible(on);
-  if (auto* more = findChild<QToolButton*>("more")) more->setText(on ? tr("▾ Less") : tr("▸ More"));
+  take_rows();  // a hidden row would leave a gap
+  for (const Row& row : rows_) {
+    const bool is_shown = on || !row.folded;
+    if (is_shown && row.editor) layout_->addRow(row.label, row.editor);
+    if (is_shown && !row.editor) layout_->addRow(row.label);
+    row.label->setVisible(is_shown);
+    if (row.editor) row.editor->setVisible(is_shown);
+  }
+  if (!more_button_) return;
+  layout_->addRow(more_button_);
+  more_button_->setText(on ? tr("▾ Less") : tr("▸ More"));
 }
 
 void ParameterForm::add_row(const std::vector<ParameterRow>& rows, std::size_t number, const FormContext& context,
@@ -124,12 +145,13 @@ void ParameterForm::add_row(const std::vector<ParameterRow>& rows, std::size_t n
   const bool is_alone = std::count_if(rows.begin(), rows.end(), [&](const ParameterRow& other) {
                           return other.group == row.group && words_of_parameter(other.info.name) == named_words.toStdString();
                         }) == 1;
-  auto* label = new QLabel(is_alone ? named_words : named_words + " / " + QString::fromStdString(named.unit));
+  auto* label = new QLabel(is_alone ? named_words : named_words + " / " + QString::fromStdString(named.unit), this);
+  editor->setParent(this);
   for (QWidget* widget : {static_cast<QWidget*>(label), editor}) widget->setToolTip(words(row.info.sentence));
   editor->setAccessibleName((row.group.empty() ? QString() : words(row.group) + " ") + label->text());
   editor->setAccessibleDescription(words(row.info.sentence));
   label->setBuddy(editor);
-  layout_->addRow(label, editor);
+  rows_.push_back({label, editor, folded});
   if (auto* box = editor->findChild<QDoubleSpinBox*>(); box && context.unit_of) {
     const auto field = std::find_if(rows.begin(), rows.end(),
                                     [](const ParameterRow& one) { return std::holds_alternative<FieldRef>(one.value); });
@@ -139,7 +161,6 @@ void ParameterForm::add_row(const std::vector<ParameterRow>& rows, std::size_t n
       if (!unit.empty()) box->setSuffix(" " + QString::fromStdString(unit));
     }
   }
-  if (folded) folded_.insert(folded_.end(), {label, editor});
 }
 
 QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t number, double value, const FormContext& context) {
@@ -282,7 +303,12 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
   auto* line = new QLineEdit;
   connect(line, &QLineEdit::editingFinished, this, [this, line, row, number, what] {
     if (is_showing_) return;
-    if (std::holds_alternative<std::string>(row.value)) Q_EMIT changed(what, number, line->text().toStdString());
+    if (std::holds_alternative<std::string>(row.value)) {
+      // Names are plain words, in which '_' stands for a space: "inner table" is inner_table.
+      const bool is_name = row.info.name == "name";
+      const QString typed = is_name ? line->text().simplified().replace(' ', '_') : line->text();
+      Q_EMIT changed(what, number, typed.toStdString());
+    }
     if (std::holds_alternative<std::optional<std::int64_t>>(row.value)) {
       bool is_number = false;
       const qlonglong typed = line->text().toLongLong(&is_number);

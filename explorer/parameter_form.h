@@ -10,6 +10,7 @@
 
 class QFormLayout;
 class QLabel;
+class QToolButton;
 
 namespace palpa::explorer {
 
@@ -42,10 +43,17 @@ class ParameterForm : public QWidget {
 
   void add_row(const std::vector<ParameterRow>& rows, std::size_t number, const FormContext& context, bool folded);
   void show_more(bool on);
+  void take_rows();
 
+  struct Row {
+    QLabel* label;
+    QWidget* editor;  ///< null: a title
+    bool folded;      ///< hidden until More
+  };
   QFormLayout* layout_;
-  std::vector<QWidget*> folded_;                         ///< hidden until More
+  std::vector<Row> rows_;
   std::vector<std::pair<std::string, QLabel*>> titles_;  ///< by group
+  QToolButton* more_button_ = nullptr;                   ///< null: nothing is folded
   bool more_ = false;
   std::string built_;
   std::vector<std::function<void(const ParameterRow::Value&)>> setters_;
