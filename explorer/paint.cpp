@@ -213,7 +213,7 @@ void paint_scale_bar(QPainter& painter, const detail::View& view, double world_p
 }
 
 void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
-                      const QColor& ink) {
+                      const QColor& ink, double top_px) {
   const auto nearest = [&](const Vec3& direction) {
     int best = 0;
     double most = -2.0;
@@ -230,7 +230,7 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
   const double w = view.width_px, h = view.height_px;
   paint_rimmed(painter, QRectF(w - 34, h / 2 - 10, 28, 20), Qt::AlignRight | Qt::AlignVCenter, nearest(view.right), ink);
   paint_rimmed(painter, QRectF(6, h / 2 - 10, 28, 20), Qt::AlignLeft | Qt::AlignVCenter, nearest(-view.right), ink);
-  paint_rimmed(painter, QRectF(w / 2 - 20, 22, 40, 18), Qt::AlignCenter, nearest(view.up), ink);
+  paint_rimmed(painter, QRectF(w / 2 - 20, top_px, 40, 18), Qt::AlignCenter, nearest(view.up), ink);
   paint_rimmed(painter, QRectF(w / 2 - 20, h - 22, 40, 18), Qt::AlignCenter, nearest(-view.up), ink);
   painter.restore();
 }

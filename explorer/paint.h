@@ -36,8 +36,9 @@ void paint_moment(QPainter& painter, const detail::View& view, const Moment& mom
 /// Scale bar at the lower left, mm of the data or a unit that fits. \param world_per_hand  [1] world metres per hand metre
 void paint_scale_bar(QPainter& painter, const detail::View& view, double world_per_hand, const QColor& ink);
 /// Letters of the patient's directions at the edges (R L A P S I), or the axes' names. \param axes  of the world, hand frame
+/// \param top_px  [pixels] above: texts
 void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
-                      const QColor& ink);
+                      const QColor& ink, double top_px = 22.0);
 /// Axes of the world: three short lines from one point, each with its patient direction or name.
 void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, std::span<const Vec3, 3> axes, bool medical,
                 const QColor& ink);

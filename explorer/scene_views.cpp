@@ -81,7 +81,7 @@ void SceneViews::make_slices(bool has_opengl) {
   all->addWidget(cuts_, 1);
   addWidget(column_);
   connect(fields_, qOverload<int>(&QComboBox::activated), this,
-          [this] { show_look(slice_look_of(*scene_, fields_->currentText().toStdString())); });
+          [this] { show_look(slice_look_of(*scene_, fields_->currentData().toString().toStdString())); });
   connect(windows_, qOverload<int>(&QComboBox::activated), this, [this](int index) {
     const std::vector<ValueWindow> windows = windows_of(look_);
     if (static_cast<std::size_t>(index) >= windows.size()) return;
@@ -123,12 +123,14 @@ void SceneViews::start(const Scene& scene) {
     const VolumeField named = scene.field({name});
     const DataTime at = scene.time().at(0.0);
     flow_ = detail::drawn_flow(scene, {name}, detail::in_hand_frame(frozen(named.field, at), scene.hand_to_world()), at);
-    flow_name_ = QString::fromStdString(name);
+    flow_name_ = name;
     flow_unit_ = QString::fromStdString(named.unit);
   }
   flow_seen_at_m_ = {1e9, 1e9, 1e9};
   fields_->clear();
-  for (const std::string& name : field_names(scene)) fields_->addItem(QString::fromStdString(name));
+  for (const std::string& name : field_names(scene))
+    if (!name.starts_with("magnitude("))  // a slice shows vectors by their magnitudes
+      fields_->addItem(field_words(scene, name), QString::fromStdString(name));
   if (view_) view_->start(scene);
   for (SliceView* slice : slices_) slice->start(look_, bounds_m());
   if (view_) view_->set_cross(bounds_m().centre_m());
@@ -138,7 +140,7 @@ void SceneViews::start(const Scene& scene) {
 void SceneViews::show_look(const SliceLook& look) {
   look_ = look;
   for (SliceView* slice : slices_) slice->set_look(look_);
-  fields_->setCurrentText(QString::fromStdString(look_.name));
+  fields_->setCurrentIndex(fields_->findData(QString::fromStdString(look_.name)));
   fields_->setToolTip(QString::fromStdString(look_.name));
   windows_->clear();
   for (const ValueWindow& window : windows_of(look_)) {
@@ -180,16 +182,23 @@ void SceneViews::enlarge(QWidget* view) {
 
 QString SceneViews::words_at(const Vec3& at_m) const {
   QStringList words;
-  const auto add = [&](const Field& field, const QString& name, const QString& unit) {
+  const auto add = [&](const Field& field, const QString& shown, const QString& unit) {
     const auto value = value_at(field, at_m);
-    const QString shown = field.components() == 1 ? name : "|" + name + "|";
     words << (value ? QString("%1 = %2 %3").arg(shown).arg(*value, 0, 'g', 4).arg(unit) : tr("%1: no data").arg(shown));
   };
   const Vec3 world_m = look_.map.to_world(at_m);
   const double along_m[] = {world_m.x, world_m.y, world_m.z};
   for (int axis = 0; axis < 3; ++axis) words << coordinate_words(axis, along_m[axis], look_.medical, look_.map.scale);
-  if (look_.field) add(*look_.field, QString::fromStdString(look_.name), QString::fromStdString(look_.unit));
-  if (flow_ && flow_name_ != QString::fromStdString(look_.name)) add(*flow_, flow_name_, flow_unit_);
+  if (look_.field && !look_.labels.empty()) {
+    const auto value = value_at(*look_.field, at_m);
+    const SeenLabel* label = value ? label_at(look_.labels, *value) : nullptr;
+    words << (label   ? QString("%1 (%2)").arg(QString::fromStdString(label->name)).arg(label->value)
+              : value ? tr("label %1").arg(*value)
+                      : tr("no data"));
+  } else if (look_.field) {
+    add(*look_.field, field_words(*scene_, look_.name), QString::fromStdString(look_.unit));
+  }
+  if (flow_ && flow_name_ != look_.name) add(*flow_, field_words(*scene_, flow_name_), flow_unit_);
   return words.join("   ");
 }
 

@@ -92,7 +92,8 @@ class SceneViews : public QSplitter {
   QTimer finer_;               ///< until the fine drawing, which a further change cancels
   SliceLook look_;
   FieldPtr flow_;  ///< vectors that a mode or a layer uses; null: none
-  QString flow_name_, flow_unit_;
+  std::string flow_name_;
+  QString flow_unit_;
   Vec3 flow_seen_at_m_;
   std::vector<TrailPoint> trail_;
   std::string drawn_;  ///< key of the drawn layers

@@ -16,6 +16,11 @@ namespace {
 constexpr int coarse_step_px = 3;     // between samples of a moving slice
 constexpr int refine_after_ms = 120;  // from the last motion to the fine slice
 constexpr int looks_for_window = 4000;
+constexpr int least_legend_px = 400;  // of a slice's width: narrower, a legend covers the labels
+
+bool flows(const ViewLayer& layer) {
+  return layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
+}
 
 /// Finds the name of the first field that a mode reads.
 class FirstField : public ParameterVisitor {
@@ -26,7 +31,11 @@ class FirstField : public ParameterVisitor {
   }
 };
 
-/// Field of the scene's slices, else of its modes; scalars before vectors, which a slice shows by magnitude.
+/// Computed from the derivatives of another field: seldom what a slice should show at first.
+bool is_derived(const std::string& field) { return field.starts_with("q(") || field.starts_with("curl("); }
+
+/// Field of the scene's slices, else its label map, its flow, the field of a layer, then of a mode; scalars before vectors,
+/// which a slice shows by magnitude.
 std::string name_of_slices(const Scene& scene) {
   std::string name, vectors;
   const auto take = [&](const std::string& candidate) {
@@ -38,7 +47,11 @@ std::string name_of_slices(const Scene& scene) {
   };
   for (const ViewLayer& layer : scene.layers)
     if (layer.show == ViewLayer::Show::slices) take(layer.field.name);
-  for (const ViewLayer& layer : scene.layers) take(layer.field.name);
+  take(name_of_label_map(scene));
+  for (const ViewLayer& layer : detail::layers_of(scene))
+    if (name.empty() && flows(layer)) return layer.field.name;
+  for (const ViewLayer& layer : scene.layers)
+    if (!is_derived(layer.field.name)) take(layer.field.name);
   for (const SceneMode& mode : scene.modes()) {
     FirstField first;
     look_through(mode.mode, first);
@@ -87,6 +100,7 @@ std::optional<double> value_at(const Field& field, const Vec3& at_m) {
 
 std::vector<ValueWindow> windows_of(const SliceLook& look) {
   std::vector<ValueWindow> windows;
+  if (!look.labels.empty()) return {{SliceView::tr("Labels"), look.least, look.most}};
   const bool scalar = look.field && look.field->components() == 1;
   if (scalar && is_hounsfield(look)) {
     windows = {{SliceView::tr("Bone and skin"), -500.0, 1000.0},
@@ -103,6 +117,21 @@ std::vector<ValueWindow> windows_of(const SliceLook& look) {
   return windows;
 }
 
+QString field_words(const Scene& scene, const std::string& field) {
+  const VolumeField named = scene.field({field});
+  std::string name = field;
+  if (scene.volumes().size() == 1) {
+    const std::string prefix = scene.volumes().front().name + ".";
+    if (const std::size_t at = name.find(prefix); at != name.npos) name.erase(at, prefix.size());
+  }
+  const bool is_magnitude = name.starts_with("magnitude(");
+  if (is_magnitude) name = name.substr(10, name.size() - 11);
+  if (named.field->components() == 1 && !is_magnitude) {
+    return detail::is_generic_name(name) ? SliceView::tr("value") : QString::fromStdString(name);
+  }
+  return detail::is_generic_name(name) ? SliceView::tr("speed") : "|" + QString::fromStdString(name) + "|";
+}
+
 SliceLook slice_look_of(const Scene& scene, const std::string& field) {
   SliceLook look;
   look.map = scene.hand_to_world();
@@ -112,9 +141,19 @@ SliceLook slice_look_of(const Scene& scene, const std::string& field) {
   if (name.empty()) return look;
   try {
     const VolumeField named = scene.field({name});
-    look.field = detail::in_hand_frame(frozen(named.field, scene.time().at(0.0)), look.map);
+    look.labels = labels_of(scene, name);
+    const FieldPtr now = frozen(named.field, scene.time().at(0.0));
+    look.field = detail::in_hand_frame(look.labels.empty() ? now : nearest_voxels(now), look.map);
     look.name = name;
     look.unit = named.unit;
+    look.words = look.labels.empty() ? field_words(scene, name) : SliceView::tr("labels");
+    const bool from_file = std::ranges::any_of(scene.volumes(), [&](const SceneVolume& volume) {
+      return name.find(volume.name) != name.npos && volume.volume.request;
+    });
+    if (!look.unit.empty())
+      look.words += " / " + QString::fromStdString(look.unit);
+    else if (from_file && look.labels.empty())
+      look.words += SliceView::tr(", no unit in the file");
     const std::vector<ValueRange> value_ranges = named.field->value_ranges();
     if (named.field->components() == 1) {
       look.least = look.low = value_ranges[0].min;
@@ -219,6 +258,10 @@ void SliceView::sample(int step_px) {
   image_ = QImage(columns, rows, QImage::Format_RGB32);
   std::array<QRgb, 256> table{};
   for (int i = 0; i < 256; ++i) table[static_cast<std::size_t>(i)] = to_qt(look_.colors.at(i / 255.0).color).rgb();
+  const auto color_of_label = [this](double value) {
+    const SeenLabel* label = label_at(look_.labels, value);
+    return label ? to_qt(label->color).rgb() : value == 0.0 ? QColor(Qt::black).rgb() : QColor(Qt::darkGray).rgb();
+  };
   const QRgb outside = QColor(46, 46, 52).rgb();
   const double span = std::max(1e-300, look_.high - look_.low);
   for (int row = 0; row < rows; ++row) {
@@ -226,7 +269,9 @@ void SliceView::sample(int step_px) {
     for (int column = 0; column < columns; ++column) {
       const auto value = value_at(*look_.field, at_m({(column + 0.5) * step_px, (row + 0.5) * step_px}));
       const double share = std::clamp((value.value_or(0.0) - look_.low) / span, 0.0, 1.0);
-      line[column] = value && std::isfinite(*value) ? table[static_cast<std::size_t>(255.0 * share)] : outside;
+      line[column] = !value || !std::isfinite(*value) ? outside
+                     : look_.labels.empty()           ? table[static_cast<std::size_t>(255.0 * share)]
+                                                      : color_of_label(*value);
     }
   }
 }
@@ -263,22 +308,33 @@ void SliceView::paint_texts(QPainter& painter) {
   painter.setFont(small);
   const std::array<Vec3, 3> axes{look_.map.direction_to_hand({1, 0, 0}), look_.map.direction_to_hand({0, 1, 0}),
                                  look_.map.direction_to_hand({0, 0, 1})};
-  paint_directions(painter, view_, axes, look_.medical, ink);
-  paint_scale_bar(painter, view_, look_.map.scale, ink);
-  const QRectF top(8, 4, width() - 16, 18);
+  const QFontMetrics metrics = painter.fontMetrics();
   const Vec3 cut_m = look_.map.to_world(cross_m_);
   const double along_m[] = {cut_m.x, cut_m.y, cut_m.z};
-  paint_rimmed(painter, top, Qt::AlignLeft,
-               title() + " · " + coordinate_words(axis_, along_m[axis_], look_.medical, look_.map.scale), ink);
+  // Rows of texts, side by side where the slice is wide enough.
+  QStringList texts{title() + " · " + coordinate_words(axis_, along_m[axis_], look_.medical, look_.map.scale)};
   if (look_.field) {
-    paint_rimmed(
-        painter, top, Qt::AlignRight,
-        QString("%1 … %2 %3").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4).arg(QString::fromStdString(look_.unit)),
-        ink);
-    const QString name = QString::fromStdString(look_.name);
-    const QString shown = look_.field->components() == 1 ? name : "|" + name + "|";
-    paint_rimmed(painter, top.translated(0, painter.fontMetrics().height()), Qt::AlignLeft,
-                 painter.fontMetrics().elidedText(shown, Qt::ElideMiddle, static_cast<int>(top.width())), ink);
+    texts << look_.words;
+    if (look_.labels.empty()) texts << QString("%1 … %2").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4);
+  }
+  const int room_px = width() - 16;
+  QRectF row(8, 4, room_px, metrics.height());
+  int left_px = 0;  // of the row
+  for (const QString& text : texts) {
+    const int px = metrics.horizontalAdvance(text);
+    const bool beside = left_px > 0 && left_px + 2 * metrics.averageCharWidth() + px <= room_px;
+    if (left_px > 0 && !beside) row.translate(0, metrics.height());
+    paint_rimmed(painter, row, beside ? Qt::AlignRight : Qt::AlignLeft, metrics.elidedText(text, Qt::ElideMiddle, room_px),
+                 ink);
+    left_px = beside ? room_px : px;
+  }
+  paint_directions(painter, view_, axes, look_.medical, ink, row.bottom());
+  paint_scale_bar(painter, view_, look_.map.scale, ink);
+  if (!look_.labels.empty() && width() > least_legend_px) {
+    std::vector<detail::LegendEntry> legend;
+    for (const SeenLabel& label : look_.labels) legend.push_back({label.name, {label.color}, {}});
+    paint_explanations(painter, QRect(0, static_cast<int>(row.bottom()) + 4, width(), height()), legend, {}, ink,
+                       QColor(20, 20, 24, 210));
   }
 }
 

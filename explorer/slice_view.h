@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "explorer/label_colors.h"
 #include "explorer/paint.h"
 #include "palpa/data/field.h"
 #include "palpa/scene/scene.h"
@@ -17,17 +18,20 @@ namespace palpa::explorer {
 
 /// Display settings shared by all slices of a scene: field and colour mapping.
 struct SliceLook {
-  FieldPtr field;                  ///< scalar or vector (shown by magnitude), hand frame; null: empty slice
-  std::string name, unit;          ///< of the field
-  double low = 0.0;                ///< shown black, the field's own unit
-  double high = 1.0;               ///< shown white
-  double least = 0.0, most = 1.0;  ///< of all values
+  FieldPtr field;                   ///< scalar or vector (shown by magnitude), hand frame; null: empty slice
+  std::string name, unit;           ///< of the field
+  QString words{};                  ///< name and unit for the user: "|velocity| / m/s", "value, no unit in the file"
+  std::vector<SeenLabel> labels{};  ///< of a label map, shown by their colours; empty: other fields
+  double low = 0.0;                 ///< shown black, the field's own unit
+  double high = 1.0;                ///< shown white
+  double least = 0.0, most = 1.0;   ///< of all values
   detail::ColorMap colors = detail::grey_colors(0.0, 1.0);  ///< over 0 … 1
   Similarity map;                                           ///< hand to world
   bool medical = false;
 };
-/// For a field of the scene; empty: the one that its slices show, or its first mode reads. The window is that of the file's
-/// unit, else of the data. Throws nothing: without such a field `field` is null.
+/// For a field of the scene; empty: the one that its slices show, else its label map, its flow (as speed), the field of a
+/// layer, or that its first mode reads. The window is that of the file's unit, else of the data. Throws nothing: without such a
+/// field `field` is null.
 SliceLook slice_look_of(const Scene& scene, const std::string& field = {});
 
 /// A named window of values.
@@ -40,6 +44,9 @@ std::vector<ValueWindow> windows_of(const SliceLook& look);
 
 /// Value of a scalar field, magnitude of a vector field; none without data.
 std::optional<double> value_at(const Field& field, const Vec3& at_m);
+/// Name of a field of the scene in the window, without the volume's where there is one volume; a vector field by its
+/// magnitude: "|velocity|", "speed" of a flow without a name.
+QString field_words(const Scene& scene, const std::string& field);
 
 /// Left drag: touch within the slice; right drag: window (across) and level (up); wheel: through slices; Ctrl and wheel: zoom;
 /// middle button: pan; double click: `enlarge_asked`, or `value_asked` while values are picked.

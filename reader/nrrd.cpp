@@ -54,6 +54,7 @@ RawType raw_type(int type) {
   }
 }
 
+constexpr std::size_t most_labels = 256;  // [1] with names. More: a damaged header costs time; fewer: large atlases lose names
 constexpr std::size_t most_data_files =
     4096;  // as in the message. More: a damaged pattern names files for long; less: refuses series
 
@@ -180,6 +181,7 @@ class NrrdSource : public Source {
     takes.index_axes = true;
     header.default_unit = "mm";
     header.modality = modality();
+    header.labels = segments();
     const Axes axes = sorted_axes(*nrrd_, request.as == "vector");
 
     raw_.type = raw_type(nrrd_->type);
@@ -435,6 +437,25 @@ class NrrdSource : public Source {
       }
     }
     return {};
+  }
+
+  std::string text_of(const std::string& key) const {
+    const std::unique_ptr<char, decltype(&std::free)> value(nrrdKeyValueGet(nrrd_.get(), key.c_str()), &std::free);
+    return trimmed(value.get());
+  }
+
+  /// Names of labels as 3D Slicer writes them into its segmentations.
+  std::vector<FilePart> segments() const {
+    std::vector<FilePart> named;
+    for (std::size_t number = 0; number < most_labels; ++number) {
+      const std::string key = "Segment" + std::to_string(number) + "_";
+      const std::string value = text_of(key + "LabelValue");
+      char* end = nullptr;
+      const long label = std::strtol(value.c_str(), &end, 10);
+      if (value.empty() || *end != '\0') break;
+      if (const std::string name = text_of(key + "Name"); !name.empty()) named.push_back({name, {}, label});
+    }
+    return named;
   }
 
   /// Axes along which vectors were measured, as columns in the file's space.

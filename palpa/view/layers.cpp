@@ -21,6 +21,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -140,14 +141,23 @@ class Images {
 /// Display name of a field: the file's, unless that is generic and the scene's is not (suggested scenes name their volume
 /// "data").
 std::string name_of(const Scene& scene, const FieldRef& ref, const VolumeField& named) {
-  const bool in_file = named.name.find("value") == named.name.npos && named.name != "vector";
-  const bool in_scene = ref.name.find("data") == ref.name.npos;
-  return scene.volumes().size() == 1 && (in_file || !in_scene) ? named.name : ref.name;
+  if (scene.volumes().size() != 1) return ref.name;
+  if (!is_generic_name(named.name)) return named.name;
+  const bool in_scene = ref.name.find("data") == ref.name.npos && ref.name.find('.') == ref.name.npos;
+  return in_scene ? ref.name : named.field->components() == 1 ? "value" : "speed";
+}
+
+/// Whether the data come from a file, which may say a unit.
+bool is_of_file(const Scene& scene, const FieldRef& ref) {
+  return std::ranges::any_of(scene.volumes(), [&](const SceneVolume& volume) {
+    return volume.volume.request && ref.name.find(volume.name) != ref.name.npos;
+  });
 }
 
 std::string title_of(const Scene& scene, const ViewLayer& layer, const VolumeField& named) {
   const std::string name = layer.name.empty() ? name_of(scene, layer.field, named) : layer.name;
-  return named.unit.empty() ? name : name + " / " + named.unit;
+  if (!named.unit.empty()) return name + " / " + named.unit;
+  return is_of_file(scene, layer.field) ? name + ", no unit in the file" : name;
 }
 
 /// Display name of a surface: the layer's, else that of a mode's level at the value, else field and value.
@@ -445,6 +455,13 @@ FieldPtr drawn_flow(const Scene& scene, const FieldRef& ref, const FieldPtr& fie
     return std::make_shared<Masked>(field, std::move(masks));
   }
   return field;
+}
+
+bool is_generic_name(std::string_view name) {
+  std::string small(name);
+  std::ranges::transform(small, small.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::any_of(std::array{"value", "vector", "scalar"},
+                             [&](const char* word) { return small.find(word) != small.npos; });
 }
 
 std::string layer_words(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpa/data/timed_field.h"
@@ -76,6 +77,9 @@ struct LayerOptions {
 /// Vector field as it is drawn, without positions where the masks of the first mode that reads it are nearly zero: noise is no
 /// flow. \param field  hand frame, of `ref`
 FieldPtr drawn_flow(const Scene& scene, const FieldRef& ref, const FieldPtr& field, DataTime at);
+
+/// Whether a name of a field says no more than its kind, as readers and programs give them: "value", "scalars", "vectors".
+bool is_generic_name(std::string_view name);
 
 /// Name of layer `number` in the legend, with its value or unit: "skin", "speed / m/s". Allocates. Throws SceneError on an
 /// unknown field.
