@@ -260,20 +260,29 @@ void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, 
   painter.restore();
 }
 
-void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
-                        std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground) {
-  if (legend.empty() && bars.empty()) return;
-  const QFontMetricsF metrics(painter.font());
+double width_of_explanations(const QFont& font, std::span<const detail::LegendEntry> legend,
+                             std::span<const detail::ColorBar> bars) {
+  if (legend.empty() && bars.empty()) return 0.0;
+  const QFontMetricsF metrics(font);
   const double em = metrics.height();
   double width = 5.0 * em;
   for (const detail::LegendEntry& entry : legend)
     width = std::max(width, metrics.horizontalAdvance(QString::fromStdString(entry.words)) + 2.2 * em);
   for (const detail::ColorBar& bar : bars)
     width = std::max(width, metrics.horizontalAdvance(QString::fromStdString(bar.title)) + em);
+  return width + 0.6 * em;
+}
+
+void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
+                        std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground) {
+  if (legend.empty() && bars.empty()) return;
+  const QFontMetricsF metrics(painter.font());
+  const double em = metrics.height();
+  const double width = width_of_explanations(painter.font(), legend, bars);
   const double height = 0.8 * em + 1.25 * em * static_cast<double>(legend.size()) + 9.6 * em * static_cast<double>(bars.size());
   painter.setPen(Qt::NoPen);
   painter.setBrush(ground);
-  painter.drawRoundedRect(QRectF(area.right() - width - 0.9 * em, area.top(), width + 0.6 * em, height), 4, 4);
+  painter.drawRoundedRect(QRectF(area.right() - width - 0.3 * em, area.top(), width, height), 4, 4);
   double y = area.top() + 0.5 * em;
   const double right = area.right() - 0.6 * em;
   for (const detail::LegendEntry& entry : legend) {

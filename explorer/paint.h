@@ -42,6 +42,9 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
 /// Axes of the world: three short lines from one point, each with its patient direction or name.
 void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, std::span<const Vec3, 3> axes, bool medical,
                 const QColor& ink);
+/// [pixels] width of the card of `paint_explanations`; 0 without entries.
+double width_of_explanations(const QFont& font, std::span<const detail::LegendEntry> legend,
+                             std::span<const detail::ColorBar> bars);
 /// Legend and colour bars at the right edge.
 void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground);

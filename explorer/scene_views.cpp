@@ -140,7 +140,9 @@ void SceneViews::start(const Scene& scene) {
 void SceneViews::show_look(const SliceLook& look) {
   look_ = look;
   for (SliceView* slice : slices_) slice->set_look(look_);
-  fields_->setCurrentIndex(fields_->findData(QString::fromStdString(look_.name)));
+  int index = fields_->findData(QString::fromStdString(look_.name));
+  if (index < 0 && look_.field) index = fields_->findText(field_words(*scene_, look_.name));  // its only field by its name
+  fields_->setCurrentIndex(index);
   fields_->setToolTip(QString::fromStdString(look_.name));
   windows_->clear();
   for (const ValueWindow& window : windows_of(look_)) {

@@ -69,12 +69,19 @@ class View3D::Overlay : public QWidget {
     }
     if (!view_.top_.isEmpty())
       paint_words(painter, {0.5 * width(), top_px}, view_.top_, Qt::AlignCenter, Qt::white, QColor(176, 42, 20, 235));
-    if (!view_.bottom_.isEmpty())
-      paint_words(painter, {0.5 * width(), height() - 44.0}, view_.bottom_, Qt::AlignCenter, ink, ground);
+    if (!view_.bottom_.isEmpty()) paint_hint(painter, ink, ground);
   }
 
  private:
-  static constexpr double top_px = 56.0;  // below the name of the direction
+  /// Left of the axes, where there is room.
+  void paint_hint(QPainter& painter, const QColor& ink, const QColor& ground) {
+    const double half_px = 0.5 * painter.fontMetrics().horizontalAdvance(view_.bottom_) + 6.0;
+    const double middle_px = std::max(half_px, std::min(0.5 * width(), width() - axes_px - half_px));
+    paint_words(painter, {middle_px, height() - 50.0}, view_.bottom_, Qt::AlignCenter, ink, ground);
+  }
+
+  static constexpr double axes_px = 92.0;  // of the right edge
+  static constexpr double top_px = 56.0;   // below the name of the direction
   void touch(QPainter& painter) {
     paint_streamlines(painter, view_.view_, view_.streamlines_);
     paint_trail(painter, view_.view_, view_.trail_, view_.most_n_);
@@ -204,8 +211,8 @@ void View3D::show_all() {
   const auto extent = [&](const Vec3& axis) {
     return std::abs(axis.x) * size.x + std::abs(axis.y) * size.y + std::abs(axis.z) * size.z;
   };
-  const bool explained = marks_ && !(drawing_.signs.legend.empty() && drawing_.signs.bars.empty());
-  const double legend_px = explained ? std::min(120.0, 0.25 * width()) : 0.0;
+  const double card_px = width_of_explanations(font(), drawing_.signs.legend, drawing_.signs.bars);
+  const double legend_px = marks_ ? std::min(card_px, 0.35 * width()) : 0.0;
   const double aspect = std::max(1.0, width() - legend_px) / std::max(1, height());
   view_.half_height_m = 0.57 * std::max(extent(view_.up), extent(view_.right) / aspect);
   view_.centre_m += (0.5 * legend_px / view_.px_per_m()) * view_.right;
