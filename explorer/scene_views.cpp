@@ -128,9 +128,11 @@ void SceneViews::start(const Scene& scene) {
   }
   flow_seen_at_m_ = {1e9, 1e9, 1e9};
   fields_->clear();
-  for (const std::string& name : field_names(scene))
-    if (!name.starts_with("magnitude("))  // a slice shows vectors by their magnitudes
-      fields_->addItem(field_words(scene, name), QString::fromStdString(name));
+  for (const std::string& one : field_names(scene)) {
+    if (one.starts_with("magnitude(")) continue;  // a slice shows vectors by their magnitudes
+    const std::string& name = look_.name.starts_with(one + ".") ? look_.name : one;  // of a volume's only field
+    fields_->addItem(field_words(scene, name), QString::fromStdString(name));
+  }
   if (view_) view_->start(scene);
   for (SliceView* slice : slices_) slice->start(look_, bounds_m());
   if (view_) view_->set_cross(bounds_m().centre_m());
@@ -140,9 +142,7 @@ void SceneViews::start(const Scene& scene) {
 void SceneViews::show_look(const SliceLook& look) {
   look_ = look;
   for (SliceView* slice : slices_) slice->set_look(look_);
-  int index = fields_->findData(QString::fromStdString(look_.name));
-  if (index < 0 && look_.field) index = fields_->findText(field_words(*scene_, look_.name));  // its only field by its name
-  fields_->setCurrentIndex(index);
+  fields_->setCurrentIndex(fields_->findData(QString::fromStdString(look_.name)));
   fields_->setToolTip(QString::fromStdString(look_.name));
   windows_->clear();
   for (const ValueWindow& window : windows_of(look_)) {

@@ -123,7 +123,6 @@ QString field_words(const Scene& scene, const std::string& field) {
   if (scene.volumes().size() == 1) {
     const std::string prefix = scene.volumes().front().name + ".";
     if (const std::size_t at = name.find(prefix); at != name.npos) name.erase(at, prefix.size());
-    if (name == scene.volumes().front().name && !detail::is_generic_name(named.name)) name = named.name;
   }
   const bool is_magnitude = name.starts_with("magnitude(");
   if (is_magnitude) name = name.substr(10, name.size() - 11);

@@ -116,6 +116,7 @@ TEST(ExplorerSlices, OfAFlowShowItsSpeedAndSayThatTheFileHasNoUnit) {
   ASSERT_TRUE(look.field);
   EXPECT_EQ(look.field->components(), 3) << look.name << ": not the speed";
   EXPECT_EQ(look.words, "speed, no unit in the file");
+  EXPECT_EQ(driver.window().findChild<QComboBox*>("slice_field")->currentText(), "speed");
   const auto& bars = driver.view().drawing().signs.bars;
   ASSERT_FALSE(bars.empty());
   EXPECT_EQ(bars.front().title, "speed, no unit in the file");
