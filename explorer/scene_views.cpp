@@ -127,16 +127,22 @@ void SceneViews::start(const Scene& scene) {
     flow_unit_ = QString::fromStdString(named.unit);
   }
   flow_seen_at_m_ = {1e9, 1e9, 1e9};
-  fields_->clear();
-  for (const std::string& one : field_names(scene)) {
-    if (one.starts_with("magnitude(")) continue;  // a slice shows vectors by their magnitudes
-    const std::string& name = look_.name.starts_with(one + ".") ? look_.name : one;  // of a volume's only field
-    fields_->addItem(field_words(scene, name), QString::fromStdString(name));
-  }
+  list_fields();
   if (view_) view_->start(scene);
   for (SliceView* slice : slices_) slice->start(look_, bounds_m());
   if (view_) view_->set_cross(bounds_m().centre_m());
   show_look(look_);
+}
+
+void SceneViews::list_fields() {
+  listed_ = field_names(*scene_);
+  fields_->clear();
+  for (const std::string& one : listed_) {
+    if (one.starts_with("magnitude(")) continue;  // a slice shows vectors by their magnitudes
+    const std::string& name = look_.name.starts_with(one + ".") ? look_.name : one;  // of a volume's only field
+    fields_->addItem(field_words(*scene_, name), QString::fromStdString(name));
+  }
+  fields_->setCurrentIndex(fields_->findData(QString::fromStdString(look_.name)));
 }
 
 void SceneViews::show_look(const SliceLook& look) {
@@ -205,6 +211,8 @@ QString SceneViews::words_at(const Vec3& at_m) const {
 }
 
 void SceneViews::draw_layers(const Scene& scene) {
+  scene_ = scene;
+  if (field_names(scene) != listed_) list_fields();  // data were added
   if (!view_) return;
   // Compare only the settings that change the picture.
   Scene seen = scene;
@@ -215,7 +223,6 @@ void SceneViews::draw_layers(const Scene& scene) {
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
   compared.set(CouplingOptions{});
   const std::string key = to_toml(compared);
-  scene_ = scene;
   if (key == drawn_) return;
   drawn_ = key;
   next_ = std::move(seen);

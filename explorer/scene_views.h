@@ -72,6 +72,7 @@ class SceneViews : public QSplitter {
 
  private:
   void make_slices(bool has_opengl);
+  void list_fields();
   void show_look(const SliceLook& look);
   void draw(bool rough);
   QString words_at(const Vec3& at_m) const;
@@ -84,6 +85,7 @@ class SceneViews : public QSplitter {
   QWidget* column_ = nullptr;  ///< of the slices and their boxes
   QSplitter* cuts_ = nullptr;  ///< the slices
   QComboBox *fields_, *windows_;
+  std::vector<std::string> listed_;  ///< of the scene, in `fields_`
   QWidget* enlarged_ = nullptr;
   Layout layout_ = Layout::slices_beside;
   std::optional<Scene> scene_;

@@ -333,6 +333,8 @@ TEST(ExplorerOpening, AddedDataKeepTheirGridAndAreFeltWhereTheyAreSeen) {
   EXPECT_NE(scene.volumes().back().name, before.volumes().front().name) << "both files are called head";
   EXPECT_GT(scene.modes().size(), before.modes().size());
   EXPECT_EQ(driver.window().instruments().modes().size(), scene.modes().size()) << "the curves lack the added modes";
+  const auto& shown = *driver.window().findChild<QComboBox*>("slice_field");
+  EXPECT_GE(shown.findData(QString::fromStdString(scene.volumes().back().name)), 0) << "the slices cannot show the added data";
   // A layer of the new data is drawn at the level at which they are felt.
   const std::string& added = scene.volumes().back().name;
   int linked = 0, of_head = 0;
