@@ -88,7 +88,7 @@ void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   CLI::App* command =
       app.add_subcommand("convert", "Write data as NRRD, NIfTI or VTI: whole, a part, coarser, or on another grid");
   command->add_option("IN", given->in, "a file or folder of data")->required()->type_name("");
-  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr, .nii or .vti")->required()->type_name("");
+  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr, .nii, .nii.gz or .vti")->required()->type_name("");
   command->add_option("--crop", given->convert.crop, "only these voxels, first and last of each axis")
       ->type_name("I0:I1,J0:J1,K0:K1");
   command->add_option("--downsample", given->convert.options.downsample, "the mean of N x N x N voxels becomes one")

@@ -61,7 +61,7 @@ int run_explore(const ExploreArguments& arguments);
 
 struct ConvertArguments {
   VolumeRequest request;      ///< one volume
-  std::filesystem::path out;  ///< .nrrd, .nhdr, .nii or .vti; a new file
+  std::filesystem::path out;  ///< .nrrd, .nhdr, .nii, .nii.gz or .vti; a new file
   std::string crop;           ///< from the command line; empty: none
   ConvertOptions options;     ///< all but the crop
   ReadOptions read;

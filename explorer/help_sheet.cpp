@@ -24,6 +24,8 @@ HelpSheet::HelpSheet(const QList<QAction*>& actions, QWidget* parent) : QDialog(
       {"in a slice: left drag", "touch within the slice"},
       {"in a slice: right drag", "window (across) and level (up and down)"},
       {"in a slice: wheel, Ctrl + wheel", "go through the slices, nearer and farther"},
+      {"Return in the scene, and again",
+       "begin and end a touch by keys: the arrows lead it, Page Down presses, Page Up yields"},
       {"double click on a view", "make it large, and back"},
       {"double click in a slice while a function is edited", "give its value to the nearest level"},
   };

@@ -19,6 +19,7 @@ constexpr std::size_t most_points = 700;
 constexpr double spectrum_s = 2.0;  // of force in the spectrum
 constexpr int pictures_per_spectrum = 8;
 constexpr int pictures_per_curve = 2;
+constexpr int spectrum_from_px = 800;  // narrower: the force's curve has no room beside it
 
 QString words_of(GuardState state) {
   switch (state) {
@@ -89,6 +90,11 @@ Instruments::Instruments(QWidget* parent)
   row->addWidget(spectrum_, 2);
   row->addWidget(scroll);
   start({});
+}
+
+void Instruments::resizeEvent(QResizeEvent* event) {
+  QWidget::resizeEvent(event);
+  spectrum_->setVisible(width() >= spectrum_from_px);
 }
 
 void Instruments::start(const std::vector<std::string>& modes) {

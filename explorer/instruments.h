@@ -38,6 +38,9 @@ class Instruments : public QWidget {
   static constexpr double shown_s = 6.0;
   QSize sizeHint() const override { return {900, 190}; }
 
+ protected:
+  void resizeEvent(QResizeEvent* event) override;
+
  private:
   void draw_force();
   void draw_spectrum();

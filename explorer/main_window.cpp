@@ -55,6 +55,7 @@ MainWindow::MainWindow(const WindowOptions& options) : options_(options), settin
   connect(start_page_, &StartPage::folder_asked, this, &MainWindow::ask_folder);
   connect(&document_, &Document::opened_another, this, [this] { opened(document_.opened()); });
   connect(&document_, &Document::changed, this, &MainWindow::scene_changed);
+  connect(&document_.undo(), &QUndoStack::cleanChanged, this, [this](bool clean) { setWindowModified(!clean); });
   connect(&document_, &Document::refused, this, [this](const QString& why) { say(why, true); });
   connect(views_, &SceneViews::said, this, [this](const QString& words, bool problem) { say(words, problem); });
   connect(views_, &SceneViews::pointed, pointed_, &QLabel::setText);
@@ -215,8 +216,11 @@ void MainWindow::opened(const Opened& opened) {
   if (pages_->currentIndex() != 1) {
     pages_->setCurrentIndex(1);
     for (QDockWidget* dock : scene_docks_) dock->show();
-    resizeDocks({scene_docks_[0]}, {360}, Qt::Horizontal);
-    resizeDocks({scene_docks_[1]}, {210}, Qt::Vertical);
+    if (!restoreState(settings_.panels())) {
+      resizeDocks({scene_docks_[0]}, {360}, Qt::Horizontal);
+      resizeDocks({scene_docks_[1]}, {210}, Qt::Vertical);
+    }
+    desk_->hide();
   }
   record_->setChecked(false);
   hint_followed_ = false;
@@ -281,7 +285,6 @@ void MainWindow::scene_changed() {
   if (desk_->isVisible()) desk_->refresh();
   views_->draw_layers(scene);
   name_modes();
-  setWindowModified(!document_.undo().isClean());
 }
 
 void MainWindow::play(const PlayedHand& hand, const fs::path& second_trace) {
@@ -391,7 +394,6 @@ bool MainWindow::save(bool under_another_name) {
     document_.save(file);
     remember(file);
     setWindowTitle(tr("%1[*] – Palpa").arg(QString::fromStdString(file.filename().string())));
-    setWindowModified(false);
     say(tr("Saved as %1").arg(QString::fromStdString(file.string())));
     return true;
   } catch (const std::exception& error) {
@@ -485,6 +487,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   timer_.stop();
   present(false);
   settings_.set_window(saveGeometry());
+  if (pages_->currentIndex() == 1) settings_.set_panels(saveState());
   keep_unsaved();
   event->accept();
 }

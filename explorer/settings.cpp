@@ -33,6 +33,10 @@ QByteArray Settings::window() const { return kept_.value("window").toByteArray()
 
 void Settings::set_window(const QByteArray& geometry) { kept_.setValue("window", geometry); }
 
+QByteArray Settings::panels() const { return kept_.value("panels").toByteArray(); }
+
+void Settings::set_panels(const QByteArray& state) { kept_.setValue("panels", state); }
+
 std::optional<bool> Settings::dark() const {
   const QVariant kept = kept_.value("dark");
   return kept.isValid() ? std::optional(kept.toBool()) : std::nullopt;

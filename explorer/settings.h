@@ -23,6 +23,9 @@ class Settings {
   /// Position and size of the window, as by QWidget::saveGeometry; initially empty.
   QByteArray window() const;
   void set_window(const QByteArray& geometry);
+  /// Places and sizes of the panels of an open scene, as by QMainWindow::saveState; initially empty.
+  QByteArray panels() const;
+  void set_panels(const QByteArray& state);
   /// Colours of the window: true: dark, false: light, none: those of the desktop.
   std::optional<bool> dark() const;
   void set_dark(bool dark) { kept_.setValue("dark", dark); }

@@ -117,17 +117,26 @@ void StartPage::show_recent(const QStringList& files) {
     if (QWidget* widget = item->widget()) widget->deleteLater();
     delete item;
   }
-  if (files.isEmpty()) return;
-  recent_->addWidget(new QLabel("<b>" + tr("Recent files") + "</b>"));
-  for (const QString& file : files) {
-    const QFileInfo info(file);
-    auto* button = new QPushButton(info.fileName() + "   –   " + QDir::toNativeSeparators(info.path()));
-    button->setToolTip(file);
-    button->setFlat(true);
-    button->setStyleSheet("text-align: left");
-    connect(button, &QPushButton::clicked, this, [this, file] { Q_EMIT chosen(file); });
-    recent_->addWidget(button, 0, Qt::AlignLeft);
+  const auto is_recording = [](const QString& file) { return QFileInfo(file + "/trace.toml").exists(); };
+  for (const bool recordings : {false, true}) {
+    QLabel* title = nullptr;
+    for (const QString& file : files) {
+      if (is_recording(file) != recordings) continue;
+      if (!title)
+        recent_->addWidget(title = new QLabel("<b>" + (recordings ? tr("My recordings") : tr("Recent files")) + "</b>"));
+      add_recent(file);
+    }
   }
+}
+
+void StartPage::add_recent(const QString& file) {
+  const QFileInfo info(file);
+  auto* button = new QPushButton(info.fileName() + "   –   " + QDir::toNativeSeparators(info.path()));
+  button->setToolTip(file);
+  button->setFlat(true);
+  button->setStyleSheet("text-align: left");
+  connect(button, &QPushButton::clicked, this, [this, file] { Q_EMIT chosen(file); });
+  recent_->addWidget(button, 0, Qt::AlignLeft);
 }
 
 }  // namespace palpa::explorer

@@ -12,6 +12,7 @@ class StartPage : public QWidget {
   Q_OBJECT
  public:
   explicit StartPage(QWidget* parent = nullptr);
+  /// Recent files, and below them those that are traces.
   void show_recent(const QStringList& files);
 
  Q_SIGNALS:
@@ -23,6 +24,8 @@ class StartPage : public QWidget {
   void keyPressEvent(QKeyEvent* event) override;
 
  private:
+  void add_recent(const QString& file);
+
   QVBoxLayout* recent_;
 };
 

@@ -8,6 +8,7 @@
 #include <vtkVolume.h>
 
 #include <QElapsedTimer>
+#include <QKeyEvent>
 #include <QMouseEvent>
 #include <QPainter>
 #include <algorithm>
@@ -126,6 +127,8 @@ void View3D::start(const Scene& scene) {
   hidden_.clear();
   other_.reset();
   ghost_m_.reset();
+  by_keys_ = false;
+  setFocus();  // keys touch and turn at once
   Vec3 from = from_front;
   if (scene.view.from) from = scene.hand_to_world().direction_to_hand(*scene.view.from);
   const Vec3 up = norm(cross(normalized(from), {0, 1, 0})) > 1e-3 ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
@@ -316,6 +319,19 @@ std::optional<View3D::Target> View3D::target_at(const QPointF& px) const {
   return Target{at_m(px) - flow_depth_m(px) * view_.towards, -view_.towards, false};
 }
 
+void View3D::begin_touch(const Target& target) {
+  depth_m_ = target.on_surface ? first_depth_m : 0.0;
+  plane_depth_m_ = dot(view_.centre_m - target.at_m, view_.towards);
+  Q_EMIT hold_began(target.at_m, target.into);
+  lead(last_px_);
+}
+
+void View3D::press_deeper(double notches) {
+  // Finer steps for a light press.
+  depth_m_ = std::clamp(depth_m_ + notches * (4e-4 + 0.15 * std::abs(depth_m_)), -deepest_m, deepest_m);
+  lead(last_px_);
+}
+
 void View3D::lead(const QPointF& px) {
   if (const auto surface = surface_at(px)) {
     plane_depth_m_ = dot(view_.centre_m - surface->at_m, view_.towards);
@@ -343,6 +359,7 @@ void View3D::show_hover() {
 }
 
 void View3D::mousePressEvent(QMouseEvent* event) {
+  end_touch_by_keys();
   last_px_ = event->localPos();
   const bool shifted = (event->modifiers() & Qt::ShiftModifier) != 0;
   if (event->button() == Qt::MiddleButton || (event->button() == Qt::LeftButton && shifted)) {
@@ -350,10 +367,7 @@ void View3D::mousePressEvent(QMouseEvent* event) {
   } else if (event->button() == Qt::LeftButton && !(event->modifiers() & Qt::AltModifier)) {
     if (const auto target = target_at(last_px_)) {
       drag_ = Drag::touch;
-      depth_m_ = target->on_surface ? first_depth_m : 0.0;
-      plane_depth_m_ = dot(view_.centre_m - target->at_m, view_.towards);
-      Q_EMIT hold_began(target->at_m, target->into);
-      lead(last_px_);
+      begin_touch(*target);
     } else {
       drag_ = Drag::turn;
     }
@@ -366,6 +380,7 @@ void View3D::mousePressEvent(QMouseEvent* event) {
 }
 
 void View3D::mouseMoveEvent(QMouseEvent* event) {
+  if (by_keys_) return;
   const QPointF way = event->localPos() - last_px_;
   last_px_ = event->localPos();
   switch (drag_) {
@@ -406,9 +421,7 @@ void View3D::leaveEvent(QEvent* event) {
 void View3D::wheelEvent(QWheelEvent* event) {
   const double notches = event->angleDelta().y() / 120.0;
   if (drag_ == Drag::touch) {
-    // Finer steps for a light press.
-    depth_m_ = std::clamp(depth_m_ + notches * (4e-4 + 0.15 * std::abs(depth_m_)), -deepest_m, deepest_m);
-    lead(last_px_);
+    press_deeper(notches);
   } else {
     zoom(std::pow(1.15, notches));
   }
@@ -424,8 +437,14 @@ void View3D::resizeEvent(QResizeEvent* event) {
 }
 
 bool View3D::event(QEvent* event) {
-  // Keep mouse events from VTK's own interactor.
+  if (event->type() == QEvent::ShortcutOverride && takes_shortcut(static_cast<const QKeyEvent&>(*event))) {
+    event->accept();
+    return true;
+  }
+  // Keep mouse and keys from VTK's own interactor.
   switch (event->type()) {
+    case QEvent::KeyPress:
+    case QEvent::KeyRelease:
     case QEvent::MouseButtonPress:
     case QEvent::MouseButtonRelease:
     case QEvent::MouseButtonDblClick:

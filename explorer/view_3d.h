@@ -22,8 +22,8 @@ namespace palpa::explorer {
 
 /// Left drag on a surface touches it, elsewhere turns the view, like the right button anywhere; without surfaces (a flow) it
 /// touches at the depth of the nearest streamline or of the cross. Cursor and a pale ball show which. Middle button: pan;
-/// wheel: presses along the surface's normal during a touch, else zooms; double click: `enlarge_asked`. All lengths are in the
-/// hand frame.
+/// wheel: presses along the surface's normal during a touch, else zooms; double click: `enlarge_asked`; keys: `lead_by_key`.
+/// All lengths are in the hand frame.
 class View3D : public QVTKOpenGLNativeWidget {
   Q_OBJECT
  public:
@@ -99,6 +99,8 @@ class View3D : public QVTKOpenGLNativeWidget {
   void mouseDoubleClickEvent(QMouseEvent* event) override;
   void leaveEvent(QEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void focusOutEvent(QFocusEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   void paintGL() override;
   bool event(QEvent* event) override;
@@ -111,7 +113,15 @@ class View3D : public QVTKOpenGLNativeWidget {
   /// Depth of the nearest streamline on the screen, else of the cross; behind the view's centre.
   double flow_depth_m(const QPointF& px) const;
   void show_hover();
+  void begin_touch(const Target& target);
   void lead(const QPointF& px);
+  void press_deeper(double notches);
+  /// Return begins and ends a touch, arrows lead it, Page Down and Page Up press. False: another key.
+  bool lead_by_key(int key);
+  void end_touch_by_keys();
+  bool takes_shortcut(const QKeyEvent& event) const;
+  /// Position nearest to the middle where a press would touch.
+  std::optional<QPointF> nearest_target_px() const;
   void apply_camera();
   /// True for software rendering: moving pictures are drawn coarser.
   bool is_slow();
@@ -137,6 +147,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   std::optional<Vec3> ghost_m_;   // where a press would touch
   std::set<std::size_t> hidden_;  // layers
   bool turning_ = false;
+  bool by_keys_ = false;  // a touch that keys lead
   Moment moment_;
   std::optional<Moment> other_;
   std::vector<TrailPoint> trail_;

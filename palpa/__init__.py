@@ -8,7 +8,14 @@ import pathlib
 import sys
 
 _root = pathlib.Path(__file__).resolve().parents[1]
-_installed = [folder for folder in sys.path if pathlib.Path(folder).resolve() != _root]
+
+
+def _leads_back(folder):
+    """A checkout: this one, or another whose module would come back here."""
+    return folder.resolve() == _root or (folder / "palpa/palpa.h").exists()
+
+
+_installed = [folder for folder in sys.path if not _leads_back(pathlib.Path(folder))]
 _built = sorted({module.parents[1] for module in _root.glob("build/*/python/palpa/_palpa.*")},
                 key=lambda folder: (folder / "palpa").stat().st_mtime, reverse=True)
 _spec = importlib.machinery.PathFinder.find_spec("palpa", [*_installed, *map(str, _built)])

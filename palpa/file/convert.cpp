@@ -221,7 +221,7 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
     result.fields.push_back(std::move(next));
   }
   if (result.fields.empty()) throw LoadError("has no field '" + options.field + "'; it has " + names);
-  const bool to_nifti = out.extension() == ".nii";
+  const bool to_nifti = is_nifti(out);
   if (result.fields.size() > 1 && (to_nifti || out.extension() == ".nrrd" || out.extension() == ".nhdr")) {
     throw LoadError("has several fields (" + names + "), and " + (to_nifti ? "NIfTI" : "NRRD") +
                     " holds one; choose one with --field, or write .vti");

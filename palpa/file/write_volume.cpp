@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "palpa/file/gzip_writer.h"
 #include "palpa/file/nifti_header.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/vtk_xml.h"
@@ -55,7 +56,8 @@ class VoxelWriter {
       : volume_(volume), progress_(progress) {}
 
   /// Writes each component of vectors behind the other, along RAS.
-  void write_apart(const WrittenField& field, NewFile& to) {
+  template <class To>
+  void write_apart(const WrittenField& field, To& to) {
     parts_ = field.components;
     for (int c = 0; c < field.components; ++c) {
       WrittenField part = field;
@@ -134,8 +136,14 @@ void write_nifti(WrittenVolume volume, const fs::path& file, detail::Existing ex
   if (field.components == 3 && !fractions)
     field.type = field.type == VoxelType::int32 ? VoxelType::float64 : VoxelType::float32;
   NewFile whole(file, existing);
-  whole.write(detail::nifti_header(volume));
-  VoxelWriter(volume, progress).write_apart(field, whole);
+  const auto write_to = [&](auto& to) {
+    to.write(detail::nifti_header(volume));
+    VoxelWriter(volume, progress).write_apart(field, to);
+    to.finish();
+  };
+  if (file.extension() != ".gz") return write_to(whole);
+  detail::GzipWriter packed(whole);
+  write_to(packed);
   whole.finish();
 }
 
@@ -209,18 +217,20 @@ std::uint64_t written_bytes(const WrittenVolume& volume) {
   return all;
 }
 
+bool is_nifti(const fs::path& file) {
+  return file.extension() == ".nii" || (file.extension() == ".gz" && file.stem().extension() == ".nii");
+}
+
 void write_volume(const WrittenVolume& volume, const fs::path& file, detail::Existing existing,
                   const std::function<void(double)>& progress) {
   try {
     const std::string ending = file.extension().string();
-    if (ending != ".nrrd" && ending != ".nhdr" && ending != ".nii" && ending != ".vti") {
-      throw LoadError(file.string().ends_with(".nii.gz")
-                          ? std::string("would be packed, which is not written; name it .nii, and pack it by gzip")
-                          : std::string("has an ending of no format that is written; name it .nrrd, .nhdr, .nii or .vti"));
-    }
+    const bool to_nifti = is_nifti(file);
+    if (ending != ".nrrd" && ending != ".nhdr" && !to_nifti && ending != ".vti")
+      throw LoadError("has an ending of no format that is written; name it .nrrd, .nhdr, .nii, .nii.gz or .vti");
     const std::uint64_t bytes = written_bytes(volume);
     check_room(fs::absolute(file).parent_path(), ending == ".vti" ? bytes / 3 * 4 : bytes);
-    if (ending == ".nii") return write_nifti(volume, file, existing, progress);
+    if (to_nifti) return write_nifti(volume, file, existing, progress);
     VoxelWriter voxels(volume, progress);
     ending == ".vti" ? write_vti(volume, file, existing, voxels) : write_nrrd(volume, file, existing, voxels);
   } catch (const LoadError& error) {

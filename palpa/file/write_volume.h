@@ -35,8 +35,11 @@ struct WrittenVolume {
 /// Bytes of the voxels. Throws LoadError, without a place, on overflow.
 std::uint64_t written_bytes(const WrittenVolume& volume);
 
-/// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw), .nii or .vti. It gets its name when
-/// complete (palpa/base/new_file.h). Refuses first a volume larger than the free disk.
+/// Whether the name's ending is NIfTI's: .nii, or .nii.gz, which is packed.
+bool is_nifti(const std::filesystem::path& file);
+
+/// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw), .nii, .nii.gz or .vti. It gets its name
+/// when complete (palpa/base/new_file.h). Refuses first a volume larger, without packing, than the free disk.
 /// \param progress  called after each slice with the share done [1]; may be empty, and may throw to end the writing
 /// Throws LoadError, with the file's name, also for a sheared grid in VTI.
 void write_volume(const WrittenVolume& volume, const std::filesystem::path& file, detail::Existing existing,

@@ -273,7 +273,8 @@ std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, st
 // Range of a field's values without an event; empty if unknown.
 ValueRange Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept {
   ValueRange quiet = policy.fields[field].allowed;
-  if (ranges_[field].first < ranges_[field].last && !has_sides(field, sides)) return {infinity, -infinity};
+  if (ranges_[field].first == ranges_[field].last) return quiet;
+  if (!has_sides(field, sides)) return {infinity, -infinity};
   if (const std::int32_t below = border(policy, field, sides, false); below >= 0)
     quiet.min = std::max(quiet.min, watches_[below].value);
   if (const std::int32_t above = border(policy, field, sides, true); above >= 0)

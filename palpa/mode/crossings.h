@@ -113,7 +113,8 @@ class Crossings {
   std::int32_t index_of(const Threshold& watch) const noexcept;
   bool has_sides(std::int32_t field, std::span<const Side> sides) const noexcept;
   void forget(std::int32_t field, std::span<Side> sides) const noexcept;
-  std::int32_t border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides, bool up) const noexcept;
+  [[gnu::always_inline]] inline std::int32_t border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides,
+                                                    bool up) const noexcept;
   ValueRange quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept;
   bool is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                Event& event) const noexcept;

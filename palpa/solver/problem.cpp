@@ -32,7 +32,7 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
     directed_size_n_ += 2.0 * p.strength_n;
     directed_terms_ += 1.0;
   }
-  span_count_ = line_count_ + points;
+  all_spans_ = line_count_ + points;
 
   // About the start: primitives placed there, as modes do, get B = 0 exactly.
   origin_m_ = start_m;
@@ -41,14 +41,19 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
   plane_count_ = corner_count_ = facet_count_ = 0;
   std::size_t line = 0, point = line_count_;
+  const Vec3* first_m = nullptr;
+  common_ = points > 0;
   warm_ = false;
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     const Primitive& p = primitives[i];
     if (p.kind == PrimitiveKind::directed) continue;
     const double gamma = detail::gamma_of(p, k, T);
+    if (!first_m) first_m = &p.position_m;
+    common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point) && !p.is_elastic();
     const double longest = gamma > 0.0 ? std::numeric_limits<double>::infinity() : p.strength_n;
     if (p.kind == PrimitiveKind::corner) {
       const std::span<const Primitive> facets = whole_of(primitives, i);
+      for (const Primitive& facet : facets) common_ = common_ && facet.position_m == *first_m;
       if (facets.size() > 1) {
         pose_corner(i, facets.size(), warm_n);
         i += facets.size() - 1;
@@ -72,6 +77,8 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
       anchor(span);
     }
   }
+  common_ = common_ && plane_count_ + line_count_ + corner_count_ > 0;
+  span_count_ = common_ ? line_count_ : all_spans_;
 }
 
 void Solver::Work::pose_corner(std::size_t first, std::size_t facets, const Vec3* warm_n) noexcept {
@@ -147,7 +154,7 @@ void Solver::Work::recentre() noexcept {
   C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
   anchored_precisely_ = precise_;
   for (std::size_t i = 0; i < plane_count_; ++i) anchor(planes_[i]);
-  for (std::size_t i = 0; i < span_count_; ++i) anchor(spans_[i]);
+  for (std::size_t i = 0; i < all_spans_; ++i) anchor(spans_[i]);
   for (std::size_t i = 0; i < corner_count_; ++i) anchor(corners_[i]);
 }
 
@@ -162,6 +169,9 @@ Vec3 Solver::Work::sum() const noexcept {
 
 // Whether the iterate is good enough; stores it if its bound is the best so far.
 bool Solver::Work::certify(int stage) noexcept {
+  const Vec3 rest = Z_;
+  if (common_) add_common_points();
+
   Proof proof(Z_, C_, C_size_, directed_terms_ + 1.0);
   const double size_of_Z = size_of(Z_);
   for (std::size_t i = 0; i < plane_count_; ++i) proof.add(gap(planes_[i], Z_, size_of_Z), planes_[i].t * planes_[i].q);
@@ -194,20 +204,25 @@ bool Solver::Work::certify(int stage) noexcept {
       for (std::size_t i = 0; i < corner_count_; ++i) corners_[i].give(best_forces_n_.get());
     }
   }
+  if (common_ && !done) {
+    // This near, rounding matters: it is least with the origin at the balance of all, not at that without the points.
+    common_ = plain_n > near_share * wanted_n_;
+    if (common_) span_count_ = line_count_, Z_ = rest;
+  }
   return done;
 }
 
 void Solver::Work::keep() noexcept {
   kept_Z_ = Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) kept_planes_n_[i] = planes_[i].t;
-  for (std::size_t i = 0; i < span_count_; ++i) kept_spans_n_[i] = spans_[i].u;
+  for (std::size_t i = 0; i < all_spans_; ++i) kept_spans_n_[i] = spans_[i].u;
   std::copy_n(corners_.get(), corner_count_, kept_corners_.get());
 }
 
 void Solver::Work::restore() noexcept {
   Z_ = kept_Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) planes_[i].t = kept_planes_n_[i];
-  for (std::size_t i = 0; i < span_count_; ++i) spans_[i].u = kept_spans_n_[i];
+  for (std::size_t i = 0; i < all_spans_; ++i) spans_[i].u = kept_spans_n_[i];
   std::copy_n(kept_corners_.get(), corner_count_, corners_.get());
 }
 
@@ -220,7 +235,7 @@ bool Solver::Work::shows_in_gap(double off_n, double longest_n, double gamma) co
 void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noexcept {
   if (done_) {
     for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
-    for (std::size_t i = 0; i < span_count_; ++i) forces_n[spans_[i].index] = spans_[i].across(spans_[i].u);
+    for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].across(spans_[i].u);
     for (std::size_t i = 0; i < corner_count_; ++i) corners_[i].give(forces_n);
   }
   const bool any = best_bound_n_ < std::numeric_limits<double>::max();

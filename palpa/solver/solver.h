@@ -11,8 +11,9 @@ namespace palpa {
 ///
 /// The dual variables of E (see Law) are the primitives' forces u; x = probe + (directed + Σu)/k. Three stages run in order
 /// until the duality gap proves the balance; the derivations stand above each in solver.cpp, the theory in docs/theory.md:
-///   1. sweeps: each force in turn is optimised, the others fixed. One sweep solves mutually orthogonal primitives exactly;
-///      a single primitive, a surface with friction and a corner with one holding facet finish here, up to rounding;
+///   1. sweeps: each force in turn is optimised, the others fixed. One sweep solves mutually orthogonal
+///      primitives exactly; points with a common anchor are summed in closed form. A single primitive,
+///      a surface with friction and a corner with one holding facet finish here, up to rounding;
 ///   2. active set: the forces determine the sticking and slipping primitives; a 3×3 system gives the balance
 ///      for this choice, which determines the next choice;
 ///   3. multipliers: the fallback, convergent from any start (up to the cap).

@@ -33,6 +33,9 @@ inline constexpr double wanted_bound_m = 2e-10;
 inline constexpr double refined_share = 8e-6;
 // [1] Residual force in a result, likewise. Less: more rounds; more: visible in a sum of the forces.
 inline constexpr double seen_share = 1e-3;
+// [1] Bound, in target bounds, below which common points join the balance. Less: the rounding of their closed form is kept
+// longer; more: the closed form is dropped sooner.
+inline constexpr double near_share = 100.0;
 
 // [1] In squared target bounds: rounding that a closed form may leave in the duality gap. Less: the stages run where a sweep
 // would do; more: visible in a check by the gap, which takes its root.
@@ -167,6 +170,7 @@ class Solver::Work {
   bool in_closed_form() noexcept;
   bool corner_in_closed_form() noexcept;
   void sweep() noexcept;
+  void add_common_points() noexcept;
 
   enum class Step { settled, slow, cut };
   Step active_set_step() noexcept;
@@ -209,7 +213,9 @@ class Solver::Work {
   std::unique_ptr<Corner[]> corners_;
   std::unique_ptr<Vec3[]> normals_;      // of all corners' facets
   std::unique_ptr<double[]> offsets_n_;  // b of all corners' facets
-  std::size_t plane_count_ = 0, line_count_ = 0, span_count_ = 0, corner_count_ = 0, facet_count_ = 0;
+  std::size_t plane_count_ = 0, line_count_ = 0, all_spans_ = 0, corner_count_ = 0, facet_count_ = 0;
+  std::size_t span_count_ = 0;  // active now: all, or the lines alone while `common_`
+  bool common_ = false;         // points with a common anchor: added in closed form
   bool warm_ = false;
   bool precise_ = false;             // double-double anchors from the next recentring on
   bool anchored_precisely_ = false;  // the present anchors are double-double

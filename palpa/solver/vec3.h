@@ -38,6 +38,7 @@ inline bool is_finite(const Vec3& a) noexcept { return std::isfinite(a.x) && std
 namespace detail {
 // Vectors whose squares would overflow or vanish, rare: kept out of line, so that the callers' fast paths are short.
 [[gnu::cold, gnu::noinline]] inline double rescaled_norm(const Vec3& a) noexcept {
+  if (a == Vec3{}) return 0.0;  // most calls
   const double largest = largest_component(a);
   if (!(largest > 0.0) || !std::isfinite(largest)) return largest;
   const int exponent = std::ilogb(largest);

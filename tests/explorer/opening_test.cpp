@@ -180,6 +180,15 @@ TEST(ExplorerOpening, AFolderOfTwoSeriesAsksForOneByItsWordsAndImages) {
   EXPECT_NE(driver.window().document().text().find("series = \"1.2.202\""), std::string::npos);
 }
 
+TEST(ExplorerOpening, AFolderIsChosenWithTheMouse) {
+  const fs::path folder = fresh_folder("one-series");
+  write_series(folder, 1, 5, "head");
+  Driver driver;
+  auto* const button = driver.window().findChild<QPushButton*>("open_folder");
+  ASSERT_TRUE(is_opened(driver, [&] { choose_file(folder, [&] { QTest::mouseClick(button, Qt::LeftButton); }); }));
+  EXPECT_EQ(dims_of(driver)[2], 5);
+}
+
 TEST(ExplorerOpening, OneSliceBringsAllOfItsSeries) {
   const fs::path folder = fresh_folder("slices");
   write_series(folder, 1, 6, "head");

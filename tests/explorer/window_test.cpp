@@ -1,18 +1,24 @@
 // The window itself: keys with any focus, start page, size, slices.
 #include <gtest/gtest.h>
 
+#include <QDockWidget>
 #include <QDoubleSpinBox>
+#include <QLabel>
 #include <QProcess>
+#include <QPushButton>
 #include <QScreen>
 #include <QToolButton>
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <map>
 #include <set>
 #include <string>
 
 #include "driver.h"
 #include "explorer/slice_view.h"
+#include "explorer/start_page.h"
 #include "palpa/data/analytic.h"
 
 namespace palpa::explorer {
@@ -53,6 +59,7 @@ TEST(ExplorerWindow, APictureOfTheStartPageOpensByReturn) {
 }
 
 TEST(ExplorerWindow, TheWindowFitsTheScreenAndKeepsItsSize) {
+  application();  // has the screen
   WindowOptions options;
   options.settings_file = (fresh_folder("window") / "palpa.ini").string();
   const QSize screen = QGuiApplication::primaryScreen()->availableGeometry().size();
@@ -66,6 +73,50 @@ TEST(ExplorerWindow, TheWindowFitsTheScreenAndKeepsItsSize) {
   }
   Driver driver(options);
   EXPECT_EQ(driver.window().size(), small.expandedTo(driver.window().minimumSizeHint()));
+}
+
+TEST(ExplorerWindow, ItsPanelsAreKept) {
+  WindowOptions options;
+  options.settings_file = (fresh_folder("panels") / "palpa.ini").string();
+  int width_px = 0;
+  const auto dock = [](Driver& driver, const char* name) { return driver.window().findChild<QDockWidget*>(name); };
+  {
+    Driver driver(options);
+    ASSERT_TRUE(driver.open(small_head()));
+    QDockWidget* const panel = dock(driver, "panel");
+    const int before_px = panel->width();
+    driver.window().resizeDocks({panel}, {before_px + 90}, Qt::Horizontal);
+    ASSERT_TRUE(Driver::wait_for([&] { return panel->width() > before_px + 60; }, 3000));
+    dock(driver, "instruments")->hide();
+    dock(driver, "function")->show();
+    width_px = panel->width();
+  }
+  Driver driver(options);
+  EXPECT_FALSE(dock(driver, "panel")->isVisible()) << "the start page is alone";
+  ASSERT_TRUE(driver.open(small_head()));
+  EXPECT_TRUE(Driver::wait_for([&] { return std::abs(dock(driver, "panel")->width() - width_px) <= 2; }, 3000))
+      << dock(driver, "panel")->width() << " and " << width_px;
+  EXPECT_FALSE(dock(driver, "instruments")->isVisible());
+  EXPECT_FALSE(dock(driver, "function")->isVisible()) << "of no strength";
+}
+
+TEST(ExplorerWindow, RecordingsStandBelowRecentFiles) {
+  WindowOptions options;
+  const std::filesystem::path folder = fresh_folder("recent"), trace = folder / "touch";
+  options.settings_file = (folder / "palpa.ini").string();
+  std::filesystem::create_directory(trace);
+  std::ofstream(trace / "trace.toml") << "palpa_trace = 1";
+  const QString scan = QString::fromStdString((folder / "scan.nrrd").string()), touch = QString::fromStdString(trace.string());
+  QSettings(QString::fromStdString(options.settings_file), QSettings::IniFormat).setValue("recent", QStringList{touch, scan});
+  Driver driver(options);
+  std::map<QString, int> top_px;
+  const auto* const page = driver.window().findChild<StartPage*>();
+  for (const QLabel* label : page->findChildren<QLabel*>()) top_px[label->text()] = label->y();
+  for (const QPushButton* button : page->findChildren<QPushButton*>()) top_px[button->toolTip()] = button->y();
+  EXPECT_LT(top_px.at("<b>Recent files</b>"), top_px.at(scan));
+  EXPECT_LT(top_px.at(scan), top_px.at("<b>My recordings</b>"));
+  EXPECT_LT(top_px.at("<b>My recordings</b>"), top_px.at(touch));
+  driver.look("start-page-recent");
 }
 
 TEST(ExplorerWindow, ASliceHasTheWindowOfCtOnlyForHounsfieldUnits) {

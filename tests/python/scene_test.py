@@ -326,12 +326,12 @@ def test_every_class_shows_what_it_is(tmp_path):
     assert set(left) <= {"FeltActors", "MousePointer", "Tick", "ModeForce", "StepResult", "LoadError", "SceneError", "PalpaWarning", "Replay"}, left
 
 
-def fresh_python(code, **environment):
+def fresh_python(code, cwd=None, **environment):
     import os
     import subprocess
     import sys
 
-    return subprocess.run([sys.executable, *environment.pop("arguments", []), "-c", code], capture_output=True, text=True,
+    return subprocess.run([sys.executable, *environment.pop("arguments", []), "-c", code], capture_output=True, text=True, cwd=cwd,
                           env={**os.environ, **environment})
 
 
@@ -425,8 +425,10 @@ def test_the_sources_in_the_checkout_stand_in_nobodys_way(tmp_path):
     # A checkout with a build folder, and one without.
     (tmp_path / "palpa").mkdir()
     shutil.copy(root / "palpa/__init__.py", tmp_path / "palpa")
-    told = fresh_python(shows, PYTHONPATH=str(tmp_path))
-    assert told.returncode != 0 and "holds the sources in C++, and the Python package is not built; cmake" in told.stderr.splitlines()[-1]
+    for cwd in (tmp_path, root):  # root: another checkout
+        told = fresh_python(shows, cwd=cwd, PYTHONPATH=str(tmp_path))
+        assert told.returncode != 0
+        assert "holds the sources in C++, and the Python package is not built; cmake" in told.stderr.splitlines()[-1]
     (tmp_path / "build").mkdir()
     (tmp_path / "build/any").symlink_to(package.parents[1])
     told = fresh_python(shows, PYTHONPATH=str(tmp_path))

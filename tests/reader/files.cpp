@@ -79,6 +79,20 @@ std::string gzipped(const std::string& bytes) {
   return out;
 }
 
+std::string gunzipped(const std::string& bytes) {
+  z_stream stream{};
+  inflateInit2(&stream, 15 + 16);
+  std::string out(std::size_t{1} << 24, '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  const int end = inflate(&stream, Z_FINISH);
+  out.resize(end == Z_STREAM_END && stream.avail_in == 0 ? stream.total_out : 0);
+  inflateEnd(&stream);
+  return out;
+}
+
 FileGrid sheared_grid() { return {{6, 5, 4}, {{{-2.0, 0.3, 0.4}, {0.5, 1.7, -0.6}, {0.1, 0.2, 3.0}}}, {11.0, -7.0, 5.0}}; }
 
 void expect_linear(const Field& field, const FileGrid& grid, const std::function<Vec3(const Vec3&)>& to_world_m,

@@ -59,6 +59,8 @@ std::string bytes_of(T value, bool big_endian = false) {
 }
 
 std::string gzipped(const std::string& bytes);
+/// Empty if it is no whole file, or of more than 16 MiB.
+std::string gunzipped(const std::string& bytes);
 
 /// A grid in the file's own frame and unit.
 struct FileGrid {

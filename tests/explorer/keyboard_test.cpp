@@ -1,0 +1,119 @@
+// The window without a mouse, and before a scene is open.
+#include <gtest/gtest.h>
+
+#include <QLabel>
+#include <QToolButton>
+#include <filesystem>
+
+#include "driver.h"
+#include "explorer/slice_view.h"
+
+namespace palpa::explorer {
+namespace keyboard_test {
+
+/// A key where the focus is, as a keyboard sends it.
+void key_at_focus(Driver& driver, Qt::Key key) {
+  if (!QApplication::activeWindow()) QApplication::setActiveWindow(&driver.window());  // of no window manager
+  QWidget* const focus = QApplication::focusWidget();
+  QTest::keyClick(focus ? focus : &driver.window(), key);
+  Driver::live(10);
+}
+
+TEST(ExplorerKeyboard, LeadsFromTheStartPageToATouch) {
+  Driver driver;
+  const auto is_tile = [](const QWidget* widget) { return widget && widget->objectName() == "tile_head_phantom"; };
+  QStringList met;
+  for (int i = 0; i < 12 && !is_tile(QApplication::focusWidget()); ++i) {
+    key_at_focus(driver, Qt::Key_Tab);
+    met << (QApplication::focusWidget() ? QApplication::focusWidget()->objectName() : "none");
+  }
+  ASSERT_TRUE(is_tile(QApplication::focusWidget())) << met.join(", ").toStdString();
+  key_at_focus(driver, Qt::Key_Return);
+  ASSERT_TRUE(Driver::wait_for([&] { return largest_component(driver.view().drawing().bounds_m.size_m()) > 0.0; }, 120'000));
+  ASSERT_EQ(QApplication::focusWidget(), &driver.view());
+  key_at_focus(driver, Qt::Key_Return);
+  ASSERT_TRUE(driver.is_let_out());
+  const Vec3 before_m = driver.window().touch().led_to_m();
+  for (int i = 0; i < 6; ++i) key_at_focus(driver, Qt::Key_PageDown);
+  EXPECT_GT(distance(driver.window().touch().led_to_m(), before_m), 1e-3) << "Page Down does not press";
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() > 0.05; })) << "nothing is felt";
+  const Vec3 towards = driver.view().view().towards, pressed_m = driver.window().touch().led_to_m();
+  for (int i = 0; i < 4; ++i) key_at_focus(driver, Qt::Key_Right);
+  const Vec3 way_m = driver.window().touch().led_to_m() - pressed_m;
+  EXPECT_NEAR(dot(way_m, driver.view().view().right), 16.0 / driver.view().view().px_per_m(), 3e-3);
+  EXPECT_EQ(driver.view().view().towards, towards) << "the arrows turn the view during a touch";
+  driver.look("touch-by-keys");
+  key_at_focus(driver, Qt::Key_Return);
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() < 0.05; })) << "let go, and it is still felt";
+  key_at_focus(driver, Qt::Key_Right);
+  EXPECT_NE(driver.view().view().towards, towards) << "the arrows turn the view again";
+}
+
+TEST(ExplorerKeyboard, LetsGoWhenAnotherWidgetHasTheKeysOrTheMouse) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  const auto touch = [&] {
+    driver.view().setFocus();
+    key_at_focus(driver, Qt::Key_Return);
+    ASSERT_TRUE(driver.is_let_out());
+    for (int i = 0; i < 6; ++i) key_at_focus(driver, Qt::Key_PageDown);
+    ASSERT_TRUE(Driver::wait_for([&] { return driver.force_n() > 0.05; }));
+  };
+  const auto is_let_go = [&] { return Driver::wait_for([&] { return driver.force_n() < 0.05; }); };
+  touch();
+  driver.window().findChildren<SliceView*>().front()->setFocus();
+  EXPECT_TRUE(is_let_go());
+  touch();
+  driver.drag(driver.view(), {6, 6}, {40, 6}, Qt::RightButton);
+  EXPECT_TRUE(is_let_go());
+}
+
+TEST(ExplorerSmall, TheForceKeepsMostOfTheRoom) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  const auto plot = [&](const char* name) -> QWidget* {
+    for (QWidget* one : driver.window().instruments().findChildren<QWidget*>())
+      if (one->accessibleName() == name) return one;
+    return nullptr;
+  };
+  QWidget* const force = plot("Force over the last seconds");
+  QWidget* const spectrum = plot("Spectrum of the force");
+  ASSERT_TRUE(force && spectrum);
+  EXPECT_TRUE(spectrum->isVisible());
+  driver.window().resize(1001, 560);
+  ASSERT_TRUE(Driver::wait_for([&] { return !spectrum->isVisible(); }, 3000));
+  EXPECT_TRUE(Driver::wait_for([&] { return force->width() > 350; }, 3000))  // axis and legend take 150
+      << force->width() << " of " << driver.window().instruments().width();
+  driver.look("small");
+  driver.window().resize(1280, 800);
+  EXPECT_TRUE(Driver::wait_for([&] { return spectrum->isVisible(); }, 3000));
+}
+
+TEST(ExplorerKeyboard, SaysWhatAnActionWithoutASceneNeeds) {
+  Driver driver;
+  for (const auto& [key, modifiers] : std::initializer_list<std::pair<Qt::Key, Qt::KeyboardModifiers>>{
+           {Qt::Key_S, Qt::ControlModifier}, {Qt::Key_R, Qt::NoModifier}, {Qt::Key_P, Qt::ControlModifier}}) {
+    driver.key(key, modifiers);
+    EXPECT_TRUE(driver.message().contains("open one")) << driver.message().toStdString();
+    driver.window().findChild<QLabel*>("message")->clear();
+  }
+}
+
+TEST(ExplorerKeyboard, TheTitleHasAStarWhileChangesAreNotSaved) {
+  const std::filesystem::path folder = fresh_folder("title"), file = folder / "mine.toml";
+  std::filesystem::copy_file(small_head(), file);
+  Driver driver;
+  ASSERT_TRUE(driver.open(file));
+  EXPECT_FALSE(driver.window().isWindowModified());
+  driver.key(Qt::Key_1, Qt::ControlModifier);
+  EXPECT_TRUE(driver.window().isWindowModified()) << "the first change";
+  driver.key(Qt::Key_Z, Qt::ControlModifier);
+  EXPECT_FALSE(driver.window().isWindowModified()) << "taken back";
+  driver.key(Qt::Key_1, Qt::ControlModifier);
+  driver.key(Qt::Key_S, Qt::ControlModifier);
+  EXPECT_FALSE(driver.window().isWindowModified());
+  EXPECT_TRUE(driver.window().windowTitle().contains("mine.toml")) << driver.window().windowTitle().toStdString();
+}
+
+}  // namespace keyboard_test
+}  // namespace palpa::explorer
