@@ -54,33 +54,40 @@ macro(palpa_add_layer target suffix)
   target_compile_features(${target} PUBLIC cxx_std_20)
 endmacro()
 
-# What nearly every test includes, read once: that was up to a third of the time that a test takes to compile.
-function(palpa_test_headers)
+# Headers of nearly every test, read once: that was up to a third of the time that a test takes to compile.
+function(palpa_test_headers target level)
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/tests/headers.cpp CONTENT "int main() {}\n")
-  add_executable(palpa_test_headers ${CMAKE_BINARY_DIR}/tests/headers.cpp)
-  target_link_libraries(palpa_test_headers PRIVATE palpa_rules palpa_solver GTest::gmock)
-  target_compile_options(palpa_test_headers PRIVATE $<$<CONFIG:Release>:-O1>)
-  target_precompile_headers(palpa_test_headers PRIVATE
+  add_executable(${target} ${CMAKE_BINARY_DIR}/tests/headers.cpp)
+  target_link_libraries(${target} PRIVATE palpa_rules palpa_solver GTest::gmock)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${level}>)
+  target_precompile_headers(${target} PRIVATE
     <gmock/gmock.h> <gtest/gtest.h> <algorithm> <chrono> <cmath> <filesystem> <fstream> <functional> <map> <memory> <numbers>
     <sstream> <string> <thread> <vector>)
 endfunction()
 
-# For a program that includes palpa_test_headers. Less to compile: what tests compute themselves is little, and floating point is
-# the same at every level. And without g++ 12's false alarms about "text" + std::string, as above: what it keeps to itself in
-# headers of the system it says of those that were read beforehand.
-set(palpa_test_options $<$<CONFIG:Release>:-O1> $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+# palpa_test_level(TARGET LEVEL): compiles a test program at -O1 or, half as long, at -O0: floating point is the same at every
+# level. Without g++ 12's false alarms about "text" + std::string, as above: in headers of the system they are off, in those that
+# were read beforehand they are not.
+function(palpa_test_level target level)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${level}>
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>)
+  target_precompile_headers(${target} REUSE_FROM palpa_test_headers${level})
+endfunction()
 
-# palpa_test(NAME SOURCES … LINKS … [DATA] [PARTS n] [TIMEOUT s] [COST s]): one test program of GoogleTest. ctest runs it in
-# PARTS processes, each with its share of the tests: a process for every test would load the libraries thousands of times.
-# DATA: some of them use real data. COST: [s] of a part on one core. ctest begins with the largest, so that no core waits for
-# one long test at the end.
+# palpa_test(NAME SOURCES … LINKS … [DATA] [LOOPS] [PARTS n] [TIMEOUT s] [COST s]): one test program of GoogleTest. ctest runs it
+# in PARTS processes, each with its share of the tests: a process for every test would load the libraries thousands of times.
+# DATA: some of them use real data. LOOPS: its own code runs long enough to be optimised. COST: [s] of a part on one core. ctest
+# begins with the largest, so that no core waits for one long test at the end.
 function(palpa_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "DATA" "PARTS;TIMEOUT;COST" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "DATA;LOOPS" "PARTS;TIMEOUT;COST" "SOURCES;LINKS")
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE palpa_rules ${arg_LINKS} GTest::gmock GTest::gtest_main)
-  target_compile_options(test_${name} PRIVATE ${palpa_test_options})
-  target_precompile_headers(test_${name} REUSE_FROM palpa_test_headers)
-  set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  if(arg_LOOPS)
+    palpa_test_level(test_${name} -O1)
+  else()
+    palpa_test_level(test_${name} -O0)
+  endif()
+  set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests UNITY_BUILD_BATCH_SIZE 16)
   if(NOT arg_PARTS)
     set(arg_PARTS 1)
   endif()

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
 
 #include "palpa/palpa.h"
 #include "palpa/scene/first_scene.h"
@@ -76,12 +78,29 @@ bool is_driven(const Scene& scene) {
   });
 }
 
+constexpr int across = 9, a_day = 15;
+
+/// The hands of a square of so many across, in today's order: each nine have one in each row and column, and begin elsewhere
+/// for nine days.
+std::vector<int> hands_of_today() {
+  const auto today = std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()).time_since_epoch().count();
+  std::vector<int> hands;
+  for (int n = 0; n < across; ++n) {
+    for (int hand = 0; hand < across * across; ++hand) {
+      if ((hand % across + 2 * (hand / across) + n + today) % across == 0) hands.push_back(hand);
+    }
+  }
+  return hands;
+}
+
+/// Fifteen hands a day, and further ones until enough is felt; with PALPA_TESTS_LONG in the environment all.
 TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
-  constexpr int across = 9;
   constexpr double reach_m = 0.072, begin_m = 0.11, end_m = -0.06, speed_m_per_s = 0.025, dt_s = 1e-3;
-  int felt = 0;
+  const bool is_long = std::getenv("PALPA_TESTS_LONG") != nullptr;
+  int felt = 0, tried = 0;
   double worst_n = 0.0, largest_n = 0.0;
-  for (int hand = 0; hand < across * across; ++hand) {
+  for (const int hand : hands_of_today()) {
+    if (!is_long && ++tried > a_day && felt > 1000) break;
     const auto at = [&](int i) { return reach_m * (2.0 * i / (across - 1) - 1.0); };
     Session session(scene_);
     GuardedSession guarded(session, scene_.coupling().max_force_n);
