@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/base/toml_problem.h"
 #include "palpa/data/grid.h"
 #include "palpa/data/grid_base.h"
 #include "palpa/view/layers.h"
@@ -49,6 +50,7 @@ class NearestVoxels : public Field {
 std::vector<SeenLabel> said_labels(const SceneVolume& volume) {
   std::vector<SeenLabel> labels;
   if (volume.volume.fields.size() < 2 || volume.source.find("labels") == volume.source.npos) return labels;
+  if (detail::problem_with_toml(volume.source)) return labels;
   try {
     const toml::table source = toml::parse(volume.source);
     const toml::table* said = source["labels"].as_table();
