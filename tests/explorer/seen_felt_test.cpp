@@ -200,12 +200,13 @@ TEST(ExplorerPointer, AFlowIsTouchedAtTheDepthOfItsNearestLineOrOfTheCross) {
   driver.look("flow-lines");
 }
 
-TEST(ExplorerFirstPicture, IsCoarseAtOnceAndFineAfter) {
+/// Opens a file, and prints when its pictures were drawn.
+void expect_coarse_then_fine(const std::filesystem::path& file) {
   Driver driver;
   QElapsedTimer timer;
   timer.start();
   const std::clock_t before = std::clock();
-  driver.window().open(embedded("head_phantom.toml"));
+  driver.window().open(file);
   const auto drawn = [&] { return largest_component(driver.view().drawing().bounds_m.size_m()) > 0.0; };
   ASSERT_TRUE(Driver::wait_for([&] { return driver.window().document().is_open(); }, 120'000));
   const double read_s = 1e-3 * static_cast<double>(timer.elapsed());
@@ -217,8 +218,16 @@ TEST(ExplorerFirstPicture, IsCoarseAtOnceAndFineAfter) {
   const double fine_s = 1e-3 * static_cast<double>(timer.elapsed());
   EXPECT_FALSE(driver.view().drawing().is_rough);
   EXPECT_GT(driver.view().drawing().fine_triangles, 3 * few);
-  std::printf("embedded head: read in %.2f s, coarse picture after %.2f s, fine after %.2f s (%.2f s of processors)\n", read_s,
-              coarse_s, fine_s, static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
+  std::printf("%s: read in %.2f s, coarse picture after %.2f s, fine after %.2f s (%.2f s of processors)\n",
+              file.filename().c_str(), read_s, coarse_s, fine_s, static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
+}
+
+TEST(ExplorerFirstPicture, IsCoarseAtOnceAndFineAfter) { expect_coarse_then_fine(embedded("head_phantom.toml")); }
+
+TEST(ExplorerFirstPicture, OfADicomFolderIsCoarseAtOnceAndFineAfter) {
+  const std::filesystem::path folder = test::shared_data_folder() / "ct_headphantom_dicom";
+  if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << folder << " is not here";
+  expect_coarse_then_fine(folder);
 }
 
 TEST(ExplorerFirstPicture, ThatIsSlowToDrawCutsNoForce) {
