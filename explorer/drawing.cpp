@@ -30,8 +30,8 @@
 namespace palpa::explorer {
 namespace {
 
-// [triangles] that software rendering draws 30 times a second. More: a drag stutters; fewer: edges show.
-constexpr double coarse_triangles = 18e3;
+// [triangles] that software rendering on two cores draws 25 times a second. More: a drag stutters; fewer: edges show.
+constexpr double coarse_triangles = 8e3;
 // [1] Samples along the longest side of a preview, its streamlines, and kept points of streamlines.
 constexpr int rough_samples = 56, rough_lines = 16;
 constexpr vtkIdType most_stream_points = 20'000;
