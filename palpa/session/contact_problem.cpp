@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "palpa/session/path_tolerances.h"
+#include "palpa/solver/corner.h"
 
 namespace palpa {
 
@@ -348,6 +349,8 @@ bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
 }
 
 bool ContactProblem::add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept {
+  // In a slit the path's own facet does not fit; a nearer end needs none. The mode is not at fault.
+  if (!detail::can_take_facet(whole_of(set_.primitives(), first_row(contact)), normal)) return false;
   if (!set_.add_facet(contact.plane, position_m, normal)) return false;
   ++contact.facets;
   return true;

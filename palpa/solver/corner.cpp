@@ -171,6 +171,14 @@ double width_of(std::span<const Vec3> normals) noexcept {
   return std::max(0.0, least);
 }
 
+bool can_take_facet(std::span<const Primitive> facets, const Vec3& normal) noexcept {
+  if (facets.size() >= most_facets) return false;
+  Vec3 normals[most_facets];
+  for (std::size_t j = 0; j < facets.size(); ++j) normals[j] = facets[j].direction;
+  normals[facets.size()] = normal;
+  return width_of({normals, facets.size() + 1}) >= narrowest_corner;
+}
+
 Vec3 way_out(std::span<const Primitive> facets, const Vec3& x_m) noexcept {
   Vec3 normals[most_facets];
   double c[most_facets];

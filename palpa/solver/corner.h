@@ -48,6 +48,9 @@ CornerFoot foot_of(std::span<const Vec3> normals, const double* c) noexcept;
 /// σ = max over unit vectors e of min nᵢ·e, or 0 if not positive.
 double width_of(std::span<const Vec3> normals) noexcept;
 
+/// Whether a corner of `facets`, at least one, can take a further one with the unit vector `normal` [1].
+bool can_take_facet(std::span<const Primitive> facets, const Vec3& normal) noexcept;
+
 /// Vector from x to the nearest point free of all facets [m]; at most `most_facets`.
 Vec3 way_out(std::span<const Primitive> facets, const Vec3& x_m) noexcept;
 

@@ -254,10 +254,7 @@ bool PrimitiveSet::add_facet(std::size_t handle, const Vec3& position_m, const V
 bool PrimitiveSet::takes_facet(std::size_t first, std::size_t count, const Vec3& normal) noexcept {
   const auto refused = [&](Refusal reason) { return refuse(primitives_[first].id, reason), false; };
   if (count >= most_facets) return refused(Refusal::facets_full);
-  Vec3 normals[most_facets];
-  for (std::size_t j = 0; j < count; ++j) normals[j] = primitives_[first + j].direction;
-  normals[count] = normal;
-  return detail::width_of({normals, count + 1}) >= narrowest_corner || refused(Refusal::corner_too_narrow);
+  return detail::can_take_facet({&primitives_[first], count}, normal) || refused(Refusal::corner_too_narrow);
 }
 
 void PrimitiveSet::remove_facet(std::size_t i) noexcept {

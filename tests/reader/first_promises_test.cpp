@@ -75,6 +75,7 @@ class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<Da
       if (drives(modes[m].mode.type())) continue;
       EXPECT_LT(mode.injected_j - mode.dissipated_j, 1e-6) << mode.name << " brings energy in";
     }
+    EXPECT_EQ(felt.summary.faults, 0);
     EXPECT_LE(felt.summary.force_max_n, first.scene.coupling().max_force_n + 1e-9);
   }
 
