@@ -55,8 +55,9 @@ std::string title_of(const detail::FlowPlaces& flow) {
   if (flow.speeds.directions) return "A first touch: rails along directions";
   std::string title = "A first touch of a flow: it carries the hand along";
   if (flow.turning) title += ", rails where it turns";
-  if (flow.vortices) title += ", a pull onto the cores of its vortices";
-  if (flow.wall) title += flow.wall->around ? ", a wall around it that gives way" : ", a body in it that holds";
+  if (flow.vortices) title += ", a pull near the cores of its vortices";
+  if (flow.wall)
+    title += flow.wall->around ? ", a wall around it that gives way when pressed" : ", a body in it that holds when touched";
   return title;
 }
 
