@@ -444,7 +444,7 @@ class NrrdSource : public Source {
     return trimmed(value.get());
   }
 
-  /// Names of labels as 3D Slicer writes them into its segmentations.
+  /// Names of labels as 3D Slicer writes them into its segmentations; none where segments overlap, in layers that share values.
   std::vector<FilePart> segments() const {
     std::vector<FilePart> named;
     for (std::size_t number = 0; number < most_labels; ++number) {
@@ -453,6 +453,7 @@ class NrrdSource : public Source {
       char* end = nullptr;
       const long label = std::strtol(value.c_str(), &end, 10);
       if (value.empty() || *end != '\0') break;
+      if (const std::string layer = text_of(key + "Layer"); !layer.empty() && layer != "0") return {};
       if (const std::string name = text_of(key + "Name"); !name.empty()) named.push_back({name, {}, label});
     }
     return named;

@@ -458,10 +458,11 @@ FieldPtr drawn_flow(const Scene& scene, const FieldRef& ref, const FieldPtr& fie
 }
 
 bool is_generic_name(std::string_view name) {
-  std::string small(name);
+  std::string small(name.substr(0, name.find_last_not_of("_0123456789") + 1));
   std::ranges::transform(small, small.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::ranges::any_of(std::array{"value", "vector", "scalar"},
-                             [&](const char* word) { return small.find(word) != small.npos; });
+  if (small.ends_with('s')) small.pop_back();
+  return std::ranges::any_of(std::array{"value", "vector", "scalar", "imagescalar"},
+                             [&](const char* word) { return small == word; });
 }
 
 std::string layer_words(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number) {

@@ -1,4 +1,4 @@
-// What the window covers, names and shows: messages, slices, legends, rows, pictures of it.
+// Legibility of the window: messages, slices, legends, rows, its pictures.
 #include <gtest/gtest.h>
 
 #include <QClipboard>

@@ -147,6 +147,23 @@ TEST_F(Contents, AFirstSceneOfSegmentsHasTheirNames) {
   EXPECT_NEAR(scene.field({"seg.Left_kidney"}).field->scalar(1e-3 * DicomSeries().at_mm({3, 5, 2})).value, 1.0, 1e-6);
 }
 
+// 3D Slicer keeps overlapping segments in layers, in which one value can be two segments.
+TEST_F(Contents, NamesOfSegmentsInNrrdAreReadWhereNoneOverlap) {
+  const auto labels = [&](const std::string& file, const std::string& layer_of_second) {
+    std::string text =
+        "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 2 2\n"
+        "space directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (0,0,0)\nencoding: raw\n"
+        "Segment0_LabelValue:=1\nSegment0_Layer:=0\nSegment0_Name:=liver\n"
+        "Segment1_LabelValue:=7\nSegment1_Layer:=" +
+        layer_of_second + "\nSegment1_Name:=left kidney\n\n";
+    VolumeRequest request;
+    request.files = {folder_.write(file, text + std::string("\0\1\7\0\0\1\7\0", 8))};
+    return read_volume_file(request, options_).contents.labels;
+  };
+  EXPECT_EQ(labels("apart.seg.nrrd", "0"), (std::vector<FilePart>{{"liver", "", 1}, {"left kidney", "", 7}}));
+  EXPECT_EQ(labels("overlapping.seg.nrrd", "1"), std::vector<FilePart>{});
+}
+
 TEST_F(Contents, OverlappingSegmentsAreAWarningAndFractionsAreNoLabels) {
   const DicomSeries series;
   const Volume volume = read(folder_.write("seg.dcm", segmentation(series, 5)));

@@ -15,6 +15,7 @@
 #include "palpa/data/volume.h"
 #include "palpa/scene/scene.h"
 #include "palpa/view/canvas.h"
+#include "palpa/view/layers.h"
 
 namespace palpa {
 namespace volume_picture_test {
@@ -49,6 +50,13 @@ std::map<Colour, int> colours_of(const Volume& volume) {
     ++counts[{picture.rgb[p], picture.rgb[p + 1], picture.rgb[p + 2]}];
   std::erase_if(counts, [](const auto& entry) { return entry.second < 5000; });
   return counts;
+}
+
+TEST(FieldNames, AreGenericWhereTheySayTheKindAlone) {
+  for (const char* name : {"value", "values", "Scalars_", "vectors", "vector2", "ImageScalars"})
+    EXPECT_TRUE(detail::is_generic_name(name)) << name;
+  for (const char* name : {"eigenvalue", "eigenvector1", "scalar_dissipation", "velocity", "s", ""})
+    EXPECT_FALSE(detail::is_generic_name(name)) << name;
 }
 
 TEST(VolumePicture, ShowsGreyAndWhiteMatterApart) {
