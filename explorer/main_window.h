@@ -84,6 +84,8 @@ class MainWindow : public QMainWindow {
   void show_recording();
   void touch_began(const Vec3& at_m, const Vec3& away);
   bool is_anything_on() const;
+  /// True if the focus is on a name, and no force could be turned off.
+  bool types_space() const;
   void make_docks();
   void lead_hand_by_mouse();
   QAction* action(const QString& words, const QKeySequence& keys, const QString& tip, const std::function<void()>& what);
