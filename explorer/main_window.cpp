@@ -481,7 +481,9 @@ void MainWindow::keep_unsaved() {
   if (!document_.is_open() || document_.undo().isClean()) return;
   const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
   QDir().mkpath(folder);
-  const QString file = folder + "/unsaved-" + QFileInfo(document_.opened().title).completeBaseName() + ".toml";
+  QString name = QFileInfo(document_.opened().title).completeBaseName();
+  if (name.startsWith(Settings::unsaved)) name.remove(0, QString(Settings::unsaved).size());
+  const QString file = folder + "/" + Settings::unsaved + name + ".toml";
   try {
     detail::write_whole(file.toStdString(), document_.text(), detail::Existing::replaced);
     std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", detail::sanitized(file.toStdString()).c_str());

@@ -100,6 +100,7 @@ class MainWindow : public QMainWindow {
   void ask_file();
   void ask_folder();
   void ask_data();
+  void ask_trace(const QString& title, const std::function<void(const std::filesystem::path&)>& then);
   void ask_parts();
   void choose(const FileContents& contents, const Wanted& wanted, const std::function<void(const Wanted&)>& then);
   void add(Wanted wanted);

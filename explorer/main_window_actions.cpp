@@ -68,8 +68,11 @@ void MainWindow::make_file_actions() {
 
 void MainWindow::make_recent(QMenu* menu) {
   menu->clear();
-  for (const QString& file : settings_.recent())
-    menu->addAction(QDir::toNativeSeparators(file), this, [this, file] { open(file.toStdString()); });
+  for (const QString& file : settings_.recent()) {
+    const QString words = words_of_recent(file), path = QDir::toNativeSeparators(file);
+    const bool is_unsaved = words != QFileInfo(file).fileName();
+    menu->addAction(is_unsaved ? words + "   –   " + path : path, this, [this, file] { open(file.toStdString()); });
+  }
   if (menu->isEmpty()) menu->addAction(tr("No file yet"))->setEnabled(false);
 }
 
@@ -105,15 +108,14 @@ void MainWindow::make_actions() {
   }));
   feel->addAction(action(tr("&Recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
     if (!document_.is_open()) return;
-    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.folder());
+    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.traces());
     if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString()});
   }));
   feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
                          tr("Show a second trace beside the one that is open"), [this] {
                            if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
-                           const QString header = QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
-                                                                               settings_.folder(), tr("Traces (trace.toml)"));
-                           if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
+                           ask_trace(tr("The second trace (its trace.toml)"),
+                                     [this](const fs::path& trace) { compare_with(trace); });
                          }));
   feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
     if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
