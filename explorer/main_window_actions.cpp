@@ -2,6 +2,7 @@
 #include <QAction>
 #include <QActionGroup>
 #include <QApplication>
+#include <QCheckBox>
 #include <QDialogButtonBox>
 #include <QDir>
 #include <QDockWidget>
@@ -154,11 +155,15 @@ void MainWindow::make_actions() {
   }
   help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse actions"),
                          [this] { (new HelpSheet(actions(), this))->show(); }));
-
+  help->addAction(action(tr("&Pages"), QKeySequence("Shift+F1"), tr("Pages of the documentation"), [this] {
+    const fs::path folder = pages_folder();
+    if (folder.empty()) return say(tr("The pages are not installed: the package libpalpa-dev has them."));
+    (new Pages(folder / "explorer.md", this))->show();
+  }));
   help->addAction(action(tr("&About Palpa"), {}, tr("Version and licence"), [this] {
     QMessageBox::about(this, tr("About Palpa"),
                        tr("Palpa %1\nTouch volumetric data by haptics.\nLicence: Apache 2.0. Manual: palpa explore --help, and "
-                          "docs/explorer.md.")
+                          "Help ▸ Pages.")
                            .arg(version));
   }));
   make_tool_bar();
@@ -204,6 +209,10 @@ void MainWindow::make_view_actions() {
   }));
   make_layout_actions(look);
   for (QDockWidget* dock : findChildren<QDockWidget*>()) look->addAction(dock->toggleViewAction());
+  QAction* instruments = scene_docks_[1]->toggleViewAction();
+  instruments->setShortcut(QKeySequence("I"));
+  instruments->setStatusTip(tr("Show or hide the force curve, on the full screen, too"));
+  addAction(instruments);  // the full screen has no menu
 }
 
 void MainWindow::make_layout_actions(QMenu* look) {
@@ -224,7 +233,8 @@ void MainWindow::make_layout_actions(QMenu* look) {
         views_->set_layout_of_views(static_cast<SceneViews::Layout>(next));
       }));
   look->addSeparator();
-  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("The views alone, on the full screen"),
+  look->addAction(action(tr("&Full screen"), QKeySequence("F11"),
+                         tr("The views alone, on the full screen; I adds the force curve"),
                          [this] { present(!isFullScreen()); }));
   look->addAction(action(tr("&Dark"), {}, tr("Dark or light colours"),
                          [this] { set_dark(palette().color(QPalette::Window).lightness() >= 128); }));
@@ -326,6 +336,7 @@ void MainWindow::present(bool on) {
   }
   for (QWidget* widget : hidden_for_presenting_) widget->setVisible(!on);
   if (!on) hidden_for_presenting_.clear();
+  if (on && !message_->isVisible()) say(tr("F11 leaves the full screen, I shows the force curve."));
   setWindowState(on ? windowState() | Qt::WindowFullScreen : windowState() & ~Qt::WindowFullScreen);
 }
 
@@ -359,17 +370,21 @@ void MainWindow::picture_of_size() {
   auto* file = new QLineEdit(settings_.new_picture());
   file->setObjectName("picture_file");
   file->setMinimumWidth(360);
+  auto* transparent = new QCheckBox(tr("Transparent ground"));
+  transparent->setObjectName("picture_transparent");
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Save | QDialogButtonBox::Cancel);
   connect(buttons, &QDialogButtonBox::accepted, &dialog, &QDialog::accept);
   connect(buttons, &QDialogButtonBox::rejected, &dialog, &QDialog::reject);
   form->addRow(tr("Width"), width);
   form->addRow(tr("Height"), height);
   form->addRow(tr("File"), file);
+  form->addRow(QString(), transparent);
   form->addRow(buttons);
   if (dialog.exec() != QDialog::Accepted) return;
   QDir().mkpath(QFileInfo(file->text()).path());
   try {
-    save_picture(view->picture({width->value(), height->value()}), file->text());
+    const View3D::Ground ground = transparent->isChecked() ? View3D::Ground::transparent : View3D::Ground::own;
+    save_picture(view->picture({width->value(), height->value()}, ground), file->text());
     say(tr("Saved %1").arg(file->text()));
   } catch (const LoadError& error) {
     say(QString::fromUtf8(error.what()), true);
