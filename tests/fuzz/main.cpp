@@ -48,7 +48,7 @@ bool take_number(const char* text, T& number) {
 }
 
 /// Far from yesterday's: more than the tries of a day.
-std::uint64_t seed_of_today() { return 1'000'000'000U * static_cast<std::uint64_t>(test::today()); }
+std::uint64_t seed_of_today() { return 1'000'000'000U * static_cast<std::uint64_t>(palpa::test::today()); }
 
 std::optional<Options> options_of(int argc, char** argv) {
   Options options;
