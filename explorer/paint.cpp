@@ -313,16 +313,19 @@ double width_of_explanations(const QFont& font, std::span<const detail::LegendEn
   return width + 0.6 * em;
 }
 
-void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
+void paint_explanations(Texts& texts, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground) {
   if (legend.empty() && bars.empty()) return;
+  QPainter& painter = texts.painter();
   const QFontMetricsF metrics(painter.font());
   const double em = metrics.height();
   const double width = width_of_explanations(painter.font(), legend, bars);
   const double height = 0.8 * em + 1.25 * em * static_cast<double>(legend.size()) + 9.6 * em * static_cast<double>(bars.size());
   painter.setPen(Qt::NoPen);
   painter.setBrush(ground);
-  painter.drawRoundedRect(QRectF(area.right() - width - 0.3 * em, area.top(), width, height), 4, 4);
+  const QRectF card(area.right() - width - 0.3 * em, area.top(), width, height);
+  painter.drawRoundedRect(card, 4, 4);
+  texts.keep_free(card);
   double y = area.top() + 0.5 * em;
   const double right = area.right() - 0.6 * em;
   for (const detail::LegendEntry& entry : legend) {

@@ -35,6 +35,8 @@ class Texts {
   /// Text on a filled background, in rows no wider than `room_px`. \param side  of the text at `at`; else its middle
   void paint_card(const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink, const QColor& ground,
                   double room_px);
+  /// Leaves out texts that would meet it.
+  void keep_free(const QRectF& box) { shown_.push_back({box, {}}); }
   const std::vector<PlacedText>& shown() const { return shown_; }
 
  private:
@@ -71,8 +73,8 @@ void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, 
 /// [pixels] width of the card of `paint_explanations`; 0 without entries.
 double width_of_explanations(const QFont& font, std::span<const detail::LegendEntry> legend,
                              std::span<const detail::ColorBar> bars);
-/// Legend and colour bars at the right edge.
-void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
+/// Legend and colour bars at the right edge; keeps their card free of texts.
+void paint_explanations(Texts& texts, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground);
 /// Coordinate of the world, in the unit that fits scenes of this scale: "S 12.3 mm" or "z 12.3 mm".
 /// \param world_per_hand  [1] world metres per hand metre

@@ -330,14 +330,14 @@ void SliceView::paint_texts(Texts& shown) {
     shown.paint_rimmed(row, beside ? Qt::AlignRight : Qt::AlignLeft, metrics.elidedText(text, Qt::ElideMiddle, room_px), ink);
     left_px = beside ? room_px : px;
   }
-  paint_directions(shown, view_, axes, look_.medical, ink, row.bottom());
-  paint_scale_bar(shown, view_, look_.map.scale, ink);
   if (!look_.labels.empty() && width() > least_legend_px) {
     std::vector<detail::LegendEntry> legend;
     for (const SeenLabel& label : look_.labels) legend.push_back({label.name, {label.color}, {}});
-    paint_explanations(painter, QRect(0, static_cast<int>(row.bottom()) + 4, width(), height()), legend, {}, ink,
+    paint_explanations(shown, QRect(0, static_cast<int>(row.bottom()) + 4, width(), height()), legend, {}, ink,
                        QColor(20, 20, 24, 210));
   }
+  paint_directions(shown, view_, axes, look_.medical, ink, row.bottom());
+  paint_scale_bar(shown, view_, look_.map.scale, ink);
 }
 
 void SliceView::resizeEvent(QResizeEvent*) {

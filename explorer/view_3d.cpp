@@ -71,15 +71,14 @@ class View3D::Overlay : public QWidget {
       const double middle_px = std::min(0.5 * width(), width() - axes_px - half_px);
       texts.paint_card({middle_px, height() - bottom_px}, view_.bottom_, Qt::AlignBottom, ink, ground, room_px);
     }
-    if (view_.stereo_ != Stereo::side_by_side) paint_force(texts, view_.view_, view_.moment_, ink, ground);
     if (view_.marks_) {
-      painter.setPen(ink);
+      paint_explanations(texts, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
+                         view_.drawing_.signs.bars, ink, ground);
       paint_scale_bar(texts, view_.view_, view_.world_per_hand_, ink);
       paint_directions(texts, view_.view_, view_.axes_, view_.medical_, ink);
       paint_axes(painter, view_.view_, QPointF(width() - 52, height() - 52), view_.axes_, view_.medical_, ink);
-      paint_explanations(painter, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
-                         view_.drawing_.signs.bars, ink, ground);
     }
+    if (view_.stereo_ != Stereo::side_by_side) paint_force(texts, view_.view_, view_.moment_, ink, ground);
     view_.texts_ = texts.shown();
   }
 

@@ -333,6 +333,25 @@ TEST(ExplorerHelp, PagesShowTheDocumentation) {
   pages->close();
 }
 
+TEST(ExplorerHelp, PagesAreFoundWhereTheyAreInstalled) {
+  const fs::path prefix = fresh_folder("prefix"), scenes = prefix / "share/palpa/scenes",
+                 docs = prefix / "share/doc/palpa/docs";
+  fs::create_directories(scenes);
+  const char* const before = std::getenv("PALPA_SCENES");
+  const std::string kept = before ? before : "";
+  ::setenv("PALPA_SCENES", scenes.c_str(), 1);
+  EXPECT_TRUE(pages_folder().empty());
+  {
+    Driver driver;
+    QTest::keyClick(&driver.window(), Qt::Key_F1, Qt::ShiftModifier);
+    EXPECT_TRUE(driver.message().contains("libpalpa-dev")) << driver.message().toStdString();
+  }
+  fs::create_directories(docs);
+  std::ofstream(docs / "explorer.md") << "# The explorer\n";
+  EXPECT_EQ(pages_folder(), docs);
+  before ? ::setenv("PALPA_SCENES", kept.c_str(), 1) : ::unsetenv("PALPA_SCENES");
+}
+
 TEST(ExplorerHelp, AboutSaysTheVersionAndTheLicence) {
   Driver driver;
   QString said;
