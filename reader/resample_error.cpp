@@ -40,7 +40,8 @@ float trilinear(const GridGeometry& grid, const float* voxels, int components, i
 }
 
 /// Between interpolated voxels and a value, over all components.
-double squared_difference(const GridGeometry& grid, const float* voxels, int components, const double* at, const float* value) {
+double squared_difference(const GridGeometry& grid, const float* voxels, int components, const double (&at)[3],
+                          const float* value) {
   double squares = 0.0;
   for (int c = 0; c < components; ++c) {
     const double d = static_cast<double>(trilinear(grid, voxels, components, c, at) - value[c]);
