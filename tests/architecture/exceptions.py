@@ -25,7 +25,6 @@ longer = {
     "explorer/function_editor.cpp": "FunctionEditor show_functions",
     "explorer/main_window_actions.cpp": "make_actions",
     "explorer/panel.cpp": "build",
-    "explorer/parameter_form.cpp": "editor_of",
     "python/scene.cpp": "bind_scene bind_volumes",
 }
 
