@@ -22,7 +22,6 @@ longer = {
     "reader/resample_error.cpp": "look",
     "app/cli_run.cpp": "add_run",
     "explorer/drawing.cpp": "draw_for_window",
-    "python/scene.cpp": "bind_scene bind_volumes",
 }
 
 # (what, words, folders, alternative, {file: reason})
