@@ -20,7 +20,6 @@ longer = {
     "reader/dicom_files.cpp": "query",
     "reader/metaimage.cpp": "MetaImageSource",
     "reader/resample_error.cpp": "look",
-    "app/cli_run.cpp": "add_run",
     "explorer/drawing.cpp": "draw_for_window",
 }
 
