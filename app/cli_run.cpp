@@ -96,6 +96,20 @@ RunArguments arguments_of(RunLine given, int argc, char** argv) {
   return std::move(given.run);
 }
 
+void add_realtime(CLI::App* command, RunLine& given) {
+  command->add_flag("--realtime", given.realtime, "run in real time, also with a simulated or recorded hand");
+  command->add_flag("--no-rehearsal", given.no_rehearsal,
+                    "in real time: skip the rehearsal of ticks, which saves processor time but leaves caches cold");
+  command->add_option("--clutch-button", given.clutch_button, "in real time: while this button is held the handle moves alone")
+      ->check(CLI::Range(1, 32))
+      ->type_name("N");
+  command->add_option("--dead-man-button", given.dead_man_button, "in real time: no force unless this button is held")
+      ->check(CLI::Range(1, 32))
+      ->type_name("N");
+  command->add_flag("--go-on-at-border", given.live.goes_on_at_border,
+                    "in real time: a handle at the border of its workspace moves the probe on");
+}
+
 }  // namespace
 
 void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop) {
@@ -120,17 +134,7 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
           "--hand: the device that this hand holds: touch, omega, falcon, inverse3 or desktop, with values changed as in "
           "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay)")
       ->type_name("DEVICE");
-  command->add_flag("--realtime", given->realtime, "run in real time, also with a simulated or recorded hand");
-  command->add_flag("--no-rehearsal", given->no_rehearsal,
-                    "in real time: skip the rehearsal of ticks, which saves processor time but leaves caches cold");
-  command->add_option("--clutch-button", given->clutch_button, "in real time: while this button is held the handle moves alone")
-      ->check(CLI::Range(1, 32))
-      ->type_name("N");
-  command->add_option("--dead-man-button", given->dead_man_button, "in real time: no force unless this button is held")
-      ->check(CLI::Range(1, 32))
-      ->type_name("N");
-  command->add_flag("--go-on-at-border", given->live.goes_on_at_border,
-                    "in real time: a handle at the border of its workspace moves the probe on");
+  add_realtime(command, *given);
   command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")
       ->type_name("HZ");
   command

@@ -82,6 +82,30 @@ std::vector<double> valleys_of(const Histogram& histogram) {
 
 /// Chart with VTK's control points.
 struct FunctionEditor::Chart {
+  Chart() {
+    window->SetMultiSamples(0);
+    widget->setRenderWindow(window);
+    view->SetRenderWindow(window);
+    view->SetInteractor(widget->interactor());
+    view->GetScene()->AddItem(chart);
+    chart->SetShowLegend(false);
+    chart->SetTooltip(nullptr);  // its values are shares of the largest result, the axis is in newtons
+    chart->SetForceAxesToBounds(true);
+    chart->GetAxis(vtkAxis::BOTTOM)->SetTitle("");
+    for (const int axis : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
+      chart->GetAxis(axis)->SetBehavior(vtkAxis::FIXED);
+      chart->GetAxis(axis)->GetTitleProperties()->SetBold(false);
+    }
+    for (vtkPiecewiseFunction* function : {strength.Get(), opacity.Get()}) function->AllowDuplicateScalarsOn();
+    colors->AllowDuplicateScalarsOn();
+    widget->setMinimumSize(260, 180);
+    widget->setAccessibleName(FunctionEditor::tr("Function over the histogram"));
+    widget->setObjectName("function_chart");
+  }
+  void set_points(const Shown& shown);
+  void show_plots(const Shown& shown, bool lists_strength);
+  void scale_axes(const Shown& shown);
+
   QVTKOpenGLNativeWidget* widget = new QVTKOpenGLNativeWidget;
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   vtkNew<vtkContextView> view;
@@ -114,21 +138,6 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
   if (has_opengl) {
     chart_ = std::make_unique<Chart>();
     Chart& c = *chart_;
-    c.window->SetMultiSamples(0);
-    c.widget->setRenderWindow(c.window);
-    c.view->SetRenderWindow(c.window);
-    c.view->SetInteractor(c.widget->interactor());
-    c.view->GetScene()->AddItem(c.chart);
-    c.chart->SetShowLegend(false);
-    c.chart->SetTooltip(nullptr);  // its values are shares of the largest result, the axis is in newtons
-    c.chart->SetForceAxesToBounds(true);
-    c.chart->GetAxis(vtkAxis::BOTTOM)->SetTitle("");
-    for (const int axis : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
-      c.chart->GetAxis(axis)->SetBehavior(vtkAxis::FIXED);
-      c.chart->GetAxis(axis)->GetTitleProperties()->SetBold(false);
-    }
-    for (vtkPiecewiseFunction* function : {c.strength.Get(), c.opacity.Get()}) function->AllowDuplicateScalarsOn();
-    c.colors->AllowDuplicateScalarsOn();
     vtkNew<vtkCallbackCommand> observer;
     observer->SetClientData(this);
     observer->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
@@ -138,9 +147,6 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
     for (vtkObject* object : {static_cast<vtkObject*>(c.strength.Get()), static_cast<vtkObject*>(c.opacity.Get()),
                               static_cast<vtkObject*>(c.colors.Get())})
       object->AddObserver(vtkCommand::ModifiedEvent, observer);
-    c.widget->setMinimumSize(260, 180);
-    c.widget->setAccessibleName(tr("Function over the histogram"));
-    c.widget->setObjectName("function_chart");
     c.widget->installEventFilter(this);
     row->addWidget(c.widget, 3);
   }
@@ -189,6 +195,84 @@ void FunctionEditor::changeEvent(QEvent* event) {
   if (event->type() == QEvent::PaletteChange) color_chart();
 }
 
+void FunctionEditor::Chart::set_points(const Shown& shown) {
+  strength->RemoveAllPoints();
+  opacity->RemoveAllPoints();
+  colors->RemoveAllPoints();
+  if (shown.strength)
+    for (const TransferFunction::Point& point : shown.strength->points())
+      strength->AddPoint(point.value, point.result / shown.largest);
+  if (shown.colors) {
+    for (const ViewLayer::ColorPoint& point : *shown.colors) {
+      const detail::Color color = detail::color_of(point.color);
+      colors->AddRGBPoint(point.value, color.red, color.green, color.blue);
+      opacity->AddPoint(point.value, point.opacity);
+    }
+  }
+}
+
+void FunctionEditor::Chart::show_plots(const Shown& shown, bool lists_strength) {
+  const auto keep = [&](auto& item, bool wanted, auto make) {
+    if (item && !wanted) {
+      chart->RemovePlotInstance(item);
+      item = nullptr;
+    } else if (!item && wanted) {
+      item = make();
+      chart->AddPlot(item);
+    }
+    if (item) item->SetUserBounds(shown.low, shown.high, 0.0, 1.0);
+  };
+  keep(colors_fill, shown.colors.has_value(), [&] {
+    auto item = vtkSmartPointer<vtkCompositeTransferFunctionItem>::New();
+    item->SetColorTransferFunction(colors);
+    item->SetOpacityFunction(opacity);
+    item->SetMaskAboveCurve(true);
+    item->SetOpacity(0.75);
+    return item;
+  });
+  keep(strength_line, shown.strength.has_value(), [&] {
+    auto item = vtkSmartPointer<vtkPiecewiseFunctionItem>::New();
+    item->SetPiecewiseFunction(strength);
+    item->SetColor(0.84, 0.37, 0.0);
+    item->SetMaskAboveCurve(true);
+    item->SetOpacity(0.35);
+    return item;
+  });
+  // Only the function listed in the table has points and mouse events.
+  keep(strength_item, lists_strength, [&] {
+    auto item = vtkSmartPointer<vtkPiecewiseControlPointsItem>::New();
+    item->SetPiecewiseFunction(strength);
+    item->GetPen()->SetColorF(0.84, 0.37, 0.0);
+    item->GetPen()->SetWidth(2.5);
+    item->GetBrush()->SetColorF(0.84, 0.37, 0.0);
+    return item;
+  });
+  keep(colors_item, !lists_strength, [&] {
+    auto item = vtkSmartPointer<vtkCompositeControlPointsItem>::New();
+    item->SetColorTransferFunction(colors);
+    item->SetOpacityFunction(opacity);
+    item->SetPointsFunction(vtkCompositeControlPointsItem::ColorAndOpacityPointsFunction);
+    return item;
+  });
+}
+
+void FunctionEditor::Chart::scale_axes(const Shown& shown) {
+  const double margin = 0.02 * (shown.high - shown.low);
+  chart->GetAxis(vtkAxis::BOTTOM)->SetRange(shown.low - margin, shown.high + margin);
+  chart->GetAxis(vtkAxis::BOTTOM)->SetTitle(shown.field + (shown.unit.empty() ? "" : " / " + shown.unit));
+  chart->GetAxis(vtkAxis::LEFT)->SetRange(-0.03, 1.05);
+  chart->GetAxis(vtkAxis::LEFT)
+      ->SetTitle(shown.strength ? (shown.result_unit.isEmpty() ? "share" : "strength / " + shown.result_unit.toStdString())
+                                : "opacity");
+  vtkNew<vtkDoubleArray> places;
+  vtkNew<vtkStringArray> words;
+  for (int i = 0; i <= 4; ++i) {
+    places->InsertNextValue(0.25 * i);
+    words->InsertNextValue(detail::number_words(0.25 * i * (shown.strength ? shown.largest : 1.0)));
+  }
+  chart->GetAxis(vtkAxis::LEFT)->SetCustomTickPositions(places, words);
+}
+
 void FunctionEditor::show_functions(const Shown& shown) {
   if (settle_.isActive()) return;  // the user is dragging
   const bool other_field = shown.field != shown_.field || shown.low != shown_.low || shown.high != shown_.high;
@@ -199,79 +283,13 @@ void FunctionEditor::show_functions(const Shown& shown) {
   if (other_field) valleys_.clear();
   if (chart_) {
     Chart& c = *chart_;
-    c.strength->RemoveAllPoints();
-    c.opacity->RemoveAllPoints();
-    c.colors->RemoveAllPoints();
-    if (shown.strength)
-      for (const TransferFunction::Point& point : shown.strength->points())
-        c.strength->AddPoint(point.value, point.result / shown.largest);
-    if (shown.colors) {
-      for (const ViewLayer::ColorPoint& point : *shown.colors) {
-        const detail::Color color = detail::color_of(point.color);
-        c.colors->AddRGBPoint(point.value, color.red, color.green, color.blue);
-        c.opacity->AddPoint(point.value, point.opacity);
-      }
-    }
     if (other_field && c.histogram) {
       c.chart->RemovePlotInstance(c.histogram);
       c.histogram = nullptr;
     }
-    const auto keep = [&](auto& item, bool wanted, auto make) {
-      if (item && !wanted) {
-        c.chart->RemovePlotInstance(item);
-        item = nullptr;
-      } else if (!item && wanted) {
-        item = make();
-        c.chart->AddPlot(item);
-      }
-      if (item) item->SetUserBounds(shown.low, shown.high, 0.0, 1.0);
-    };
-    keep(c.colors_fill, shown.colors.has_value(), [&] {
-      auto item = vtkSmartPointer<vtkCompositeTransferFunctionItem>::New();
-      item->SetColorTransferFunction(c.colors);
-      item->SetOpacityFunction(c.opacity);
-      item->SetMaskAboveCurve(true);
-      item->SetOpacity(0.75);
-      return item;
-    });
-    keep(c.strength_line, shown.strength.has_value(), [&] {
-      auto item = vtkSmartPointer<vtkPiecewiseFunctionItem>::New();
-      item->SetPiecewiseFunction(c.strength);
-      item->SetColor(0.84, 0.37, 0.0);
-      item->SetMaskAboveCurve(true);
-      item->SetOpacity(0.35);
-      return item;
-    });
-    // Only the function listed in the table has points and mouse events.
-    keep(c.strength_item, lists_strength(), [&] {
-      auto item = vtkSmartPointer<vtkPiecewiseControlPointsItem>::New();
-      item->SetPiecewiseFunction(c.strength);
-      item->GetPen()->SetColorF(0.84, 0.37, 0.0);
-      item->GetPen()->SetWidth(2.5);
-      item->GetBrush()->SetColorF(0.84, 0.37, 0.0);
-      return item;
-    });
-    keep(c.colors_item, !lists_strength(), [&] {
-      auto item = vtkSmartPointer<vtkCompositeControlPointsItem>::New();
-      item->SetColorTransferFunction(c.colors);
-      item->SetOpacityFunction(c.opacity);
-      item->SetPointsFunction(vtkCompositeControlPointsItem::ColorAndOpacityPointsFunction);
-      return item;
-    });
-    const double margin = 0.02 * (shown.high - shown.low);
-    c.chart->GetAxis(vtkAxis::BOTTOM)->SetRange(shown.low - margin, shown.high + margin);
-    c.chart->GetAxis(vtkAxis::BOTTOM)->SetTitle(shown.field + (shown.unit.empty() ? "" : " / " + shown.unit));
-    c.chart->GetAxis(vtkAxis::LEFT)->SetRange(-0.03, 1.05);
-    c.chart->GetAxis(vtkAxis::LEFT)
-        ->SetTitle(shown.strength ? (shown.result_unit.isEmpty() ? "share" : "strength / " + shown.result_unit.toStdString())
-                                  : "opacity");
-    vtkNew<vtkDoubleArray> places;
-    vtkNew<vtkStringArray> words;
-    for (int i = 0; i <= 4; ++i) {
-      places->InsertNextValue(0.25 * i);
-      words->InsertNextValue(detail::number_words(0.25 * i * (shown.strength ? shown.largest : 1.0)));
-    }
-    c.chart->GetAxis(vtkAxis::LEFT)->SetCustomTickPositions(places, words);
+    c.set_points(shown);
+    c.show_plots(shown, lists_strength());
+    c.scale_axes(shown);
     c.window->Render();
     c.widget->update();
   }

@@ -70,8 +70,13 @@ class MainWindow : public QMainWindow {
   void make_pages();
   void make_actions();
   void make_file_actions();
+  void make_edit_actions();
   void make_view_actions();
   void make_layout_actions(QMenu* look);
+  void make_feel_actions();
+  void make_trace_actions(QMenu* feel);
+  void make_mode_actions(QMenu* feel);
+  void make_help_actions();
   void make_tool_bar();
   void name_modes();
   void make_recent(QMenu* menu);

@@ -79,11 +79,15 @@ void MainWindow::make_recent(QMenu* menu) {
 
 void MainWindow::make_actions() {
   make_file_actions();
-  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
+  make_edit_actions();
   make_view_actions();
-  QMenu* feel = menuBar()->addMenu(tr("F&eel"));
-  QMenu* help = menuBar()->addMenu(tr("&Help"));
+  make_feel_actions();
+  make_help_actions();
+  make_tool_bar();
+}
 
+void MainWindow::make_edit_actions() {
+  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
   QAction* undo = document_.undo().createUndoAction(this, tr("Undo"));
   undo->setShortcut(QKeySequence::Undo);
   QAction* redo = document_.undo().createRedoAction(this, tr("Redo"));
@@ -93,7 +97,10 @@ void MainWindow::make_actions() {
   edit->addAction(undo);
   edit->addAction(redo);
   tools_ << undo << redo;
+}
 
+void MainWindow::make_feel_actions() {
+  QMenu* feel = menuBar()->addMenu(tr("F&eel"));
   hold_ = action(tr("Force &off"), QKeySequence("Space"), tr("Turn the force off and on"), [this] {
     touch_.is_held() ? touch_.resume() : touch_.panic();
     hold_->setChecked(touch_.is_held());
@@ -112,6 +119,11 @@ void MainWindow::make_actions() {
     const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.traces());
     if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString()});
   }));
+  make_trace_actions(feel);
+  make_mode_actions(feel);
+}
+
+void MainWindow::make_trace_actions(QMenu* feel) {
   feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
                          tr("Show a second trace beside the one that is open"), [this] {
                            if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
@@ -141,6 +153,9 @@ void MainWindow::make_actions() {
     player_dock_->hide();
     if (player_->has_trace()) stop_playing();
   }));
+}
+
+void MainWindow::make_mode_actions(QMenu* feel) {
   feel->addSeparator();
   for (int number = 0; number < 9; ++number) {
     mode_actions_ << action({}, QKeySequence(QString("Ctrl+%1").arg(number + 1)), tr("Turn a mode on or off"), [this, number] {
@@ -153,6 +168,10 @@ void MainWindow::make_actions() {
     mode_actions_.last()->setVisible(false);
     feel->addAction(mode_actions_.last());
   }
+}
+
+void MainWindow::make_help_actions() {
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
   help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse actions"),
                          [this] { (new HelpSheet(actions(), this))->show(); }));
   help->addAction(action(tr("&Pages"), QKeySequence("Shift+F1"), tr("Pages of the documentation"), [this] {
@@ -166,7 +185,6 @@ void MainWindow::make_actions() {
                           "Help ▸ Pages.")
                            .arg(version));
   }));
-  make_tool_bar();
 }
 
 void MainWindow::make_view_actions() {

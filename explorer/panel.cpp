@@ -210,6 +210,73 @@ void FeelPanel::scale(double factor) {
   });
 }
 
+void FeelPanel::add_mask_to(std::size_t number) {
+  const std::string name = document_.scene().modes()[number].name;
+  const std::size_t before = document_.scene().modes()[number].masks.size();
+  document_.edit(tr("add mask"), -1, [&](Scene& changed) {
+    for (const std::string& field : field_names(changed)) {
+      const FieldPtr found = changed.field({field}).field;
+      if (found->components() != 1) continue;
+      const ValueRange extent = found->value_ranges()[0];
+      changed.edit_mode(name, [&](SceneMode& mode) {
+        mode.masks.push_back({{field}, TransferFunction({{extent.min, 1.0}, {extent.max, 1.0}}, 1.0)});
+      });
+      return;
+    }
+    throw SceneError("mask: the scene has no scalar field; open a file that has one");
+  });
+  if (document_.scene().modes()[number].masks.size() > before) Q_EMIT mask_asked(number, before);
+}
+
+QPushButton* FeelPanel::mask_button(std::size_t number, std::size_t mask) {
+  const SceneMode& mode = document_.scene().modes()[number];
+  const QString of = QString::fromStdString(mode.masks[mask].of.name);
+  auto* open = new QPushButton(words_of_mask(mode.masks[mask]));
+  open->setToolTip(tr("Restricted by the value of %1").arg(of));
+  open->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
+  open->setAccessibleName(tr("Mask %1 of mode %2").arg(mask + 1).arg(QString::fromStdString(mode.name)));
+  connect(open, &QPushButton::clicked, this, [this, number, mask] { Q_EMIT mask_asked(number, mask); });
+  return open;
+}
+
+QHBoxLayout* FeelPanel::buttons_of(std::size_t number) {
+  const SceneMode& mode = document_.scene().modes()[number];
+  const std::string name = mode.name;
+  const QString words = QString::fromStdString(name);
+  QPixmap swatch(10, 10);
+  swatch.fill(color_of_mode(number));
+  auto* buttons = new QHBoxLayout;
+  auto* color = new QLabel;
+  color->setPixmap(swatch);
+  color->setToolTip(tr("Its primitives have this colour"));
+  buttons->addWidget(color);
+  for (const ParameterListSize& list : lists_of([&](ParameterVisitor& v) { look_through(mode.mode, v); })) {
+    const QString item = QString::fromStdString(list.name);
+    auto* more = new QPushButton(tr("Add %1").arg(item));
+    connect(more, &QPushButton::clicked, this, [this, name, list, item] {
+      document_.edit(tr("add %1").arg(item), -1, [&](Scene& changed) {
+        changed.edit_mode(name,
+                          [&](SceneMode& longer) { append_to([&](ParameterVisitor& v) { longer.mode.visit(v); }, list.name); });
+      });
+    });
+    buttons->addWidget(more);
+  }
+  auto* add_mask = new QToolButton;
+  add_mask->setText(tr("+ condition"));
+  add_mask->setToolTip(tr("Restrict the mode by a field's value"));
+  add_mask->setAccessibleName(tr("Add a mask to mode %1").arg(words));
+  connect(add_mask, &QToolButton::clicked, this, [this, number] { add_mask_to(number); });
+  buttons->addWidget(add_mask);
+  auto* remove = new QPushButton(tr("Remove"));
+  remove->setAccessibleName(tr("Remove mode %1").arg(words));
+  connect(remove, &QPushButton::clicked, this, [this, name, words] {
+    document_.edit(tr("remove %1").arg(words), -1, [&](Scene& changed) { changed.remove_mode(name); });
+  });
+  buttons->addStretch();
+  buttons->addWidget(remove);
+  return buttons;
+}
+
 void FeelPanel::build() {
   remove_sections();
   const Scene& scene = document_.scene();
@@ -220,8 +287,6 @@ void FeelPanel::build() {
     section.box->setCheckable(true);
     section.box->setObjectName("mode_" + words);
     section.box->setAccessibleName(tr("Mode %1, on or off").arg(words));
-    QPixmap swatch(10, 10);
-    swatch.fill(color_of_mode(number));
     connect(section.box, &QGroupBox::clicked, this, [this, name, words](bool on) {
       document_.edit(on ? tr("turn %1 on").arg(words) : tr("turn %1 off").arg(words), -1,
                      [&](Scene& changed) { changed.edit_mode(name, [&](SceneMode& mode) { mode.enabled = on; }); });
@@ -235,60 +300,9 @@ void FeelPanel::build() {
             });
     connect(section.form, &ParameterForm::function_asked, this,
             [this, number](std::size_t row) { Q_EMIT function_asked(number, row); });
-    auto* buttons = new QHBoxLayout;
-    auto* color = new QLabel;
-    color->setPixmap(swatch);
-    color->setToolTip(tr("Its primitives have this colour"));
-    buttons->addWidget(color);
-    for (const ParameterListSize& list : lists_of([&](ParameterVisitor& v) { look_through(scene.modes()[number].mode, v); })) {
-      const QString item = QString::fromStdString(list.name);
-      auto* more = new QPushButton(tr("Add %1").arg(item));
-      connect(more, &QPushButton::clicked, this, [this, name, list, item] {
-        document_.edit(tr("add %1").arg(item), -1, [&](Scene& changed) {
-          changed.edit_mode(name,
-                            [&](SceneMode& mode) { append_to([&](ParameterVisitor& v) { mode.mode.visit(v); }, list.name); });
-        });
-      });
-      buttons->addWidget(more);
-    }
-    for (std::size_t mask = 0; mask < scene.modes()[number].masks.size(); ++mask) {
-      const QString of = QString::fromStdString(scene.modes()[number].masks[mask].of.name);
-      auto* open = new QPushButton(words_of_mask(scene.modes()[number].masks[mask]));
-      open->setToolTip(tr("Restricted by the value of %1").arg(of));
-      open->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
-      open->setAccessibleName(tr("Mask %1 of mode %2").arg(mask + 1).arg(words));
-      connect(open, &QPushButton::clicked, this, [this, number, mask] { Q_EMIT mask_asked(number, mask); });
-      static_cast<QVBoxLayout*>(section.box->layout())->addWidget(open);
-    }
-    auto* add_mask = new QToolButton;
-    add_mask->setText(tr("+ condition"));
-    add_mask->setToolTip(tr("Restrict the mode by a field's value"));
-    add_mask->setAccessibleName(tr("Add a mask to mode %1").arg(words));
-    connect(add_mask, &QToolButton::clicked, this, [this, name, number] {
-      const std::size_t before = document_.scene().modes()[number].masks.size();
-      document_.edit(tr("add mask"), -1, [&](Scene& changed) {
-        for (const std::string& field : field_names(changed)) {
-          const FieldPtr found = changed.field({field}).field;
-          if (found->components() != 1) continue;
-          const ValueRange extent = found->value_ranges()[0];
-          changed.edit_mode(name, [&](SceneMode& mode) {
-            mode.masks.push_back({{field}, TransferFunction({{extent.min, 1.0}, {extent.max, 1.0}}, 1.0)});
-          });
-          return;
-        }
-        throw SceneError("mask: the scene has no scalar field; open a file that has one");
-      });
-      if (document_.scene().modes()[number].masks.size() > before) Q_EMIT mask_asked(number, before);
-    });
-    buttons->addWidget(add_mask);
-    auto* remove = new QPushButton(tr("Remove"));
-    remove->setAccessibleName(tr("Remove mode %1").arg(words));
-    connect(remove, &QPushButton::clicked, this, [this, name, words] {
-      document_.edit(tr("remove %1").arg(words), -1, [&](Scene& changed) { changed.remove_mode(name); });
-    });
-    buttons->addStretch();
-    buttons->addWidget(remove);
-    static_cast<QVBoxLayout*>(section.box->layout())->addLayout(buttons);
+    auto* column = static_cast<QVBoxLayout*>(section.box->layout());
+    for (std::size_t mask = 0; mask < scene.modes()[number].masks.size(); ++mask) column->addWidget(mask_button(number, mask));
+    column->addLayout(buttons_of(number));
   }
 }
 

@@ -16,6 +16,7 @@
 
 class QGroupBox;
 class QMenu;
+class QPushButton;
 
 namespace palpa::explorer {
 
@@ -60,6 +61,9 @@ class FeelPanel : public Panel {
 
  private:
   void build();
+  QHBoxLayout* buttons_of(std::size_t number);
+  QPushButton* mask_button(std::size_t number, std::size_t mask);
+  void add_mask_to(std::size_t number);
   void list_modes(QMenu* menu);
   void scale(double factor);
   std::vector<std::string> built_;

@@ -22,6 +22,8 @@ constexpr int slider_steps = 1000;
 
 QString words(std::string_view text) { return QString::fromUtf8(text.data(), static_cast<int>(text.size())); }
 
+QString name_of(const ParameterRow& row) { return QString::fromStdString(named_unit(row.info.name).name); }
+
 /// Number box with as many digits as the value needs.
 class NumberBox : public QDoubleSpinBox {
  public:
@@ -221,85 +223,92 @@ QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t numbe
   return both;
 }
 
-QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, const FormContext& context) {
-  const QString what = QString::fromStdString(named_unit(row.info.name).name);
-  if (const auto* plain = std::get_if<double>(&row.value)) return number_editor(row, number, *plain, context);
-  if (const auto* strength = std::get_if<Strength>(&row.value)) {
-    if (strength->is_constant()) return number_editor(row, number, strength->constant_n, context);
-    auto* button = new QPushButton;
-    button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
-    button->setObjectName(QString("function_%1").arg(number));
-    connect(button, &QPushButton::clicked, this, [this, number] { Q_EMIT function_asked(number); });
-    setters_.push_back([button](const ParameterRow::Value& given) {
-      const auto& function = std::get<Strength>(given);
-      const auto& points = function.curve.points();
-      const bool grows = !points.empty() && points.back().result > points.front().result;
-      const bool falls = !points.empty() && points.back().result < points.front().result;
-      QString name = QString::fromStdString(function.of.name);
-      if (name.startsWith("magnitude(")) name = "|" + name.mid(10).chopped(1) + "|";
-      button->setText((grows ? tr("Grows with %1 …") : falls ? tr("Falls with %1 …") : tr("By %1 …")).arg(name));
-      button->setToolTip(tr("A function of %1 with %2 points; click to edit it")
-                             .arg(QString::fromStdString(function.of.name))
-                             .arg(function.curve.points().size()));
-    });
-    return button;
-  }
-  if (const auto* optional = std::get_if<std::optional<double>>(&row.value)) {
-    auto* both = new QWidget;
-    auto* line = new QHBoxLayout(both);
-    line->setContentsMargins(0, 0, 0, 0);
-    auto* given = new QCheckBox;
-    given->setAccessibleName(tr("%1 is given").arg(what));
-    QWidget* editor = number_editor(row, number, optional->value_or(0.0), context);
-    line->addWidget(given);
-    line->addWidget(editor, 1);
-    const double start = std::clamp(optional->value_or(std::max(row.info.range.low, 0.0)), row.info.range.low, 1e9);
-    connect(given, &QCheckBox::toggled, this, [this, number, what, start](bool on) {
-      if (!is_showing_) Q_EMIT changed(what, number, on ? std::optional<double>(start) : std::optional<double>());
-    });
-    const auto set_number = setters_.back();
-    setters_.back() = [given, editor, set_number](const ParameterRow::Value& value) {
-      const bool on = std::get<std::optional<double>>(value).has_value();
-      given->setChecked(on);
-      editor->setEnabled(on);
-      if (on) set_number(value);
-    };
-    both->setFocusProxy(given);
-    return both;
-  }
-  if (std::holds_alternative<bool>(row.value)) {
-    auto* box = new QCheckBox;
-    connect(box, &QCheckBox::toggled, this, [this, number, what](bool on) {
-      if (!is_showing_) Q_EMIT changed(what, number, on);
-    });
-    setters_.push_back([box](const ParameterRow::Value& value) { box->setChecked(std::get<bool>(value)); });
-    return box;
-  }
-  if (std::holds_alternative<ParameterRow::Choice>(row.value)) {
-    auto* box = new QComboBox;
-    for (const std::string& choice : row.choices) box->addItem(words(words_of_choice(row.info.name, choice)));
-    connect(box, qOverload<int>(&QComboBox::activated), this,
-            [this, number, what](int index) { Q_EMIT changed(what, number, ParameterRow::Choice{index}); });
-    setters_.push_back(
-        [box](const ParameterRow::Value& value) { box->setCurrentIndex(std::get<ParameterRow::Choice>(value).index); });
-    return box;
-  }
-  if (std::holds_alternative<FieldRef>(row.value)) {
-    auto* box = new QComboBox;
-    box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-    box->setMinimumContentsLength(8);
-    box->setEditable(true);
-    for (const std::string& field : context.fields) box->addItem(QString::fromStdString(field));
-    const auto tell = [this, box, number, what] {
-      if (!is_showing_) Q_EMIT changed(what, number, FieldRef{box->currentText().toStdString()});
-    };
-    connect(box, qOverload<int>(&QComboBox::activated), this, tell);
-    connect(box->lineEdit(), &QLineEdit::editingFinished, this, tell);
-    setters_.push_back(
-        [box](const ParameterRow::Value& value) { box->setEditText(QString::fromStdString(std::get<FieldRef>(value).name)); });
-    return box;
-  }
-  // Texts and lists of numbers are typed.
+QWidget* ParameterForm::function_editor(std::size_t number) {
+  auto* button = new QPushButton;
+  button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
+  button->setObjectName(QString("function_%1").arg(number));
+  connect(button, &QPushButton::clicked, this, [this, number] { Q_EMIT function_asked(number); });
+  setters_.push_back([button](const ParameterRow::Value& given) {
+    const auto& function = std::get<Strength>(given);
+    const auto& points = function.curve.points();
+    const bool grows = !points.empty() && points.back().result > points.front().result;
+    const bool falls = !points.empty() && points.back().result < points.front().result;
+    QString name = QString::fromStdString(function.of.name);
+    if (name.startsWith("magnitude(")) name = "|" + name.mid(10).chopped(1) + "|";
+    button->setText((grows ? tr("Grows with %1 …") : falls ? tr("Falls with %1 …") : tr("By %1 …")).arg(name));
+    button->setToolTip(tr("A function of %1 with %2 points; click to edit it")
+                           .arg(QString::fromStdString(function.of.name))
+                           .arg(function.curve.points().size()));
+  });
+  return button;
+}
+
+QWidget* ParameterForm::optional_editor(const ParameterRow& row, std::size_t number, std::optional<double> value,
+                                        const FormContext& context) {
+  const QString what = name_of(row);
+  auto* both = new QWidget;
+  auto* line = new QHBoxLayout(both);
+  line->setContentsMargins(0, 0, 0, 0);
+  auto* given = new QCheckBox;
+  given->setAccessibleName(tr("%1 is given").arg(what));
+  QWidget* editor = number_editor(row, number, value.value_or(0.0), context);
+  line->addWidget(given);
+  line->addWidget(editor, 1);
+  const double start = std::clamp(value.value_or(std::max(row.info.range.low, 0.0)), row.info.range.low, 1e9);
+  connect(given, &QCheckBox::toggled, this, [this, number, what, start](bool on) {
+    if (!is_showing_) Q_EMIT changed(what, number, on ? std::optional<double>(start) : std::optional<double>());
+  });
+  const auto set_number = setters_.back();
+  setters_.back() = [given, editor, set_number](const ParameterRow::Value& now) {
+    const bool on = std::get<std::optional<double>>(now).has_value();
+    given->setChecked(on);
+    editor->setEnabled(on);
+    if (on) set_number(now);
+  };
+  both->setFocusProxy(given);
+  return both;
+}
+
+QWidget* ParameterForm::switch_editor(const ParameterRow& row, std::size_t number) {
+  const QString what = name_of(row);
+  auto* box = new QCheckBox;
+  connect(box, &QCheckBox::toggled, this, [this, number, what](bool on) {
+    if (!is_showing_) Q_EMIT changed(what, number, on);
+  });
+  setters_.push_back([box](const ParameterRow::Value& value) { box->setChecked(std::get<bool>(value)); });
+  return box;
+}
+
+QWidget* ParameterForm::choice_editor(const ParameterRow& row, std::size_t number) {
+  const QString what = name_of(row);
+  auto* box = new QComboBox;
+  for (const std::string& choice : row.choices) box->addItem(words(words_of_choice(row.info.name, choice)));
+  connect(box, qOverload<int>(&QComboBox::activated), this,
+          [this, number, what](int index) { Q_EMIT changed(what, number, ParameterRow::Choice{index}); });
+  setters_.push_back(
+      [box](const ParameterRow::Value& value) { box->setCurrentIndex(std::get<ParameterRow::Choice>(value).index); });
+  return box;
+}
+
+QWidget* ParameterForm::field_editor(const ParameterRow& row, std::size_t number, const FormContext& context) {
+  const QString what = name_of(row);
+  auto* box = new QComboBox;
+  box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  box->setMinimumContentsLength(8);
+  box->setEditable(true);
+  for (const std::string& field : context.fields) box->addItem(QString::fromStdString(field));
+  const auto tell = [this, box, number, what] {
+    if (!is_showing_) Q_EMIT changed(what, number, FieldRef{box->currentText().toStdString()});
+  };
+  connect(box, qOverload<int>(&QComboBox::activated), this, tell);
+  connect(box->lineEdit(), &QLineEdit::editingFinished, this, tell);
+  setters_.push_back(
+      [box](const ParameterRow::Value& value) { box->setEditText(QString::fromStdString(std::get<FieldRef>(value).name)); });
+  return box;
+}
+
+QWidget* ParameterForm::text_editor(const ParameterRow& row, std::size_t number) {
+  const QString what = name_of(row);
   auto* line = new QLineEdit;
   line->setObjectName(QString::fromUtf8(row.info.name.data(), static_cast<int>(row.info.name.size())));
   connect(line, &QLineEdit::editingFinished, this, [this, line, row, number, what] {
@@ -333,6 +342,18 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
     if (line->text() != text) line->setText(text);
   });
   return line;
+}
+
+QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, const FormContext& context) {
+  if (const auto* plain = std::get_if<double>(&row.value)) return number_editor(row, number, *plain, context);
+  if (const auto* strength = std::get_if<Strength>(&row.value))
+    return strength->is_constant() ? number_editor(row, number, strength->constant_n, context) : function_editor(number);
+  if (const auto* optional = std::get_if<std::optional<double>>(&row.value))
+    return optional_editor(row, number, *optional, context);
+  if (std::holds_alternative<bool>(row.value)) return switch_editor(row, number);
+  if (std::holds_alternative<ParameterRow::Choice>(row.value)) return choice_editor(row, number);
+  if (std::holds_alternative<FieldRef>(row.value)) return field_editor(row, number, context);
+  return text_editor(row, number);  // texts and lists of numbers are typed
 }
 
 }  // namespace palpa::explorer

@@ -3,6 +3,7 @@
 
 #include <QWidget>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,13 @@ class ParameterForm : public QWidget {
   void build(const std::vector<ParameterRow>& rows, const FormContext& context);
   QWidget* editor_of(const ParameterRow& row, std::size_t number, const FormContext& context);
   QWidget* number_editor(const ParameterRow& row, std::size_t number, double value, const FormContext& context);
+  QWidget* function_editor(std::size_t number);
+  QWidget* optional_editor(const ParameterRow& row, std::size_t number, std::optional<double> value,
+                           const FormContext& context);
+  QWidget* switch_editor(const ParameterRow& row, std::size_t number);
+  QWidget* choice_editor(const ParameterRow& row, std::size_t number);
+  QWidget* field_editor(const ParameterRow& row, std::size_t number, const FormContext& context);
+  QWidget* text_editor(const ParameterRow& row, std::size_t number);
 
   void add_row(const std::vector<ParameterRow>& rows, std::size_t number, const FormContext& context, bool folded);
   void show_more(bool on);

@@ -72,7 +72,7 @@ void bind_formulas(py::module_& module) {
   bind_formula(module, "wing_wake", &wing_wake, "The wake of a wing: velocity [m/s] and pressure [m2/s2].");
 }
 
-void bind_volumes(py::module_& module) {
+void bind_fields(py::module_& module) {
   py::class_<VolumeField>(module, "Field", "A scalar or vector field, sampled at places of the world [m].")
       .def_readonly("name", &VolumeField::name, "how scenes name it")
       .def_readonly("unit", &VolumeField::unit, "a label; converts nothing")
@@ -118,6 +118,9 @@ void bind_volumes(py::module_& module) {
           "points_m: numbers of shape (..., 3), in metres.\n"
           "Returns (values, gradients): of a scalar field shapes (...) and (..., 3), of a vector field (..., 3) and\n"
           "(..., 3, 3), row = component; gradients per metre. NaN where the field has no data.");
+}
+
+void bind_volumes(py::module_& module) {
   py::class_<Volume>(module, "Volume",
                      "A named data set: one or more fields on one grid, or one formula. The voxels are shared.")
       .def("_fields",
@@ -153,7 +156,9 @@ void bind_volumes(py::module_& module) {
           "that it was read from")
       .def_property_readonly(
           "bounds_m", [](const Volume& v) { return box_of(v.bounds_m()); }, "[m] low and high corner");
+}
 
+void bind_volume_functions(py::module_& module) {
   module.def("read_volume", [](const std::vector<fs::path>& files, const py::dict& how) {
     StructPart part(VolumeRequest{});
     for (const auto& [key, value] : how) set_value(part, key.cast<std::string>(), value);
@@ -206,8 +211,6 @@ void bind_volumes(py::module_& module) {
     }
     return joined;
   });
-
-  bind_formulas(module);
 }
 
 template <class T>
@@ -239,23 +242,9 @@ std::vector<Mask> masks_of(const py::iterable& masks) {
   return all;
 }
 
-}  // namespace
-
-void bind_scene(py::module_& module) {
-  bind_volumes(module);
-  // Base of the Python class `Scene`.
-  py::class_<Scene, std::shared_ptr<Scene>>(module, "Scene")
-      .def(py::init<>())
-      .def(py::init<const Scene&>())
-      .def_readwrite("title", &Scene::title, "what the scene is, in one line")
-      .def_property("law", &Scene::law, &Scene::set_law, "name of the law that finds the balance: one of palpa.laws()")
-      .def_property(
-          "needs", [](const Scene& scene) { return py::tuple(py::cast(scene.needs)); },
-          [](Scene& scene, const std::vector<std::string>& needs) { scene.needs = needs; },
-          "types of modes that plug-ins must bring")
-      .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::coupling); })
-      .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::workspace); })
-      .def("_time", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::time); })
+/// Volumes and modes of a scene.
+void bind_parts_of(py::class_<Scene, std::shared_ptr<Scene>>& bound) {
+  bound
       .def("_add_volume",
            [](Scene& scene, const std::string& name, const Volume& volume, const py::object& filter) {
              const auto by = filter_of(filter);
@@ -307,7 +296,31 @@ void bind_scene(py::module_& module) {
            })
       .def(
           "remove_mode", [](Scene& scene, const std::string& name) { scene.remove_mode(name); }, py::arg("name"),
-          "Takes a mode away; nothing where there is none of this name.")
+          "Takes a mode away; nothing where there is none of this name.");
+}
+
+}  // namespace
+
+void bind_scene(py::module_& module) {
+  bind_fields(module);
+  bind_volumes(module);
+  bind_volume_functions(module);
+  bind_formulas(module);
+  // Base of the Python class `Scene`.
+  py::class_<Scene, std::shared_ptr<Scene>> bound(module, "Scene");
+  bound.def(py::init<>())
+      .def(py::init<const Scene&>())
+      .def_readwrite("title", &Scene::title, "what the scene is, in one line")
+      .def_property("law", &Scene::law, &Scene::set_law, "name of the law that finds the balance: one of palpa.laws()")
+      .def_property(
+          "needs", [](const Scene& scene) { return py::tuple(py::cast(scene.needs)); },
+          [](Scene& scene, const std::vector<std::string>& needs) { scene.needs = needs; },
+          "types of modes that plug-ins must bring")
+      .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::coupling); })
+      .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::workspace); })
+      .def("_time", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::time); });
+  bind_parts_of(bound);
+  bound
       .def(
           "field",
           [](const Scene& scene, const std::string& name) {

@@ -8,13 +8,10 @@ knows_toml = ("palpa/scene/set_path.h", "palpa/scene/toml_section.h")
 longer = {
     "palpa/view/layer_surface.cpp": "surface_of",
     "palpa/view/layers.cpp": "draw_layer",
-    "app/cli_run.cpp": "add_run",
+    "palpa/view/layer_surface.cpp": "surface_of",
+    "palpa/view/layers.cpp": "draw_layer",
     "explorer/drawing.cpp": "draw_for_window",
-    "explorer/function_editor.cpp": "FunctionEditor show_functions",
-    "explorer/main_window_actions.cpp": "make_actions",
-    "explorer/panel.cpp": "build",
-    "explorer/parameter_form.cpp": "editor_of",
-    "python/scene.cpp": "bind_scene bind_volumes",
+    "explorer/drawing.cpp": "draw_for_window",
 }
 
 # (what, words, folders, alternative, {file: reason})
