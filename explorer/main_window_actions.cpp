@@ -115,8 +115,9 @@ void MainWindow::make_actions() {
                                                                                settings_.folder(), tr("Traces (trace.toml)"));
                            if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
                          }));
-  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
-    if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
+  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace, or moving data"), [this] {
+    QWidget* const bar = player_->has_trace() ? static_cast<QWidget*>(player_) : time_bar_;
+    if (auto* play = bar->findChild<QToolButton*>("play")) play->toggle();
   }));
   const auto film = [this, feel](const QString& words, const char* keys, const QString& tip, std::function<QImage()> picture) {
     QAction* made = action(words, QKeySequence(keys), tip, [this, picture] {

@@ -118,20 +118,24 @@ void SceneViews::start(const Scene& scene) {
   drawn_.clear();
   scene_ = scene;
   look_ = slice_look_of(scene);
-  flow_ = nullptr;
-  if (const std::string name = name_of_flow(scene); !name.empty()) {
-    const VolumeField named = scene.field({name});
-    const DataTime at = scene.time().at(0.0);
-    flow_ = detail::drawn_flow(scene, {name}, detail::in_hand_frame(frozen(named.field, at), scene.hand_to_world()), at);
-    flow_name_ = name;
-    flow_unit_ = QString::fromStdString(named.unit);
-  }
-  flow_seen_at_m_ = {1e9, 1e9, 1e9};
+  take_flow();
   list_fields();
   if (view_) view_->start(scene);
   for (SliceView* slice : slices_) slice->start(look_, bounds_m());
   if (view_) view_->set_cross(bounds_m().centre_m());
   show_look(look_);
+}
+
+void SceneViews::take_flow() {
+  flow_ = nullptr;
+  if (const std::string name = name_of_flow(*scene_); !name.empty()) {
+    const VolumeField named = scene_->field({name});
+    const DataTime at = scene_->time().at(0.0);
+    flow_ = detail::drawn_flow(*scene_, {name}, detail::in_hand_frame(frozen(named.field, at), scene_->hand_to_world()), at);
+    flow_name_ = name;
+    flow_unit_ = QString::fromStdString(named.unit);
+  }
+  flow_seen_at_m_ = {1e9, 1e9, 1e9};
 }
 
 void SceneViews::list_fields() {
@@ -211,8 +215,14 @@ QString SceneViews::words_at(const Vec3& at_m) const {
 }
 
 void SceneViews::draw_layers(const Scene& scene) {
+  const bool is_later = scene_ && scene_->time() != scene.time();
   scene_ = scene;
   if (field_names(scene) != listed_) list_fields();  // data were added
+  if (is_later) {
+    look_.field = slice_look_of(scene, look_.name).field;
+    for (SliceView* slice : slices_) slice->set_look(look_);
+    take_flow();
+  }
   if (!view_) return;
   // Compare only the settings that change the picture.
   Scene seen = scene;

@@ -27,7 +27,7 @@ class SceneViews : public QSplitter {
   View3D* view() const { return view_; }
   /// Resets views and trail for a new scene. Layers follow by `draw_layers`.
   void start(const Scene& scene);
-  /// Redraws the layers on a background thread if they have changed.
+  /// Redraws the layers on a background thread if they have changed; of moving data, at the start of the scene's time.
   void draw_layers(const Scene& scene);
   /// True until all layers are drawn finely.
   bool is_drawing() const { return finer_.isActive() || jobs_.is_under_way(Jobs::Purpose::draw); }
@@ -73,6 +73,7 @@ class SceneViews : public QSplitter {
  private:
   void make_slices(bool has_opengl);
   void list_fields();
+  void take_flow();
   void show_look(const SliceLook& look);
   void draw(bool rough);
   QString words_at(const Vec3& at_m) const;
