@@ -4,6 +4,7 @@
 #include <QEvent>
 #include <QGroupBox>
 #include <QLabel>
+#include <QLineEdit>
 #include <QMenu>
 #include <QPushButton>
 #include <QScrollBar>
@@ -488,6 +489,7 @@ void SeePanel::refresh() {
     }
     sections_[i].box->setChecked(!hidden_.contains(i));
     sections_[i].form->show_rows(rows_of([&](ParameterVisitor& v) { visit_part(copy, v); }), context);
+    if (auto* name = sections_[i].form->findChild<QLineEdit*>("name")) name->setPlaceholderText(sections_[i].box->title());
   }
 }
 

@@ -301,6 +301,7 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
   }
   // Texts and lists of numbers are typed.
   auto* line = new QLineEdit;
+  line->setObjectName(QString::fromUtf8(row.info.name.data(), static_cast<int>(row.info.name.size())));
   connect(line, &QLineEdit::editingFinished, this, [this, line, row, number, what] {
     if (is_showing_) return;
     if (std::holds_alternative<std::string>(row.value)) {

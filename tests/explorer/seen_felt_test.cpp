@@ -11,6 +11,7 @@
 #include <QElapsedTimer>
 #include <QGroupBox>
 #include <QLabel>
+#include <QLineEdit>
 #include <QSlider>
 #include <QTabWidget>
 #include <cmath>
@@ -93,6 +94,7 @@ TEST(ExplorerLevels, ALayerIsHiddenAndTurnedPale) {
   Driver::live(20);
   auto& skin = *see.findChild<QGroupBox*>("layer_0");
   EXPECT_TRUE(skin.title().contains("skin")) << skin.title().toStdString();
+  EXPECT_EQ(skin.findChild<QLineEdit*>("name")->placeholderText(), skin.title()) << "the scene names no layer";
   const QImage shown = driver.view().grab().toImage();
   QTest::mouseClick(&skin, Qt::LeftButton, {}, {10, 8});
   EXPECT_FALSE(skin.isChecked());

@@ -6,13 +6,13 @@
 #include <signal.h>
 
 #include <charconv>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <iostream>
 #include <optional>
 
 #include "tests/fuzz/campaigns.h"
+#include "tests/today.h"
 
 namespace {
 
@@ -48,10 +48,7 @@ bool take_number(const char* text, T& number) {
 }
 
 /// Far from yesterday's: more than the tries of a day.
-std::uint64_t seed_of_today() {
-  using namespace std::chrono;
-  return 1'000'000'000U * static_cast<std::uint64_t>(floor<days>(system_clock::now()).time_since_epoch().count());
-}
+std::uint64_t seed_of_today() { return 1'000'000'000U * static_cast<std::uint64_t>(palpa::test::today()); }
 
 std::optional<Options> options_of(int argc, char** argv) {
   Options options;
