@@ -197,6 +197,10 @@ void MainWindow::make_view_actions() {
   look->addAction(action(tr("&Marks"), QKeySequence("M"), tr("Scale bar, directions and legend"), [view] {
     if (view) view->show_marks(!view->shows_marks());
   }));
+  look->addAction(action(tr("&Cut open"), QKeySequence("C"),
+                         tr("Hide what is in front of the slice that faces you; that slice's wheel moves the cut"), [view] {
+                           if (view) view->set_cut(!view->is_cut());
+                         }));
   look->addAction(action(tr("&Stereo"), QKeySequence("S"), tr("Flat, red-cyan, or side by side"), [view] {
     if (!view) return;
     view->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view->stereo()) + 1) % 3));

@@ -59,6 +59,82 @@ QString words_of_event(const std::string& kind) {
   return QString::fromStdString(kind);
 }
 
+/// A hand's ticks in a scene. Throws LoadError when stopped.
+class Replaying {
+ public:
+  Replaying(const LoadedScene& loaded, std::stop_token stop) : loaded_(loaded), stop_(std::move(stop)) {}
+
+  void feel_trace(const std::filesystem::path& folder) {
+    const TraceReader reader(folder);
+    const std::vector<TraceTick> ticks = reader.ticks();
+    const TraceHeader& header = reader.header();
+    felt_.name = (folder.filename().empty() ? folder.parent_path().filename() : folder.filename()).string();
+    stride_ = ticks.size() / most_rows + 1;
+    Session session(loaded_.scene, header.device_encoder_step_m);
+    GuardedSession guarded(session, detail::guard_options_of(header));
+    for (const TraceTick& tick : ticks) {
+      const TickFrame& was = tick.frame;
+      add(guarded.tick(was.tick, was.t_s, was.dt_s, probe_of(was), was.circumstances), session);
+    }
+  }
+  void feel_replay(const FeltTrace& first) {
+    felt_.name = first.name;
+    stride_ = first.hand.size() / most_rows + 1;
+    Session session(loaded_.scene, first.encoder_step_m);
+    GuardedSession guarded(session, first.max_force_n);
+    for (const FeltTrace::HandTick& was : first.hand) add(guarded.tick(was.tick, was.t_s, was.dt_s, was.probe), session);
+  }
+  void feel_hand(const std::string& description) {
+    RunOptions options;
+    options.hand = description;
+    PreparedRun prepared = prepare(loaded_, options);
+    felt_.name = description;
+    felt_.encoder_step_m = prepared.hand->limits().encoder_step_m;
+    felt_.max_force_n = prepared.hand->limits().max_force_n;
+    stride_ = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
+    Session session(loaded_.scene, felt_.encoder_step_m);
+    run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
+                  [&](const TickFrame& frame, const Session& now) {
+                    felt_.hand.push_back({frame.tick, frame.t_s, frame.dt_s, probe_of(frame)});
+                    add(frame, now);
+                  });
+  }
+
+  FeltTrace felt() {
+    if (felt_.rows.empty()) throw LoadError(felt_.name + ": has no ticks; record for longer");
+    felt_.duration_s = felt_.rows.back().t_s;
+    for (FeltTrace::Event& event : felt_.events) event.row = std::min(event.row, felt_.rows.size() - 1);
+    return std::move(felt_);
+  }
+
+ private:
+  void add(const TickFrame& frame, const Session& session) {
+    if (stop_.stop_requested()) throw LoadError("the hand was not felt to its end: it was cancelled; play it again");
+    for (const SessionEvent& event : session.events()) {
+      std::string subject = event.mode >= 0 ? loaded_.scene.modes()[static_cast<std::size_t>(event.mode)].name : "session";
+      felt_.events.push_back({felt_.rows.size(), name_of(event.kind), std::move(subject)});
+    }
+    felt_.run.ticks.push_back(felt_tick(frame));
+    if (seen_++ % stride_ != 0) return;
+    FeltTrace::Row& row = felt_.rows.emplace_back(FeltTrace::Row{.tick = frame.tick,
+                                                                 .t_s = frame.t_s,
+                                                                 .probe_m = frame.result.probe_m,
+                                                                 .proxy_m = frame.result.proxy_m,
+                                                                 .command_n = frame.command.force_n,
+                                                                 .first_primitive = felt_.placed.size()});
+    if (session.sub_steps().empty()) return;
+    const SubStep& last = session.sub_steps().back();
+    row.primitives = last.primitives;
+    const auto first = session.primitives().begin() + last.first_primitive;
+    felt_.placed.insert(felt_.placed.end(), first, first + last.primitives);
+  }
+
+  const LoadedScene& loaded_;
+  std::stop_token stop_;
+  FeltTrace felt_;
+  std::size_t stride_ = 1, seen_ = 0;
+};
+
 }  // namespace
 
 Moment FeltTrace::moment(std::size_t row) const {
@@ -70,66 +146,14 @@ Moment FeltTrace::moment(std::size_t row) const {
 }
 
 FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop) {
-  FeltTrace felt;
-  const Scene& scene = loaded.scene;
-  std::size_t stride = 1, seen = 0;
-  const auto add = [&](const TickFrame& frame, const Session& session) {
-    if (stop.stop_requested()) throw LoadError("the hand was not felt to its end: it was cancelled; play it again");
-    for (const SessionEvent& event : session.events()) {
-      std::string subject = event.mode >= 0 ? scene.modes()[static_cast<std::size_t>(event.mode)].name : "session";
-      felt.events.push_back({felt.rows.size(), name_of(event.kind), std::move(subject)});
-    }
-    felt.run.ticks.push_back(felt_tick(frame));
-    if (seen++ % stride != 0) return;
-    FeltTrace::Row& row = felt.rows.emplace_back(FeltTrace::Row{.tick = frame.tick,
-                                                                .t_s = frame.t_s,
-                                                                .probe_m = frame.result.probe_m,
-                                                                .proxy_m = frame.result.proxy_m,
-                                                                .command_n = frame.command.force_n,
-                                                                .first_primitive = felt.placed.size()});
-    if (session.sub_steps().empty()) return;
-    const SubStep& last = session.sub_steps().back();
-    row.primitives = last.primitives;
-    const auto first = session.primitives().begin() + last.first_primitive;
-    felt.placed.insert(felt.placed.end(), first, first + last.primitives);
-  };
-  if (!hand.trace.empty()) {
-    const TraceReader reader(hand.trace);
-    const std::vector<TraceTick> ticks = reader.ticks();
-    const TraceHeader& header = reader.header();
-    felt.name = (hand.trace.filename().empty() ? hand.trace.parent_path().filename() : hand.trace.filename()).string();
-    stride = ticks.size() / most_rows + 1;
-    Session session(scene, header.device_encoder_step_m);
-    GuardedSession guarded(session, detail::guard_options_of(header));
-    for (const TraceTick& tick : ticks) {
-      const TickFrame& was = tick.frame;
-      add(guarded.tick(was.tick, was.t_s, was.dt_s, probe_of(was), was.circumstances), session);
-    }
-  } else if (hand.again) {
-    felt.name = hand.again->name;
-    stride = hand.again->hand.size() / most_rows + 1;
-    Session session(scene, hand.again->encoder_step_m);
-    GuardedSession guarded(session, hand.again->max_force_n);
-    for (const FeltTrace::HandTick& was : hand.again->hand) add(guarded.tick(was.tick, was.t_s, was.dt_s, was.probe), session);
-  } else {
-    RunOptions options;
-    options.hand = hand.description;
-    PreparedRun prepared = prepare(loaded, options);
-    felt.name = hand.description;
-    stride = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
-    felt.encoder_step_m = prepared.hand->limits().encoder_step_m;
-    felt.max_force_n = prepared.hand->limits().max_force_n;
-    Session session(scene, felt.encoder_step_m);
-    run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
-                  [&](const TickFrame& frame, const Session& now) {
-                    felt.hand.push_back({frame.tick, frame.t_s, frame.dt_s, probe_of(frame)});
-                    add(frame, now);
-                  });
-  }
-  if (felt.rows.empty()) throw LoadError(felt.name + ": has no ticks; record for longer");
-  felt.duration_s = felt.rows.back().t_s;
-  for (FeltTrace::Event& event : felt.events) event.row = std::min(event.row, felt.rows.size() - 1);
-  return felt;
+  Replaying replaying(loaded, stop);
+  if (!hand.trace.empty())
+    replaying.feel_trace(hand.trace);
+  else if (hand.again)
+    replaying.feel_replay(*hand.again);
+  else
+    replaying.feel_hand(hand.description);
+  return replaying.felt();
 }
 
 Player::Player(QWidget* parent)

@@ -102,7 +102,7 @@ void SceneViews::make_slices(bool has_opengl) {
     connect(slice, &SliceView::pointed_nowhere, this, [this] { Q_EMIT pointed({}); });
     connect(slice, &SliceView::cross_moved, this, [this](const Vec3& at_m) {
       for (SliceView* other : slices_) other->set_cross(at_m);
-      if (view_) view_->set_cross(at_m);
+      if (view_) view_->set_cross(at_m), view_->move_cut(at_m);
     });
     connect(slice, &SliceView::window_dragged, this, [this](double low, double high) {
       look_.low = low;

@@ -1,7 +1,6 @@
 #include "explorer/time_bar.h"
 
 #include <QHBoxLayout>
-#include <QKeyEvent>
 #include <QLabel>
 #include <QSignalBlocker>
 #include <QSlider>
@@ -23,7 +22,6 @@ TimeBar::TimeBar(QWidget* parent)
   slider_->setObjectName("data_time");
   slider_->setAccessibleName(tr("Time of the data"));
   slider_->setToolTip(tr("Hold the data at a moment; arrow keys: frame by frame"));
-  slider_->installEventFilter(this);
   play_->setObjectName("play");
   play_->setCheckable(true);
   play_->setAutoRaise(true);
@@ -38,18 +36,6 @@ TimeBar::TimeBar(QWidget* parent)
   connect(slider_, &QSlider::valueChanged, this, &TimeBar::hold_at);
   connect(play_, &QToolButton::toggled, this, &TimeBar::play);
   hide();
-}
-
-/// Arrow keys turn the view, but step the data where the slider has the focus.
-bool TimeBar::eventFilter(QObject* watched, QEvent* event) {
-  if (event->type() == QEvent::ShortcutOverride) {
-    const int key = static_cast<QKeyEvent*>(event)->key();
-    if (key == Qt::Key_Left || key == Qt::Key_Right) {
-      event->accept();
-      return true;
-    }
-  }
-  return QWidget::eventFilter(watched, event);
 }
 
 void TimeBar::show_scene(const Scene& scene) {

@@ -28,9 +28,6 @@ class TimeBar : public QWidget {
   /// The user wants this progress of the data's time: held at a moment, or in a loop.
   void asked(const palpa::TimeOptions& time);
 
- protected:
-  bool eventFilter(QObject* watched, QEvent* event) override;
-
  private:
   void play(bool on);
   void hold_at(int step);
