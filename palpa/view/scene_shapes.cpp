@@ -31,6 +31,9 @@ namespace {
 // Smallest extent assumed for a path, as in scene_picture.cpp.
 constexpr double least_felt_m = 0.02;
 
+// Along the longest edge: more triangles than that would only be taken away again.
+constexpr int most_samples = 120;
+
 /// Data of an actor: the lines inside its tubes, or its surface.
 vtkPolyData* data_of(vtkActor& actor, bool& lines) {
   if (auto* tubes = vtkTubeFilter::SafeDownCast(actor.GetMapper()->GetInputAlgorithm())) {
@@ -148,8 +151,9 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
   QuietVtk quiet;
   vtkNew<vtkRenderer> solid, shells;
   const std::vector<ViewLayer> layers = layers_of(scene);
-  LayerSigns signs =
-      draw_layers(solid, shells, scene, layers, {near, true, at, 0.5 * largest_component(near.size_m()), {0, 0, 1}});
+  LayerOptions options{near, true, at, 0.5 * largest_component(near.size_m()), {0, 0, 1}};
+  options.most_samples = most_samples;
+  LayerSigns signs = draw_layers(solid, shells, scene, layers, options);
   SceneShapes shapes;
   shapes.bars = std::move(signs.bars);
   shapes.has_cloud = solid->GetVolumes()->GetNumberOfItems() > 0;

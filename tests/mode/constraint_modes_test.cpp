@@ -6,6 +6,7 @@
 
 #include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
+#include "tests/mode/placed.h"
 #include "tests/mode/resolved.h"
 #include "tests/solver/random_problems.h"
 
@@ -39,28 +40,7 @@ FieldPtr slope(double steepness) {
   return std::make_shared<Everywhere>([=](const Vec3& x) { return ScalarSample{steepness * x.z, {0, 0, steepness}, true}; });
 }
 
-class Place {
- public:
-  Place(FieldPtr field, const Vec3& at, const Similarity& map = {}) : fields_{std::move(field)}, samples_(fields_, map) {
-    here_.proxy_m = here_.probe_m = here_.at_m = at;
-    here_.time_step_s = 1e-3;
-    here_.stiffness_n_per_m = 500;
-    here_.finest_m = 1e-3;
-    out_.clear(at);
-  }
-  template <class M, class... Memory>
-  const PrimitiveSet& of(const M& mode, const Memory&... memory) {
-    mode.place(here_, memory..., out_);
-    return out_;
-  }
-  const ModeContext& here() const { return here_; }
-
- private:
-  std::vector<FieldPtr> fields_;
-  Samples samples_;
-  ModeContext here_{samples_, {}, {}, {}};
-  PrimitiveSet out_;
-};
+using test::Place;
 
 TEST(FrontShape, IsAPlaneAtTheProxyWhoseFreeSideIsDownstream) {
   test::Random random(1);

@@ -8,37 +8,15 @@
 #include "palpa/data/sampled.h"
 #include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
+#include "tests/mode/placed.h"
 #include "tests/mode/resolved.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace directed_modes_test {
 
-constexpr double k = 800;
-
-// One field, sampled from a proxy under a map.
-class Place {
- public:
-  Place(FieldPtr field, const Similarity& map, const Vec3& proxy) : fields_{std::move(field)}, samples_(fields_, map) {
-    here_.proxy_m = here_.probe_m = here_.at_m = proxy;
-    here_.time_step_s = 1e-3;
-    here_.stiffness_n_per_m = k;
-    here_.finest_m = 1e-3;
-    out_.clear(proxy);
-  }
-  template <class M, class... Memory>
-  const PrimitiveSet& of(const M& mode, const Memory&... memory) {
-    mode.place(here_, memory..., out_);
-    return out_;
-  }
-  const ModeContext& here() const { return here_; }
-
- private:
-  std::vector<FieldPtr> fields_;
-  Samples samples_;
-  ModeContext here_{samples_, {}, {}, {}};
-  PrimitiveSet out_;
-};
+using test::Place;
+constexpr double k = Place::stiffness_n_per_m;
 
 const FieldRef first = test::resolved("first", 0);
 
@@ -47,7 +25,7 @@ TEST(GradientForce, PullsUphillOrDownhillByItsStrength) {
   test::Random random(1);
   for (int i = 0; i < 300; ++i) {
     const Vec3 x = random.uniform(0.02, 0.06) * random.direction();
-    Place up(ball, {}, x), down(ball, {}, x);
+    Place up(ball, x), down(ball, x);
     const PrimitiveSet& inwards = up.of(GradientForce{.field = first, .strength_n = 0.7});
     ASSERT_EQ(inwards.size(), 1u);
     EXPECT_EQ(inwards[0].kind, PrimitiveKind::directed);
@@ -63,7 +41,7 @@ TEST(GradientForce, PullsUphillOrDownhillByItsStrength) {
 TEST(GradientForce, FadesLinearlyWhereTheDirectionTurns) {
   const FieldPtr ball = sphere_field(0.05).fields[0].field;
   for (const double r : {0.02, 0.01, 0.005, 0.0025}) {
-    Place place(ball, {}, {0, r, 0});
+    Place place(ball, {0, r, 0});
     const PrimitiveSet& set = place.of(GradientForce{.field = first, .strength_n = 1000.0});
     ASSERT_EQ(set.size(), 1u);
     EXPECT_NEAR(set[0].strength_n, 0.5 * k * r / std::sqrt(2.0), 0.02 * k * r);
@@ -73,7 +51,7 @@ TEST(GradientForce, FadesLinearlyWhereTheDirectionTurns) {
 TEST(VectorForce, GoesWithTheFlowAndFadesAtItsCore) {
   const FieldPtr vortex = lamb_oseen_vortex(0.02, 0.01).fields[0].field;
   for (const double r : {0.03, 0.02, 0.005, 1e-3, 1e-4}) {
-    Place place(vortex, {}, {r, 0, 0});
+    Place place(vortex, {r, 0, 0});
     const PrimitiveSet& set = place.of(VectorForce{.field = first, .strength_n = 0.5});
     ASSERT_EQ(set.size(), 1u);
     EXPECT_NEAR(set[0].direction.y, 1.0, 1e-9) << "round the axis";
@@ -93,7 +71,7 @@ TEST(VortexForce, PointsToTheCoreWhoeverMovesAlongAndIsSilentOutside) {
   for (int i = 0; i < 2000; ++i) {
     const double r = random.uniform(0.3, 5.5) * core, angle = random.uniform(0, 6.28);
     const Vec3 x{r * std::cos(angle), r * std::sin(angle), random.uniform(-0.02, 0.02)};
-    Place place(q, {}, x);
+    Place place(q, x);
     const PrimitiveSet& set = place.of(VortexForce{.field = first, .strength_n = 0.5});
     // Q of a Lamb-Oseen vortex is negative from 1.13 r_c on; smoothing moves that outwards a little.
     if (r > 1.5 * core) {
@@ -115,10 +93,10 @@ TEST(VortexPlane, StandsOnTheLevelItWasCapturedOnAndFacesTheCore) {
   const double core = 0.01;
   const FieldPtr q = derived(Derivation::q, sampled(*lamb_oseen_vortex(0.02, core).fields[0].field, 100));
   const VortexPlane mode{.field = first, .strength_n = 0.5};
-  Place inner(q, {}, {0.5 * core, 0, 0});
+  Place inner(q, {0.5 * core, 0, 0});
   const double level = inner.here().scalar(first).value;
   // A little further out, with the level in memory: the plane is back at the level.
-  Place outer(q, {}, {0.52 * core, 0, 0});
+  Place outer(q, {0.52 * core, 0, 0});
   const PrimitiveSet& set = outer.of(mode, VortexPlane::Memory{true, level});
   ASSERT_EQ(set.size(), 1u);
   EXPECT_EQ(set[0].kind, PrimitiveKind::plane);
@@ -126,7 +104,7 @@ TEST(VortexPlane, StandsOnTheLevelItWasCapturedOnAndFacesTheCore) {
   EXPECT_NEAR(set[0].position_m.x, 0.5 * core, 0.02 * core * 0.1);
   EXPECT_EQ(set.captured(0).value, level);
   // Without memory it is at the proxy.
-  Place fresh(q, {}, {0.52 * core, 0, 0});
+  Place fresh(q, {0.52 * core, 0, 0});
   EXPECT_LT(distance(fresh.of(mode, VortexPlane::Memory{})[0].position_m, {0.52 * core, 0, 0}), 1e-15);
 }
 
@@ -137,8 +115,8 @@ TEST(DirectedModes, AreTheSameInAnyWorld) {
     const Similarity pose{random.rotation(), std::exp(random.uniform(-8, 8)), random.in_cube(1.0)};
     const Vec3 x = random.uniform(0.004, 0.06) * random.direction();
     const GradientForce mode{.field = first, .strength_n = 1.5};
-    Place here_now(still.fields[0].field, {}, x);
-    Place there(posed(still, pose).fields[0].field, pose, x);
+    Place here_now(still.fields[0].field, x);
+    Place there(posed(still, pose).fields[0].field, x, pose);
     const PrimitiveSet& a = here_now.of(mode);
     const PrimitiveSet& b = there.of(mode);
     ASSERT_EQ(a.size(), b.size());

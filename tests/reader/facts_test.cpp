@@ -1,28 +1,16 @@
 // Facts of the shared data, found with other tools.
 #include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "files.h"
+#include "shared_facts.h"
 
 namespace palpa::test {
 namespace facts_test {
 
 using Json = nlohmann::json;
 
-class Facts : public ReaderTest {
+class Facts : public SharedFacts {
  protected:
-  void SetUp() override {
-    ReaderTest::SetUp();
-    if (IsSkipped()) return;
-    const fs::path file = shared_file("facts.json");
-    if (file.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
-    facts_ = Json::parse(std::ifstream(file));
-  }
-
   Volume open(const std::string& name, VolumeRequest request = {}) { return read(shared_file(name), std::move(request)); }
-
-  Json facts_;
 };
 
 const VolumeField& field_of(const Volume& volume, const std::string& name) {

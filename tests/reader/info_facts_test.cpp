@@ -1,27 +1,18 @@
 // `palpa info --json` and `--at-m` against facts of the shared data from other tools.
 #include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <tuple>
 
 #include "app/info.h"
 #include "files.h"
+#include "shared_facts.h"
 
 namespace palpa::test {
 namespace info_facts_test {
 
 using Json = nlohmann::json;
 
-class InfoFacts : public ReaderTest {
+class InfoFacts : public SharedFacts {
  protected:
-  void SetUp() override {
-    ReaderTest::SetUp();
-    if (IsSkipped()) return;
-    const fs::path file = shared_file("facts.json");
-    if (file.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
-    facts_ = Json::parse(std::ifstream(file));
-  }
-
   Json info_of(const std::string& file, const std::vector<Vec3>& at_m = {}, const VolumeRequest& request = {}) {
     app::InfoArguments arguments{.files = {shared_file(file)}, .json = true, .at_m = at_m, .read = options_};
     arguments.request = request;
@@ -134,8 +125,6 @@ class InfoFacts : public ReaderTest {
     }
     return {at[0], at[1], at[2]};
   }
-
-  Json facts_;
 };
 
 TEST_F(InfoFacts, OfScans) {

@@ -12,6 +12,7 @@
 #include "palpa/scene/mode_inputs.h"
 #include "palpa/session/session.h"
 #include "tests/mode/resolved.h"
+#include "tests/session/friction_work.h"
 #include "tests/session/hands.h"
 
 namespace palpa {
@@ -226,19 +227,8 @@ TEST(Texture, NeverBringsEnergyIn) {
     if (run % 4 == 1) surface.levels[0].stiffness_n_per_m = 500.0;
     Session session(scene_of(rough(0.05, 2e-4, Filter::smooth), surface));
     const test::Wander hand(random, 0.08);
-    double taken_j = 0.0;
-    for (int i = 0; i < 3000; ++i) {
-      session.tick({.position_m = hand.at(dt * i)}, dt);
-      double brought_j = 0.0;
-      for (const SubStep& step : session.sub_steps()) {
-        for (const PlacedPrimitive& row : session.primitives().subspan(step.first_primitive, step.primitives)) {
-          if (row.primitive.kind == PrimitiveKind::line) brought_j += work_j(step, row);
-        }
-      }
-      ASSERT_LE(brought_j, 1e-12) << run << ", " << i;
-      taken_j -= brought_j;
-    }
-    EXPECT_GT(taken_j, 0.0);
+    SCOPED_TRACE(run);
+    test::expect_that_friction_takes(session, hand);
   }
 }
 
