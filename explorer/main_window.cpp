@@ -112,7 +112,7 @@ void MainWindow::make_pages() {
   auto* over = new QGridLayout(central);  // progress lies over the pages, which do not move
   over->setContentsMargins(0, 0, 0, 0);
   over->addWidget(pages_, 0, 0);
-  time_bar_ = new TimeBar;
+  time_bar_ = new TimeBar([this] { return player_->has_trace() ? player_->at_s() : std::max(0.0, touch_.moment().t_s); });
   over->addWidget(time_bar_, 1, 0);
   connect(time_bar_, &TimeBar::asked, this, [this](const TimeOptions& time) {
     document_.edit(tr("time of the data"), time_key, [&](Scene& scene) { scene.set(time); });
@@ -342,11 +342,11 @@ void MainWindow::tick() {
 /// Draws moving data as they are felt now.
 void MainWindow::follow_data() {
   if (!document_.is_open()) return;
-  time_bar_->follow(player_->has_trace() ? player_->at_s() : std::max(0.0, touch_.moment().t_s));
+  time_bar_->follow();
   if (!time_bar_->plays() || pages_->currentIndex() != 1 || ++frames_ % data_frames != 0) return;
   Scene now = document_.scene();
   now.set(TimeOptions{.start_s = time_bar_->at_s()});
-  views_->draw_layers(now);
+  views_->draw_layers(now, true);
 }
 
 QString MainWindow::format_hint() const {

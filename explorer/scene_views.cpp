@@ -3,6 +3,7 @@
 #include <QEvent>
 #include <QHBoxLayout>
 #include <QVBoxLayout>
+#include <utility>
 
 #include "explorer/drawing.h"
 #include "explorer/panel.h"
@@ -214,7 +215,8 @@ QString SceneViews::words_at(const Vec3& at_m) const {
   return words.join("   ");
 }
 
-void SceneViews::draw_layers(const Scene& scene) {
+void SceneViews::draw_layers(const Scene& scene, bool moves) {
+  const bool moved = std::exchange(moves_, moves);
   const bool is_later = scene_ && scene_->time() != scene.time();
   scene_ = scene;
   if (field_names(scene) != listed_) list_fields();  // data were added
@@ -233,7 +235,10 @@ void SceneViews::draw_layers(const Scene& scene) {
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
   compared.set(CouplingOptions{});
   const std::string key = to_toml(compared);
-  if (key == drawn_) return;
+  if (key == drawn_) {
+    if (moved && !moves) finer_.start();
+    return;
+  }
   drawn_ = key;
   next_ = std::move(seen);
   finer_.stop();
@@ -245,12 +250,15 @@ void SceneViews::draw(bool rough) {
   const Vec3 towards = view_->view().towards;
   is_rough_ = rough;
   jobs_.begin<Drawing>(
-      Jobs::Purpose::draw, rough ? tr("drawing") : tr("drawing finely"),
+      Jobs::Purpose::draw,
+      moves_  ? QString()
+      : rough ? tr("drawing")
+              : tr("drawing finely"),
       [seen = *next_, towards, rough](std::stop_token) { return draw_for_window(seen, towards, rough); },
       [this, seen = *next_, rough](Drawing drawing) {
         view_->show_drawing(std::move(drawing), seen);
         if (!(*next_ == seen)) return draw(true);
-        if (rough) finer_.start();
+        if (rough && !moves_) finer_.start();
       },
       [this](const QString& why) { Q_EMIT said(why, true); });
 }

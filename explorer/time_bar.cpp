@@ -8,6 +8,7 @@
 #include <QToolButton>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace palpa::explorer {
 namespace {
@@ -17,8 +18,12 @@ constexpr int most_steps = 100'000;
 
 }  // namespace
 
-TimeBar::TimeBar(QWidget* parent)
-    : QWidget(parent), slider_(new QSlider(Qt::Horizontal)), play_(new QToolButton), words_(new QLabel) {
+TimeBar::TimeBar(std::function<double()> elapsed_s, QWidget* parent)
+    : QWidget(parent),
+      slider_(new QSlider(Qt::Horizontal)),
+      play_(new QToolButton),
+      words_(new QLabel),
+      elapsed_s_(std::move(elapsed_s)) {
   slider_->setObjectName("data_time");
   slider_->setAccessibleName(tr("Time of the data"));
   slider_->setToolTip(tr("Hold the data at a moment; arrow keys: frame by frame"));
@@ -63,13 +68,12 @@ void TimeBar::show_scene(const Scene& scene) {
   show_time();
 }
 
-void TimeBar::follow(double elapsed_s) {
-  elapsed_s_ = elapsed_s;
+void TimeBar::follow() {
   if (plays()) show_time();
 }
 
 void TimeBar::show_time() {
-  at_s_ = time_.at(elapsed_s_).within(length_s_);
+  at_s_ = time_.at(elapsed_s_()).within(length_s_);
   const QSignalBlocker quiet(slider_);
   if (!slider_->isSliderDown()) slider_->setValue(static_cast<int>(std::lround(slider_->maximum() * at_s_ / length_s_)));
   words_->setText(tr("time of the data %1 s of %2 s").arg(at_s_, 0, 'f', 3).arg(length_s_, 0, 'g', 4));
@@ -83,10 +87,11 @@ void TimeBar::hold_at(int step) {
 }
 
 void TimeBar::play(bool on) {
+  follow();
   TimeOptions next = time_;
   next.play = on ? TimeOptions::Play::loop : TimeOptions::Play::hold;
   // The session's clock runs on: the loop is begun so far back that it goes on from here.
-  next.start_s = on ? DataTime(at_s_ - next.speed * elapsed_s_, true).within(length_s_) : at_s_;
+  next.start_s = on ? DataTime(at_s_ - next.speed * elapsed_s_(), true).within(length_s_) : at_s_;
   Q_EMIT asked(next);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <QWidget>
+#include <functional>
 
 #include "palpa/scene/scene.h"
 
@@ -15,11 +16,12 @@ namespace palpa::explorer {
 class TimeBar : public QWidget {
   Q_OBJECT
  public:
-  explicit TimeBar(QWidget* parent = nullptr);
+  /// \param elapsed_s  [s] since the session began, now
+  explicit TimeBar(std::function<double()> elapsed_s, QWidget* parent = nullptr);
   /// Adapts to the scene's fields and to its time.
   void show_scene(const Scene& scene);
-  /// Shows the time of the data `elapsed_s` [s] after the session began.
-  void follow(double elapsed_s);
+  /// Shows the time of playing data.
+  void follow();
   bool plays() const { return length_s_ > 0.0 && time_.play != TimeOptions::Play::hold; }
   /// Time that is shown [s], from 0 to the length of the data.
   double at_s() const { return at_s_; }
@@ -38,7 +40,8 @@ class TimeBar : public QWidget {
   QLabel* words_;
   TimeOptions time_;
   double length_s_ = 0.0, frame_s_ = 1.0;  ///< of the longest loop, and from frame to frame
-  double elapsed_s_ = 0.0, at_s_ = 0.0;
+  std::function<double()> elapsed_s_;
+  double at_s_ = 0.0;
 };
 
 }  // namespace palpa::explorer

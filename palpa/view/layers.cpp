@@ -156,13 +156,15 @@ std::vector<vtkSmartPointer<vtkPolyData>> find_surfaces(const Scene& scene, cons
     std::size_t layer;
     FieldPtr field;
     vtkSmartPointer<vtkImageData> image;
+    double level;
   };
   std::vector<Work> all;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (layers[i].show != ViewLayer::Show::surface) continue;
     const DrawnField drawn = drawn_field(scene, layers[i], options);
     if (!(largest_component(drawn.box.size_m()) > 0.0)) continue;
-    all.push_back({i, drawn.field, vtkSmartPointer<vtkImageData>::New()});  // a pipeline of its own for each thread
+    all.push_back({i, drawn.field, vtkSmartPointer<vtkImageData>::New(),  // a pipeline of its own for each thread
+                   surface_style(scene, layers, i, options.see_through).level});
     all.back().image->ShallowCopy(images.of(layers[i].field.name, drawn.field, drawn.box, options.most_samples));
   }
   std::vector<vtkSmartPointer<vtkPolyData>> surfaces(layers.size());
@@ -170,7 +172,7 @@ std::vector<vtkSmartPointer<vtkPolyData>> find_surfaces(const Scene& scene, cons
     for (std::int64_t i = first; i < last; ++i) {
       const Work& work = all[static_cast<std::size_t>(i)];
       vtkSmartPointer<vtkPolyData>& surface = surfaces[work.layer];
-      surface = surface_of(work.image, *work.field, surface_style(scene, layers, work.layer, options.see_through).level);
+      surface = surface_of(work.image, *work.field, work.level);
       if (!layers[work.layer].all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
     }
   });

@@ -59,6 +59,7 @@ TEST(ExplorerTime, ASliderHoldsTheDataWhereTheyAreSeenAndFeltAndAButtonPlaysThem
   EXPECT_TRUE(Driver::wait_for([&] { return std::abs(bar.at_s() - before_s) > 0.05; })) << "the time stands";
   driver.look("time-plays");
 
+  EXPECT_TRUE(driver.is_done()) << "the window is busy as long as the data play";
   driver.key(Qt::Key_P);
   EXPECT_FALSE(bar.plays());
   EXPECT_EQ(scene().time().play, TimeOptions::Play::hold);
@@ -82,6 +83,7 @@ TEST(ExplorerTime, ASliderHoldsTheDataWhereTheyAreSeenAndFeltAndAButtonPlaysThem
     EXPECT_NEAR(bar.at_s(), frame * frame_s, 1e-9);
     EXPECT_TRUE(bar.findChild<QLabel*>("data_time_words")->text().contains(QString::number(frame * frame_s, 'f', 3)));
     EXPECT_TRUE(driver.is_done());
+    EXPECT_FALSE(driver.view().drawing().is_rough);
   };
   go_to(far);
   const double far_m = drawn_m(driver);
