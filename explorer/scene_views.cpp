@@ -117,6 +117,7 @@ void SceneViews::make_slices(bool has_opengl) {
 void SceneViews::start(const Scene& scene) {
   trail_.clear();
   drawn_.clear();
+  is_first_ = true;
   scene_ = scene;
   look_ = slice_look_of(scene);
   take_flow();
@@ -258,7 +259,9 @@ void SceneViews::draw(bool rough) {
       [this, seen = *next_, rough](Drawing drawing) {
         view_->show_drawing(std::move(drawing), seen);
         if (!(*next_ == seen)) return draw(true);
-        if (rough && !moves_) finer_.start();
+        if (!rough || moves_) return;
+        // A scene that was just opened is not being dragged.
+        std::exchange(is_first_, false) ? draw(false) : finer_.start();
       },
       [this](const QString& why) { Q_EMIT said(why, true); });
 }

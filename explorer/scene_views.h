@@ -94,6 +94,7 @@ class SceneViews : public QSplitter {
   std::optional<Scene> next_;  ///< to be drawn
   bool is_rough_ = false;      ///< the running drawing
   bool moves_ = false;         ///< data that play
+  bool is_first_ = true;       ///< the drawing of a new scene
   QTimer finer_;               ///< until the fine drawing, which a further change cancels
   SliceLook look_;
   FieldPtr flow_;  ///< vectors that a mode or a layer uses; null: none
