@@ -20,6 +20,20 @@ void set_mode_row(Scene& scene, const std::string& mode, std::size_t row, const 
       mode, [&](SceneMode& changed) { set_row([&](ParameterVisitor& visitor) { changed.mode.visit(visitor); }, row, value); });
 }
 
+/// Field for a strength as a function: the mode's; of a level, on which that is constant, its gradient's magnitude. Empty: the
+/// mode reads no field.
+std::string input_for(const Scene& scene, const std::vector<ParameterRow>& rows, std::size_t strength) {
+  const auto first = std::ranges::find_if(rows, [](const auto& row) { return std::holds_alternative<FieldRef>(row.value); });
+  if (first == rows.end() || std::get<FieldRef>(first->value).name.empty()) return {};
+  const std::string& field = std::get<FieldRef>(first->value).name;
+  if (scene.field({field}).field->components() != 1) return "magnitude(" + field + ")";
+  const std::string& group = rows[strength].group;
+  const bool is_on_level = !group.empty() && std::ranges::any_of(rows, [&](const ParameterRow& row) {
+    return row.info.kind == ParameterKind::level && row.group == group;
+  });
+  return is_on_level ? "gradient_magnitude(" + field + ")" : field;
+}
+
 /// True if the layer's colours depend on this field.
 bool colors_say(const ViewLayer& layer, const std::string& field) {
   if (layer.show == ViewLayer::Show::surface || layer.show == ViewLayer::Show::slices) return false;
@@ -67,52 +81,55 @@ FunctionDesk::FunctionDesk(Document& document, Jobs& jobs, bool has_opengl, QWid
 }
 
 void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
-  const std::string name = document_.scene().modes()[mode].name;
+  const Felt felt{.mode = document_.scene().modes()[mode].name, .is_mask = false, .number = row};
   const std::vector<ParameterRow> rows = rows_of_mode(document_.scene().modes()[mode]);
   const auto* strength = std::get_if<Strength>(&rows[row].value);
   if (!strength) return;
-  if (strength->is_constant()) {
-    // The present strength, constant over all values of the mode's field.
-    std::string field;
-    for (const ParameterRow& one : rows)
-      if (const auto* ref = std::get_if<FieldRef>(&one.value); ref && field.empty()) field = ref->name;
-    if (field.empty()) {
-      Q_EMIT said(tr("This mode reads no field: its strength is a number."), false);
-      return;
-    }
-    if (document_.scene().field({field}).field->components() != 1) field = "magnitude(" + field + ")";
-    const ValueRange extent = document_.scene().field({field}).field->value_ranges()[0];
-    draft_ = Strength(
-        FieldRef{field},
-        TransferFunction({{extent.min, strength->constant_n}, {extent.max, strength->constant_n}}, strength->constant_n));
-    try {  // levels may rule out a function: the strength stays a number
-      Scene scene = document_.scene();
-      set_mode_row(scene, name, row, *draft_);
-      scene.check();
-    } catch (const std::exception& error) {
-      draft_.reset();
-      Q_EMIT said(QString::fromUtf8(error.what()), true);
-      return;
-    }
-  } else {
+  draft_.reset();
+  if (!strength->is_constant()) return open(felt);
+  const std::string field = input_for(document_.scene(), rows, row);
+  if (field.empty()) return Q_EMIT said(tr("This mode reads no field: its strength is a number."), false);
+  // A derived field is computed on first use.
+  jobs_.begin<VolumeField>(
+      Jobs::Purpose::look, tr("computing %1").arg(QString::fromStdString(field)),
+      [scene = document_.scene(), field](std::stop_token) { return scene.field({field}); },
+      [this, felt, field](const VolumeField& named) { draft(felt, field, named.field->value_ranges()[0]); },
+      [this](const QString& why) { Q_EMIT said(why, true); });
+}
+
+void FunctionDesk::draft(const Felt& felt, const std::string& field, const ValueRange& values) {
+  try {  // levels may rule out a function: the strength stays a number
+    Scene scene = document_.scene();
+    const SceneMode* mode = scene.find_mode(felt.mode);
+    const std::vector<ParameterRow> rows = mode ? rows_of_mode(*mode) : std::vector<ParameterRow>();
+    const auto* strength = felt.number < rows.size() ? std::get_if<Strength>(&rows[felt.number].value) : nullptr;
+    if (!strength || !strength->is_constant()) return;  // changed meanwhile
+    const double newtons = strength->constant_n;
+    draft_ = Strength(FieldRef{field}, TransferFunction({{values.min, newtons}, {values.max, newtons}}, newtons));
+    set_mode_row(scene, felt.mode, felt.number, *draft_);
+    scene.check();
+  } catch (const std::exception& error) {
     draft_.reset();
+    return Q_EMIT said(QString::fromUtf8(error.what()), true);
   }
-  felt_ = Felt{.mode = name, .is_mask = false, .number = row};
-  began_with_seen_ = false;
-  open();
+  open(felt);
 }
 
 void FunctionDesk::edit_mask(std::size_t mode, std::size_t mask) {
   draft_.reset();
-  felt_ = Felt{.mode = document_.scene().modes()[mode].name, .is_mask = true, .number = mask};
-  began_with_seen_ = false;
-  open();
+  open({.mode = document_.scene().modes()[mode].name, .is_mask = true, .number = mask});
 }
 
 void FunctionDesk::edit_colors(std::size_t layer) {
   draft_.reset();
   seen_ = layer;
   began_with_seen_ = true;
+  open();
+}
+
+void FunctionDesk::open(const Felt& felt) {
+  felt_ = felt;
+  began_with_seen_ = false;
   open();
 }
 

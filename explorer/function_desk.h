@@ -39,6 +39,9 @@ class FunctionDesk : public QDockWidget {
     std::size_t number;  ///< index among the mode's masks or parameters
   };
   void open();
+  void open(const Felt& felt);
+  /// Opens a strength that is a number as a function, constant over the values of a field.
+  void draft(const Felt& felt, const std::string& field, const ValueRange& values);
   std::optional<FunctionEditor::Shown> shown() const;
   bool show_felt(const Scene& scene, FunctionEditor::Shown& shown) const;
   void choose_seen(const Scene& scene);

@@ -1,10 +1,68 @@
 #include "explorer/help_sheet.h"
 
 #include <QCoreApplication>
+#include <QDesktopServices>
+#include <QFileInfo>
+#include <QImage>
+#include <QPushButton>
 #include <QTextBrowser>
 #include <QVBoxLayout>
 
+#include "palpa/base/scenes_folder.h"
+
 namespace palpa::explorer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int most_picture_px = 720;  // of the width of a page's picture. More: a page is wider than its window
+
+/// Text with pictures no wider than the window.
+class PageText : public QTextBrowser {
+ protected:
+  QVariant loadResource(int type, const QUrl& name) override {
+    if (type != QTextDocument::ImageResource) return QTextBrowser::loadResource(type, name);
+    const QImage picture(source().resolved(name).toLocalFile());
+    return picture.width() > most_picture_px ? picture.scaledToWidth(most_picture_px, Qt::SmoothTransformation) : picture;
+  }
+};
+
+}  // namespace
+
+fs::path pages_folder() {
+  try {
+    for (const char* way : {"../../doc/palpa/docs", "../docs"}) {
+      const fs::path folder = (scenes_folder() / way).lexically_normal();
+      if (fs::exists(folder / "explorer.md")) return folder;
+    }
+  } catch (const std::exception&) {  // no scenes: no pages beside them
+  }
+  return {};
+}
+
+Pages::Pages(const fs::path& page, QWidget* parent) : QDialog(parent) {
+  const auto tr = [](const char* words) { return QCoreApplication::translate("Pages", words); };
+  setAttribute(Qt::WA_DeleteOnClose);
+  setWindowTitle(tr("Pages"));
+  auto* text = new PageText;
+  text->setOpenLinks(false);
+  connect(text, &QTextBrowser::anchorClicked, text, [text](const QUrl& link) {
+    const QUrl to = text->source().resolved(link);
+    const bool is_page = to.isLocalFile() && QFileInfo(to.toLocalFile()).suffix() == "md";
+    is_page ? text->setSource(to) : static_cast<void>(QDesktopServices::openUrl(to));
+  });
+  auto* back = new QPushButton(tr("Back"));
+  back->setObjectName("back");
+  back->setAutoDefault(false);
+  back->setEnabled(false);
+  connect(text, &QTextBrowser::backwardAvailable, back, &QWidget::setEnabled);
+  connect(back, &QPushButton::clicked, text, &QTextBrowser::backward);
+  auto* all = new QVBoxLayout(this);
+  all->addWidget(back, 0, Qt::AlignLeft);
+  all->addWidget(text);
+  resize(most_picture_px + 80, 640);
+  text->setSource(QUrl::fromLocalFile(QString::fromStdString(page.string())));
+}
 
 HelpSheet::HelpSheet(const QList<QAction*>& actions, QWidget* parent) : QDialog(parent) {
   const auto tr = [](const char* words) { return QCoreApplication::translate("HelpSheet", words); };

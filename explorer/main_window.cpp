@@ -1,6 +1,8 @@
 #include "explorer/main_window.h"
 
+#include <QAbstractSpinBox>
 #include <QAction>
+#include <QApplication>
 #include <QCloseEvent>
 #include <QDir>
 #include <QDockWidget>
@@ -11,6 +13,7 @@
 #include <QGuiApplication>
 #include <QKeyEvent>
 #include <QLabel>
+#include <QLineEdit>
 #include <QMessageBox>
 #include <QScreen>
 #include <QScrollArea>
@@ -450,12 +453,18 @@ void MainWindow::say(const QString& words, bool is_problem, const QList<MessageB
   message_->say(words, is_problem, offers);
 }
 
+bool MainWindow::types_space() const {
+  const auto* field = qobject_cast<QLineEdit*>(QApplication::focusWidget());
+  const bool is_name = field && !field->isReadOnly() && !qobject_cast<QAbstractSpinBox*>(field->parent());
+  return is_name && (!touch_.is_felt() || touch_.is_held());
+}
+
 // Fields with text claim these keys: a number has an undo of its own, and a space is a letter. The force must go off with any
-// focus.
+// focus; without a force a space is a letter.
 bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
   if (event->type() == QEvent::ShortcutOverride && isActiveWindow()) {
     const auto* key = static_cast<QKeyEvent*>(event);
-    const bool is_space = key->key() == Qt::Key_Space && key->modifiers() == Qt::NoModifier;
+    const bool is_space = key->key() == Qt::Key_Space && key->modifiers() == Qt::NoModifier && !types_space();
     if (is_space || key->matches(QKeySequence::Undo) || key->matches(QKeySequence::Redo)) {
       event->ignore();
       return true;
@@ -491,7 +500,9 @@ void MainWindow::keep_unsaved() {
   if (!document_.is_open() || document_.undo().isClean()) return;
   const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
   QDir().mkpath(folder);
-  const QString file = folder + "/unsaved-" + QFileInfo(document_.opened().title).completeBaseName() + ".toml";
+  QString name = QFileInfo(document_.opened().title).completeBaseName();
+  if (name.startsWith(Settings::unsaved)) name.remove(0, QString(Settings::unsaved).size());
+  const QString file = folder + "/" + Settings::unsaved + name + ".toml";
   try {
     detail::write_whole(file.toStdString(), document_.text(), detail::Existing::replaced);
     std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", detail::sanitized(file.toStdString()).c_str());

@@ -85,6 +85,8 @@ class MainWindow : public QMainWindow {
   void show_recording();
   void touch_began(const Vec3& at_m, const Vec3& away);
   bool is_anything_on() const;
+  /// True if the focus is on a name, and no force could be turned off.
+  bool types_space() const;
   void make_docks();
   void lead_hand_by_mouse();
   QAction* action(const QString& words, const QKeySequence& keys, const QString& tip, const std::function<void()>& what);
@@ -99,6 +101,7 @@ class MainWindow : public QMainWindow {
   void ask_file();
   void ask_folder();
   void ask_data();
+  void ask_trace(const QString& title, const std::function<void(const std::filesystem::path&)>& then);
   void ask_parts();
   void choose(const FileContents& contents, const Wanted& wanted, const std::function<void(const Wanted&)>& then);
   void add(Wanted wanted);

@@ -2,6 +2,7 @@
 #include <QAction>
 #include <QActionGroup>
 #include <QApplication>
+#include <QCheckBox>
 #include <QDialogButtonBox>
 #include <QDir>
 #include <QDockWidget>
@@ -68,8 +69,11 @@ void MainWindow::make_file_actions() {
 
 void MainWindow::make_recent(QMenu* menu) {
   menu->clear();
-  for (const QString& file : settings_.recent())
-    menu->addAction(QDir::toNativeSeparators(file), this, [this, file] { open(file.toStdString()); });
+  for (const QString& file : settings_.recent()) {
+    const QString words = words_of_recent(file), path = QDir::toNativeSeparators(file);
+    const bool is_unsaved = words != QFileInfo(file).fileName();
+    menu->addAction(is_unsaved ? words + "   –   " + path : path, this, [this, file] { open(file.toStdString()); });
+  }
   if (menu->isEmpty()) menu->addAction(tr("No file yet"))->setEnabled(false);
 }
 
@@ -105,15 +109,14 @@ void MainWindow::make_actions() {
   }));
   feel->addAction(action(tr("&Recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
     if (!document_.is_open()) return;
-    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.folder());
+    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.traces());
     if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString()});
   }));
   feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
                          tr("Show a second trace beside the one that is open"), [this] {
                            if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
-                           const QString header = QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
-                                                                               settings_.folder(), tr("Traces (trace.toml)"));
-                           if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
+                           ask_trace(tr("The second trace (its trace.toml)"),
+                                     [this](const fs::path& trace) { compare_with(trace); });
                          }));
   feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace, or moving data"), [this] {
     QWidget* const bar = player_->has_trace() ? static_cast<QWidget*>(player_) : time_bar_;
@@ -153,11 +156,15 @@ void MainWindow::make_actions() {
   }
   help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse actions"),
                          [this] { (new HelpSheet(actions(), this))->show(); }));
-
+  help->addAction(action(tr("&Pages"), QKeySequence("Shift+F1"), tr("Pages of the documentation"), [this] {
+    const fs::path folder = pages_folder();
+    if (folder.empty()) return say(tr("The pages are not installed: the package libpalpa-dev has them."));
+    (new Pages(folder / "explorer.md", this))->show();
+  }));
   help->addAction(action(tr("&About Palpa"), {}, tr("Version and licence"), [this] {
     QMessageBox::about(this, tr("About Palpa"),
                        tr("Palpa %1\nTouch volumetric data by haptics.\nLicence: Apache 2.0. Manual: palpa explore --help, and "
-                          "docs/explorer.md.")
+                          "Help ▸ Pages.")
                            .arg(version));
   }));
   make_tool_bar();
@@ -207,6 +214,10 @@ void MainWindow::make_view_actions() {
   }));
   make_layout_actions(look);
   for (QDockWidget* dock : findChildren<QDockWidget*>()) look->addAction(dock->toggleViewAction());
+  QAction* instruments = scene_docks_[1]->toggleViewAction();
+  instruments->setShortcut(QKeySequence("I"));
+  instruments->setStatusTip(tr("Show or hide the force curve, on the full screen, too"));
+  addAction(instruments);  // the full screen has no menu
 }
 
 void MainWindow::make_layout_actions(QMenu* look) {
@@ -227,7 +238,8 @@ void MainWindow::make_layout_actions(QMenu* look) {
         views_->set_layout_of_views(static_cast<SceneViews::Layout>(next));
       }));
   look->addSeparator();
-  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("The views alone, on the full screen"),
+  look->addAction(action(tr("&Full screen"), QKeySequence("F11"),
+                         tr("The views alone, on the full screen; I adds the force curve"),
                          [this] { present(!isFullScreen()); }));
   look->addAction(action(tr("&Dark"), {}, tr("Dark or light colours"),
                          [this] { set_dark(palette().color(QPalette::Window).lightness() >= 128); }));
@@ -329,6 +341,7 @@ void MainWindow::present(bool on) {
   }
   for (QWidget* widget : hidden_for_presenting_) widget->setVisible(!on);
   if (!on) hidden_for_presenting_.clear();
+  if (on && !message_->isVisible()) say(tr("F11 leaves the full screen, I shows the force curve."));
   setWindowState(on ? windowState() | Qt::WindowFullScreen : windowState() & ~Qt::WindowFullScreen);
 }
 
@@ -362,17 +375,21 @@ void MainWindow::picture_of_size() {
   auto* file = new QLineEdit(settings_.new_picture());
   file->setObjectName("picture_file");
   file->setMinimumWidth(360);
+  auto* transparent = new QCheckBox(tr("Transparent ground"));
+  transparent->setObjectName("picture_transparent");
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Save | QDialogButtonBox::Cancel);
   connect(buttons, &QDialogButtonBox::accepted, &dialog, &QDialog::accept);
   connect(buttons, &QDialogButtonBox::rejected, &dialog, &QDialog::reject);
   form->addRow(tr("Width"), width);
   form->addRow(tr("Height"), height);
   form->addRow(tr("File"), file);
+  form->addRow(QString(), transparent);
   form->addRow(buttons);
   if (dialog.exec() != QDialog::Accepted) return;
   QDir().mkpath(QFileInfo(file->text()).path());
   try {
-    save_picture(view->picture({width->value(), height->value()}), file->text());
+    const View3D::Ground ground = transparent->isChecked() ? View3D::Ground::transparent : View3D::Ground::own;
+    save_picture(view->picture({width->value(), height->value()}, ground), file->text());
     say(tr("Saved %1").arg(file->text()));
   } catch (const LoadError& error) {
     say(QString::fromUtf8(error.what()), true);

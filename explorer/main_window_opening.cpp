@@ -39,14 +39,17 @@ Wanted again(const Opened& opened) {
 }  // namespace
 
 QList<QAction*> MainWindow::make_opening_actions() {
-  return {action(tr("&Open …"), QKeySequence::Open, tr("Open a scene, data or a trace"), [this] { ask_file(); }),
-          action(tr("Open a &folder …"), QKeySequence("Ctrl+Shift+O"),
-                 tr("Open a folder: a DICOM series, an OpenFOAM case, a trace"), [this] { ask_folder(); }),
-          action(tr("A&dd data …"), QKeySequence("Ctrl+Shift+A"), tr("Add a second volume, on a grid of its own, to the scene"),
-                 [this] { ask_data(); }),
-          action(tr("&Choose series or arrays …"), QKeySequence("Ctrl+Shift+C"),
-                 tr("Open another series of the folder, other arrays of the file, or three of them as one vector"),
-                 [this] { ask_parts(); })};
+  return {
+      action(tr("&Open …"), QKeySequence::Open, tr("Open a scene, data or a trace"), [this] { ask_file(); }),
+      action(tr("Open a &folder …"), QKeySequence("Ctrl+Shift+O"),
+             tr("Open a folder: a DICOM series, an OpenFOAM case, a trace"), [this] { ask_folder(); }),
+      action(tr("Open a r&ecording …"), QKeySequence("Ctrl+Shift+R"), tr("Open a trace, by its trace.toml"),
+             [this] { ask_trace(tr("Open a recording (its trace.toml)"), [this](const fs::path& trace) { open(trace); }); }),
+      action(tr("A&dd data …"), QKeySequence("Ctrl+Shift+A"), tr("Add a second volume, on a grid of its own, to the scene"),
+             [this] { ask_data(); }),
+      action(tr("&Choose series or arrays …"), QKeySequence("Ctrl+Shift+C"),
+             tr("Open another series of the folder, other arrays of the file, or three of them as one vector"),
+             [this] { ask_parts(); })};
 }
 
 void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
@@ -124,6 +127,12 @@ void MainWindow::ask_folder() {
   if (folder.isEmpty()) return;
   settings_.set_folder(folder);
   open(folder.toStdString());
+}
+
+// Traces lie in a folder of their own, not in that of the last data.
+void MainWindow::ask_trace(const QString& title, const std::function<void(const fs::path&)>& then) {
+  const QString header = QFileDialog::getOpenFileName(this, title, settings_.traces(), tr("Traces (trace.toml)"));
+  if (!header.isEmpty()) then(chosen_path(header));
 }
 
 void MainWindow::ask_data() {

@@ -13,6 +13,7 @@ namespace {
 constexpr double disc_px = 34.0;   // radius of a plane's disc. Larger: hides the data; smaller: hides its tilt
 constexpr double rod_px = 46.0;    // half the length of a line
 constexpr double arrow_px = 84.0;  // of the largest force
+constexpr double force_px = 24.0;  // from the proxy to the number of the force. Nearer: on the ball
 constexpr double least_shown_n = 1e-3;
 
 /// Arrow with a head sized by the pen.
@@ -153,6 +154,34 @@ void paint_moment(QPainter& painter, const detail::View& view, const Moment& mom
   ball(painter, proxy, 7.0, QColor(22, 22, 28), Qt::white);
 }
 
+void paint_force(Texts& texts, const detail::View& view, const Moment& moment, const QColor& ink, const QColor& ground) {
+  const double force_n = norm(moment.command_n);
+  const QPointF proxy = on_screen(view, moment.proxy_m);
+  if (moment.tick < 0 || force_n < 0.005 || !QRectF(0, 0, view.width_px, view.height_px).contains(proxy)) return;
+  bool bears = false, faces = false;
+  for (std::size_t i = 0; i < moment.count; ++i) {
+    const Primitive& p = moment.primitives[i].primitive;
+    const bool is_surface = p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner;
+    if (!is_surface || norm(moment.primitives[i].force_n) < least_shown_n) continue;
+    bears = true;
+    faces = faces || dot(p.direction, view.towards) > 0.0;
+  }
+  if (bears && !faces) return;
+  QPainter& painter = texts.painter();
+  painter.save();
+  QFont large = painter.font();
+  large.setPointSizeF(1.7 * large.pointSizeF());
+  large.setBold(true);
+  painter.setFont(large);
+  const QString words = QString("%1 N").arg(force_n, 0, 'f', 2);
+  const double width = painter.fontMetrics().horizontalAdvance(words) + 8.0, height = painter.fontMetrics().height() + 4.0;
+  const bool is_right = proxy.x() + force_px + width < view.width_px;
+  const double y = std::clamp(proxy.y() - force_px, 0.5 * height, view.height_px - 0.5 * height);
+  texts.paint_card({proxy.x() + (is_right ? force_px : -force_px), y}, words, is_right ? Qt::AlignLeft : Qt::AlignRight, ink,
+                   ground, view.width_px);
+  painter.restore();
+}
+
 void paint_ghost(QPainter& painter, const detail::View& view, const Vec3& at_m) {
   const QPointF at = on_screen(view, at_m);
   painter.setBrush(QColor(22, 22, 28, 70));
@@ -175,45 +204,55 @@ QString coordinate_words(int axis, double at_m, bool medical, double world_per_h
   return QString("%1 %2 %3").arg(name).arg(std::abs(value) < 0.05 ? 0.0 : value, 0, 'f', 1).arg(unit.name);
 }
 
-void paint_words(QPainter& painter, const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink,
-                 const QColor& ground) {
-  const QFontMetricsF metrics(painter.font());
-  QRectF box = metrics.boundingRect(words).adjusted(-4, -2, 4, 2);
+void Texts::paint_card(const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink, const QColor& ground,
+                       double room_px) {
+  constexpr int flags = Qt::AlignCenter | Qt::TextWordWrap;
+  QRectF box = painter_.boundingRect(QRectF(0, 0, room_px, 1e4), flags, words).adjusted(-4, -2, 4, 2);
   box.moveCenter(at);
   if (side & Qt::AlignLeft) box.moveLeft(at.x());
   if (side & Qt::AlignRight) box.moveRight(at.x());
-  painter.setPen(Qt::NoPen);
-  painter.setBrush(ground);
-  painter.drawRoundedRect(box, 3, 3);
-  painter.setPen(ink);
-  painter.drawText(box, Qt::AlignCenter, words);
+  if (side & Qt::AlignTop) box.moveTop(at.y());
+  if (side & Qt::AlignBottom) box.moveBottom(at.y());
+  painter_.setPen(Qt::NoPen);
+  painter_.setBrush(ground);
+  painter_.drawRoundedRect(box, 3, 3);
+  painter_.setPen(ink);
+  painter_.drawText(box, flags, words);
+  shown_.push_back({box, words});
 }
 
-void paint_rimmed(QPainter& painter, const QRectF& box, int flags, const QString& words, const QColor& ink) {
-  painter.setPen(rim_of(ink));
+bool Texts::paint_rimmed(const QRectF& box, int flags, const QString& words, const QColor& ink) {
+  const QRectF letters = painter_.boundingRect(box, flags, words);
+  const QRectF inner = letters.adjusted(0, 1, 0, -1);  // rows of a text touch
+  if (std::ranges::any_of(shown_, [&](const PlacedText& other) { return other.box.intersects(inner); })) return false;
+  painter_.setPen(rim_of(ink));
   for (const QPointF& shift : {QPointF(-1, 0), QPointF(1, 0), QPointF(0, -1), QPointF(0, 1)})
-    painter.drawText(box.translated(shift), flags, words);
-  painter.setPen(ink);
-  painter.drawText(box, flags, words);
+    painter_.drawText(box.translated(shift), flags, words);
+  painter_.setPen(ink);
+  painter_.drawText(box, flags, words);
+  shown_.push_back({letters, words});
+  return true;
 }
 
-void paint_scale_bar(QPainter& painter, const detail::View& view, double world_per_hand, const QColor& ink) {
+void paint_scale_bar(Texts& texts, const detail::View& view, double world_per_hand, const QColor& ink) {
   const double world_per_px = world_per_hand / view.px_per_m();
   const double length_m = detail::round_length(0.22 * view.width_px * world_per_px);
   const double px = length_m / world_per_px;
   const double x = 14.0, y = view.height_px - 16.0;
+  if (!texts.paint_rimmed(QRectF(x, y - 22, std::max(px, 90.0), 16), Qt::AlignLeft | Qt::AlignVCenter,
+                          QString::fromStdString(detail::length_words(length_m)), ink))
+    return;
+  QPainter& painter = texts.painter();
   for (const QPen& pen : {QPen(rim_of(ink), 4.0), QPen(ink, 2.0)}) {
     painter.setPen(pen);
     painter.drawLine(QPointF(x, y), QPointF(x + px, y));
     painter.drawLine(QPointF(x, y - 4), QPointF(x, y + 4));
     painter.drawLine(QPointF(x + px, y - 4), QPointF(x + px, y + 4));
   }
-  paint_rimmed(painter, QRectF(x, y - 22, std::max(px, 90.0), 16), Qt::AlignLeft | Qt::AlignVCenter,
-               QString::fromStdString(detail::length_words(length_m)), ink);
 }
 
-void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
-                      const QColor& ink, double top_px) {
+void paint_directions(Texts& texts, const detail::View& view, std::span<const Vec3, 3> axes, bool medical, const QColor& ink,
+                      double top_px) {
   const auto nearest = [&](const Vec3& direction) {
     int best = 0;
     double most = -2.0;
@@ -223,15 +262,16 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
     }
     return name_of_direction(best / 2, best % 2 != 0, medical);
   };
+  QPainter& painter = texts.painter();
   painter.save();
   QFont font = painter.font();
   font.setBold(true);
   painter.setFont(font);
   const double w = view.width_px, h = view.height_px;
-  paint_rimmed(painter, QRectF(w - 34, h / 2 - 10, 28, 20), Qt::AlignRight | Qt::AlignVCenter, nearest(view.right), ink);
-  paint_rimmed(painter, QRectF(6, h / 2 - 10, 28, 20), Qt::AlignLeft | Qt::AlignVCenter, nearest(-view.right), ink);
-  paint_rimmed(painter, QRectF(w / 2 - 20, top_px, 40, 18), Qt::AlignCenter, nearest(view.up), ink);
-  paint_rimmed(painter, QRectF(w / 2 - 20, h - 22, 40, 18), Qt::AlignCenter, nearest(-view.up), ink);
+  texts.paint_rimmed(QRectF(w - 34, h / 2 - 10, 28, 20), Qt::AlignRight | Qt::AlignVCenter, nearest(view.right), ink);
+  texts.paint_rimmed(QRectF(6, h / 2 - 10, 28, 20), Qt::AlignLeft | Qt::AlignVCenter, nearest(-view.right), ink);
+  texts.paint_rimmed(QRectF(w / 2 - 20, top_px, 40, 18), Qt::AlignCenter, nearest(view.up), ink);
+  texts.paint_rimmed(QRectF(w / 2 - 20, h - 22, 40, 18), Qt::AlignCenter, nearest(-view.up), ink);
   painter.restore();
 }
 
@@ -254,8 +294,8 @@ void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, 
     painter.setPen(QPen(colors[axis], 3.0, Qt::SolidLine, Qt::RoundCap));
     painter.drawLine(at, end);
     const QPointF beyond = end + 9.0 * (std::hypot(direction.x(), direction.y()) > 0.2 ? direction : QPointF(0.7, 0.7));
-    paint_rimmed(painter, QRectF(beyond.x() - 14, beyond.y() - 9, 28, 18), Qt::AlignCenter,
-                 name_of_direction(axis, false, medical), ink);
+    Texts(painter).paint_rimmed(QRectF(beyond.x() - 14, beyond.y() - 9, 28, 18), Qt::AlignCenter,
+                                name_of_direction(axis, false, medical), ink);
   }
   painter.restore();
 }
@@ -273,16 +313,19 @@ double width_of_explanations(const QFont& font, std::span<const detail::LegendEn
   return width + 0.6 * em;
 }
 
-void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
+void paint_explanations(Texts& texts, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground) {
   if (legend.empty() && bars.empty()) return;
+  QPainter& painter = texts.painter();
   const QFontMetricsF metrics(painter.font());
   const double em = metrics.height();
   const double width = width_of_explanations(painter.font(), legend, bars);
   const double height = 0.8 * em + 1.25 * em * static_cast<double>(legend.size()) + 9.6 * em * static_cast<double>(bars.size());
   painter.setPen(Qt::NoPen);
   painter.setBrush(ground);
-  painter.drawRoundedRect(QRectF(area.right() - width - 0.3 * em, area.top(), width, height), 4, 4);
+  const QRectF card(area.right() - width - 0.3 * em, area.top(), width, height);
+  painter.drawRoundedRect(card, 4, 4);
+  texts.keep_free(card);
   double y = area.top() + 0.5 * em;
   const double right = area.right() - 0.6 * em;
   for (const detail::LegendEntry& entry : legend) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 
@@ -35,7 +36,8 @@ struct Moment {
   bool looks_like(const Moment& other) const noexcept {
     constexpr double moved_m = 1e-6, changed_n = 1e-3;  // less than a pixel
     if ((tick < 0) != (other.tick < 0) || count != other.count || distance(probe_m, other.probe_m) > moved_m ||
-        distance(proxy_m, other.proxy_m) > moved_m)
+        distance(proxy_m, other.proxy_m) > moved_m ||
+        std::lround(100.0 * norm(command_n)) != std::lround(100.0 * norm(other.command_n)))  // the digits of the number
       return false;
     for (std::size_t i = 0; i < count; ++i) {
       const PlacedPrimitive &a = primitives[i], &b = other.primitives[i];

@@ -1,7 +1,9 @@
 #include "explorer/settings.h"
 
+#include <QCoreApplication>
 #include <QDateTime>
 #include <QDir>
+#include <QFileInfo>
 #include <QStandardPaths>
 
 namespace palpa::explorer {
@@ -10,6 +12,13 @@ namespace {
 constexpr int most_recent = 8;
 
 }  // namespace
+
+QString words_of_recent(const QString& file) {
+  const QString name = QFileInfo(file).fileName(), prefix(Settings::unsaved);
+  if (!name.startsWith(prefix) || !name.endsWith(".toml")) return name;
+  return QCoreApplication::translate("Settings", "%1 (unsaved changes)")
+      .arg(QFileInfo(name.mid(prefix.size())).completeBaseName());
+}
 
 Settings::Settings(const std::string& file)
     : kept_(file.empty() ? QSettings().fileName() : QString::fromStdString(file), QSettings::IniFormat) {}
@@ -42,9 +51,10 @@ std::optional<bool> Settings::dark() const {
   return kept.isValid() ? std::optional(kept.toBool()) : std::nullopt;
 }
 
+QString Settings::traces() const { return kept_.value("traces", QDir::homePath()).toString(); }
+
 std::filesystem::path Settings::new_trace(const QString& name) const {
-  const QDir folder(kept_.value("traces", QDir::homePath()).toString());
-  return folder.filePath(name + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss")).toStdString();
+  return QDir(traces()).filePath(name + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss")).toStdString();
 }
 
 QString Settings::new_picture() const { return in_pictures("palpa", "-yyyyMMdd-HHmmss-zzz") + ".png"; }

@@ -9,8 +9,14 @@
 
 namespace palpa::explorer {
 
+/// Name of a file in the list of recent ones: of a scene that was kept with its changes, "head (unsaved changes)"; else its
+/// own.
+QString words_of_recent(const QString& file);
+
 class Settings {
  public:
+  /// A scene that was not saved is kept in a file of this prefix.
+  static constexpr const char* unsaved = "unsaved-";
   /// \param file  empty: the user's
   explicit Settings(const std::string& file);
 
@@ -30,6 +36,8 @@ class Settings {
   std::optional<bool> dark() const;
   void set_dark(bool dark) { kept_.setValue("dark", dark); }
 
+  /// Folder that holds the traces.
+  QString traces() const;
   /// Folder of a new trace. \param name  prefix
   std::filesystem::path new_trace(const QString& name) const;
   QString new_picture() const;

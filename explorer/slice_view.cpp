@@ -293,7 +293,9 @@ void SliceView::paintEvent(QPaintEvent*) {
   }
   paint_trail(painter, view_, trail_, most_n_);
   paint_moment(painter, view_, moment_, most_n_);
-  paint_texts(painter);
+  Texts texts(painter);
+  paint_texts(texts);
+  texts_ = texts.shown();
   if (hasFocus()) {
     painter.setPen(QPen(palette().highlight().color(), 2));
     painter.setBrush(Qt::NoBrush);
@@ -301,7 +303,8 @@ void SliceView::paintEvent(QPaintEvent*) {
   }
 }
 
-void SliceView::paint_texts(QPainter& painter) {
+void SliceView::paint_texts(Texts& shown) {
+  QPainter& painter = shown.painter();
   const QColor ink(235, 235, 235);
   QFont small = painter.font();
   small.setPointSizeF(0.85 * small.pointSizeF());
@@ -324,18 +327,17 @@ void SliceView::paint_texts(QPainter& painter) {
     const int px = metrics.horizontalAdvance(text);
     const bool beside = left_px > 0 && left_px + 2 * metrics.averageCharWidth() + px <= room_px;
     if (left_px > 0 && !beside) row.translate(0, metrics.height());
-    paint_rimmed(painter, row, beside ? Qt::AlignRight : Qt::AlignLeft, metrics.elidedText(text, Qt::ElideMiddle, room_px),
-                 ink);
+    shown.paint_rimmed(row, beside ? Qt::AlignRight : Qt::AlignLeft, metrics.elidedText(text, Qt::ElideMiddle, room_px), ink);
     left_px = beside ? room_px : px;
   }
-  paint_directions(painter, view_, axes, look_.medical, ink, row.bottom());
-  paint_scale_bar(painter, view_, look_.map.scale, ink);
   if (!look_.labels.empty() && width() > least_legend_px) {
     std::vector<detail::LegendEntry> legend;
     for (const SeenLabel& label : look_.labels) legend.push_back({label.name, {label.color}, {}});
-    paint_explanations(painter, QRect(0, static_cast<int>(row.bottom()) + 4, width(), height()), legend, {}, ink,
+    paint_explanations(shown, QRect(0, static_cast<int>(row.bottom()) + 4, width(), height()), legend, {}, ink,
                        QColor(20, 20, 24, 210));
   }
+  paint_directions(shown, view_, axes, look_.medical, ink, row.bottom());
+  paint_scale_bar(shown, view_, look_.map.scale, ink);
 }
 
 void SliceView::resizeEvent(QResizeEvent*) {

@@ -64,6 +64,8 @@ class SliceView : public QWidget {
   QSize sizeHint() const override { return {240, 220}; }
   const detail::View& view() const { return view_; }
   QString title() const;
+  /// Texts of the last picture.
+  const std::vector<PlacedText>& texts() const { return texts_; }
   /// Sets whether a double click picks the value there.
   void pick_values(bool on) { picks_ = on; }
 
@@ -93,7 +95,7 @@ class SliceView : public QWidget {
   enum class Drag { none, touch, window, move };
   Vec3 at_m(const QPointF& px) const;
   void sample(int step_px);
-  void paint_texts(QPainter& painter);
+  void paint_texts(Texts& shown);
   void stale();
 
   const int axis_;
@@ -105,6 +107,7 @@ class SliceView : public QWidget {
   Vec3 cross_m_;
   Moment moment_;
   std::vector<TrailPoint> trail_;
+  std::vector<PlacedText> texts_;
   double most_n_ = 1.0;
   Drag drag_ = Drag::none;
   QPointF last_px_;

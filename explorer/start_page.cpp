@@ -11,6 +11,7 @@
 #include <QVBoxLayout>
 
 #include "explorer/opening.h"
+#include "explorer/settings.h"
 #include "palpa/version.h"
 
 namespace palpa::explorer {
@@ -131,7 +132,7 @@ void StartPage::show_recent(const QStringList& files) {
 
 void StartPage::add_recent(const QString& file) {
   const QFileInfo info(file);
-  auto* button = new QPushButton(info.fileName() + "   –   " + QDir::toNativeSeparators(info.path()));
+  auto* button = new QPushButton(words_of_recent(file) + "   –   " + QDir::toNativeSeparators(info.path()));
   button->setToolTip(file);
   button->setFlat(true);
   button->setStyleSheet("text-align: left");

@@ -16,7 +16,9 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
+#include "explorer/picture_file.h"
 #include "palpa/view/shapes.h"
 
 namespace palpa::explorer {
@@ -47,6 +49,7 @@ class View3D::Overlay : public QWidget {
   void paintEvent(QPaintEvent*) override {
     QPainter painter(this);
     painter.setRenderHint(QPainter::Antialiasing);
+    Texts texts(painter);
     const QColor ink = view_.dark_ ? QColor(235, 235, 235) : QColor(25, 25, 30);
     const QColor ground = view_.dark_ ? QColor(20, 20, 24, 210) : QColor(255, 255, 255, 220);
     if (view_.stereo_ == Stereo::side_by_side) {
@@ -61,29 +64,29 @@ class View3D::Overlay : public QWidget {
     } else {
       touch(painter);
     }
-    if (view_.marks_) {
-      painter.setPen(ink);
-      paint_scale_bar(painter, view_.view_, view_.world_per_hand_, ink);
-      paint_directions(painter, view_.view_, view_.axes_, view_.medical_, ink);
-      paint_axes(painter, view_.view_, QPointF(width() - 52, height() - 52), view_.axes_, view_.medical_, ink);
-      paint_explanations(painter, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
-                         view_.drawing_.signs.bars, ink, ground);
-    }
+    const double room_px = width() - axes_px - 24.0;
     if (!view_.top_.isEmpty())
-      paint_words(painter, {0.5 * width(), top_px}, view_.top_, Qt::AlignCenter, Qt::white, QColor(176, 42, 20, 235));
-    if (!view_.bottom_.isEmpty()) paint_hint(painter, ink, ground);
+      texts.paint_card({0.5 * width(), top_px}, view_.top_, Qt::AlignTop, Qt::white, QColor(176, 42, 20, 235), width() - 24.0);
+    if (!view_.bottom_.isEmpty()) {  // left of the axes, where there is room
+      const double half_px = 0.5 * std::min(room_px, painter.fontMetrics().horizontalAdvance(view_.bottom_) + 12.0);
+      const double middle_px = std::min(0.5 * width(), width() - axes_px - half_px);
+      texts.paint_card({middle_px, height() - bottom_px}, view_.bottom_, Qt::AlignBottom, ink, ground, room_px);
+    }
+    if (view_.marks_) {
+      paint_explanations(texts, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
+                         view_.drawing_.signs.bars, ink, ground);
+      paint_scale_bar(texts, view_.view_, view_.world_per_hand_, ink);
+      paint_directions(texts, view_.view_, view_.axes_, view_.medical_, ink);
+      paint_axes(painter, view_.view_, QPointF(width() - 52, height() - 52), view_.axes_, view_.medical_, ink);
+    }
+    if (view_.stereo_ != Stereo::side_by_side) paint_force(texts, view_.view_, view_.moment_, ink, ground);
+    view_.texts_ = texts.shown();
   }
 
  private:
-  /// Left of the axes, where there is room.
-  void paint_hint(QPainter& painter, const QColor& ink, const QColor& ground) {
-    const double half_px = 0.5 * painter.fontMetrics().horizontalAdvance(view_.bottom_) + 6.0;
-    const double middle_px = std::max(half_px, std::min(0.5 * width(), width() - axes_px - half_px));
-    paint_words(painter, {middle_px, height() - 50.0}, view_.bottom_, Qt::AlignCenter, ink, ground);
-  }
-
-  static constexpr double axes_px = 92.0;  // of the right edge
-  static constexpr double top_px = 56.0;   // below the name of the direction
+  static constexpr double axes_px = 92.0;    // of the right edge
+  static constexpr double top_px = 46.0;     // below the name of the direction
+  static constexpr double bottom_px = 40.0;  // above the scale
   void touch(QPainter& painter) {
     paint_streamlines(painter, view_.view_, view_.streamlines_);
     paint_trail(painter, view_.view_, view_.trail_, view_.most_n_);
@@ -259,23 +262,41 @@ void View3D::set_stereo(Stereo stereo) {
 
 void View3D::set_dark(bool dark) {
   dark_ = dark;
-  const detail::Color ground = dark ? detail::Color{0.11, 0.11, 0.125} : detail::ground_color;
-  solid_->SetBackground(ground.red, ground.green, ground.blue);
+  color_ground(dark ? detail::Color{0.11, 0.11, 0.125} : detail::ground_color);
+}
+
+void View3D::color_ground(const detail::Color& color) {
+  solid_->SetBackground(color.red, color.green, color.blue);
   redraw();
 }
 
-QImage View3D::picture(const QSize& size) {
-  // Where VTK draws translucent surfaces, the picture of the widget is transparent.
-  const auto grabbed = [this] { return grab().toImage().convertToFormat(QImage::Format_RGB32); };
-  if (size.isEmpty() || size == this->size()) return grabbed();
+QImage View3D::picture(const QSize& size, Ground ground) {
+  const QString top = std::exchange(top_, {}), bottom = std::exchange(bottom_, {});  // of the moment, not of the data
   const QRect own = geometry();
   const detail::View view = view_;
-  resize(size);
-  redraw();
-  const QImage picture = grabbed();
-  setGeometry(own);
-  view_ = view;
-  redraw();
+  const bool is_resized = !size.isEmpty() && size != own.size();
+  if (is_resized) {
+    resize(size);
+    redraw();
+  }
+  // Where VTK draws translucent surfaces, the picture of the widget is transparent: alpha comes from two grounds.
+  const auto grabbed = [this] { return grab().toImage().convertToFormat(QImage::Format_RGB32); };
+  QImage picture;
+  if (ground == Ground::transparent) {
+    color_ground({0.0, 0.0, 0.0});
+    const QImage on_black = grabbed();
+    color_ground({1.0, 1.0, 1.0});
+    picture = with_alpha(on_black, grabbed());
+    set_dark(dark_);
+  } else {
+    picture = grabbed();
+  }
+  if (is_resized) {
+    setGeometry(own);
+    view_ = view;
+    redraw();
+  }
+  show_words(top, bottom);
   return picture;
 }
 

@@ -52,6 +52,8 @@ class View3D : public QVTKOpenGLNativeWidget {
   void show_words(const QString& top, const QString& bottom);
   const QString& fault() const { return top_; }
   const QString& hint() const { return bottom_; }
+  /// Texts of the last picture, without legend and axes.
+  const std::vector<PlacedText>& texts() const { return texts_; }
   void show_marks(bool shown);
   bool shows_marks() const { return marks_; }
 
@@ -74,8 +76,9 @@ class View3D : public QVTKOpenGLNativeWidget {
   void move_cut(const Vec3& at_m);
   /// [s] duration of the last redraw.
   double frame_s() const { return frame_s_; }
-  /// Picture including the overlay. \param size  [pixels]; empty: the widget's
-  QImage picture(const QSize& size = {});
+  enum class Ground { own, transparent };
+  /// Picture including the overlay, without fault and hint. \param size  [pixels]; empty: the widget's
+  QImage picture(const QSize& size = {}, Ground ground = Ground::own);
   /// Where a press would touch; none: it would turn the view.
   struct Target {
     Vec3 at_m;
@@ -141,6 +144,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   void move_begins();
   void move_ends();
   void show_parts(bool coarse);
+  void color_ground(const detail::Color& color);
   void redraw();
 
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
@@ -167,6 +171,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   Moment moment_;
   std::optional<Moment> other_;
   std::vector<TrailPoint> trail_;
+  std::vector<PlacedText> texts_;
   std::vector<detail::Streamline> streamlines_;
   double most_n_ = 1.0;
   QString top_, bottom_;

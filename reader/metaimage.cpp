@@ -132,24 +132,7 @@ class MetaImageSource : public Source {
     if (image_.CompressedData() && !(text.compressed_bytes >= 0 && text.compressed_bytes <= stored_bytes))
       throw LoadError("is shorter than its CompressedDataSize says; get the whole file");
 
-    raw_.type = raw_type(image_.ElementType());
-    raw_.components = image_.ElementNumberOfChannels();
-    if (raw_.components == 3 && raw_.type == RawType::uint8 && request.as != "vector") {
-      throw LoadError("holds colours (3 channels of 8 bits); one number per voxel, or a vector of three, can be felt");
-    }
-    if (raw_.components != 1 && raw_.components != 3) {
-      throw LoadError("has " + std::to_string(raw_.components) + " channels; one, or a vector of three, can be felt");
-    }
-    std::uint64_t frame_values = static_cast<std::uint64_t>(raw_.components);
-    for (int a = 0; a < std::min(n, 3); ++a) {
-      raw_.dims[static_cast<std::size_t>(a)] = image_.DimSize(a);
-      if (image_.DimSize(a) < 1) throw LoadError("has no voxels along an axis; check DimSize");
-      if (__builtin_mul_overflow(frame_values, static_cast<std::uint64_t>(image_.DimSize(a)), &frame_values)) {
-        throw LoadError("claims more voxels than can be counted; the header is damaged");
-      }
-    }
-    raw_.stride = {raw_.components, raw_.components * raw_.dims[0], raw_.components * raw_.dims[0] * raw_.dims[1]};
-
+    const std::uint64_t frame_values = read_voxels(request.as, std::min(n, 3));
     const std::int64_t frames = n == 4 ? image_.DimSize(3) : 1;
     if (frames < 1) throw LoadError("has no voxels along an axis; check DimSize");
     if (request.as == "vector" && raw_.components == 1) {
@@ -180,11 +163,7 @@ class MetaImageSource : public Source {
     if (!direct_) header.working_bytes += all_bytes_;
     header_bytes_ = header_bytes(path_);
     check_header_size();
-    if (!compressed_ && image_.BinaryData() && files.size() <= 2 && image_.HeaderSize() >= 0) {
-      const auto said = static_cast<std::uint64_t>(image_.HeaderSize());
-      const std::uint64_t first = said > 0 || files.size() > 1 ? said : header_bytes_;
-      note_left_over(file_bytes(files.back()), first + all_bytes_, "HeaderSize", header.warnings);
-    }
+    note_bytes_behind_voxels();
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
@@ -219,6 +198,28 @@ class MetaImageSource : public Source {
     return 0;
   }
 
+  /// Takes type and size of the voxels from the header; returns the number of values in a frame.
+  std::uint64_t read_voxels(std::string_view as, int axes) {
+    raw_.type = raw_type(image_.ElementType());
+    raw_.components = image_.ElementNumberOfChannels();
+    if (raw_.components == 3 && raw_.type == RawType::uint8 && as != "vector") {
+      throw LoadError("holds colours (3 channels of 8 bits); one number per voxel, or a vector of three, can be felt");
+    }
+    if (raw_.components != 1 && raw_.components != 3) {
+      throw LoadError("has " + std::to_string(raw_.components) + " channels; one, or a vector of three, can be felt");
+    }
+    std::uint64_t frame_values = static_cast<std::uint64_t>(raw_.components);
+    for (int a = 0; a < axes; ++a) {
+      raw_.dims[static_cast<std::size_t>(a)] = image_.DimSize(a);
+      if (image_.DimSize(a) < 1) throw LoadError("has no voxels along an axis; check DimSize");
+      if (__builtin_mul_overflow(frame_values, static_cast<std::uint64_t>(image_.DimSize(a)), &frame_values)) {
+        throw LoadError("claims more voxels than can be counted; the header is damaged");
+      }
+    }
+    raw_.stride = {raw_.components, raw_.components * raw_.dims[0], raw_.components * raw_.dims[0] * raw_.dims[1]};
+    return frame_values;
+  }
+
   /// Refuses a HeaderSize that makes voxels of the header.
   void check_header_size() const {
     const int said = image_.HeaderSize();
@@ -236,6 +237,14 @@ class MetaImageSource : public Source {
       throw LoadError("says that its voxels begin at byte " + std::to_string(first) +
                       ", which is within its header; correct "
                       "HeaderSize, or leave it out");
+  }
+
+  void note_bytes_behind_voxels() {
+    if (!compressed_ && image_.BinaryData() && files.size() <= 2 && image_.HeaderSize() >= 0) {
+      const auto said = static_cast<std::uint64_t>(image_.HeaderSize());
+      const std::uint64_t first = said > 0 || files.size() > 1 ? said : header_bytes_;
+      note_left_over(file_bytes(files.back()), first + all_bytes_, "HeaderSize", header.warnings);
+    }
   }
 
   /// Decompresses the voxels of a single file. MetaIO reads them only with their compressed size in the header.

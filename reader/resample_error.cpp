@@ -39,25 +39,51 @@ float trilinear(const GridGeometry& grid, const float* voxels, int components, i
   return static_cast<float>(sum);
 }
 
+/// Between interpolated voxels and a value, over all components.
+double squared_difference(const GridGeometry& grid, const float* voxels, int components, const double* at, const float* value) {
+  double squares = 0.0;
+  for (int c = 0; c < components; ++c) {
+    const double d = static_cast<double>(trilinear(grid, voxels, components, c, at) - value[c]);
+    squares += d * d;
+  }
+  return squares;
+}
+
 double range_of(const std::vector<ValueRange>& value_ranges) {
   double range = 0.0;
   for (const ValueRange& e : value_ranges) range = std::max(range, e.max - e.min);
   return range;
 }
 
+/// Volumes of the cells' boxes, cumulative.
+template <class Cells>
+std::vector<double> volumes_of(const Cells& cells) {
+  std::vector<double> volumes;
+  for (const auto& c : cells) {
+    const double box = (static_cast<double>(c.high[0]) - static_cast<double>(c.low[0])) *
+                       (static_cast<double>(c.high[1]) - static_cast<double>(c.low[1])) *
+                       (static_cast<double>(c.high[2]) - static_cast<double>(c.low[2]));
+    volumes.push_back((volumes.empty() ? 0.0 : volumes.back()) + box);
+  }
+  return volumes;
+}
+
+/// Box of four fifths of the points along each axis.
+Box inner_box(const std::vector<Vec3>& points) {
+  const auto side = [&](double Vec3::*axis, double share) {
+    std::vector<double> along;
+    for (const Vec3& x : points) along.push_back(x.*axis);
+    return detail::quantile(along, share);
+  };
+  return {{side(&Vec3::x, 0.1), side(&Vec3::y, 0.1), side(&Vec3::z, 0.1)},
+          {side(&Vec3::x, 0.9), side(&Vec3::y, 0.9), side(&Vec3::z, 0.9)}};
+}
+
 }  // namespace
 
 std::vector<Resampler::Loss> Resampler::look(const std::vector<PointValues>& values, const std::vector<float*>& to,
                                              const std::vector<Resampled>& sampled, bool by_volume) const {
-  std::vector<double> volumes;  // of the boxes, cumulative
-  if (by_volume) {
-    for (const Cell& c : cells_) {
-      const double box = (static_cast<double>(c.high[0]) - static_cast<double>(c.low[0])) *
-                         (static_cast<double>(c.high[1]) - static_cast<double>(c.low[1])) *
-                         (static_cast<double>(c.high[2]) - static_cast<double>(c.low[2]));
-      volumes.push_back((volumes.empty() ? 0.0 : volumes.back()) + box);
-    }
-  }
+  const std::vector<double> volumes = by_volume ? volumes_of(cells_) : std::vector<double>();
   CellAt here(blocks_);
   std::mt19937_64 random(by_volume ? 1 : 2);
   std::vector<std::vector<double>> errors(to.size());
@@ -96,11 +122,7 @@ std::vector<Resampler::Loss> Resampler::look(const std::vector<PointValues>& val
     for (std::size_t f = 0; f < to.size(); ++f) {
       const int components = block.components[f];
       const double range = range_of(sampled[f].report.value_ranges);
-      double squares = 0.0;
-      for (int c = 0; c < components; ++c) {
-        const double d = static_cast<double>(trilinear(grid_, to[f], components, c, index) - value[c]);
-        squares += d * d;
-      }
+      const double squares = squared_difference(grid_, to[f], components, index, value);
       value += components;
       const double error = range > 0.0 ? std::sqrt(squares) / range : 0.0;
       if (!std::isfinite(squares)) continue;
@@ -114,13 +136,7 @@ std::vector<Resampler::Loss> Resampler::look(const std::vector<PointValues>& val
     error = {detail::quantile(errors[f], 0.5), detail::quantile(errors[f], 0.99), detail::quantile(errors[f], 1.0),
              looked > 0 ? static_cast<double>(errors[f].size()) / static_cast<double>(looked) : 0.0};
     if (!(error.p99 > much_error)) continue;
-    const auto side = [&](double Vec3::*axis, double share) {
-      std::vector<double> along;
-      for (const Vec3& x : bad[f]) along.push_back(x.*axis);
-      return detail::quantile(along, share);
-    };
-    losses[f].worst = Box{{side(&Vec3::x, 0.1), side(&Vec3::y, 0.1), side(&Vec3::z, 0.1)},
-                          {side(&Vec3::x, 0.9), side(&Vec3::y, 0.9), side(&Vec3::z, 0.9)}};
+    losses[f].worst = inner_box(bad[f]);
   }
   return losses;
 }

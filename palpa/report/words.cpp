@@ -107,6 +107,16 @@ bool was_in_real_time(const Recorded& recorded) {
   return std::any_of(recorded.ticks.begin(), recorded.ticks.end(), [](const TickFrame& tick) { return tick.late_us > 0.0; });
 }
 
+std::string format_contact(const ModeSummary& mode, const Summary& s) {
+  if (mode.contact_share <= 0.0) return mode.name + " was never in contact.";
+  std::string sentence = mode.name + " was in contact for " + percent(mode.contact_share) + " of the time, with " +
+                         newtons(mode.force_mean_n) + " on average and " + newtons(mode.force_max_n) + " at most";
+  if (mode.force_max_n > s.force_max_n && s.guard_limited_ticks > 0) sentence += ", on the proxy, before the guard";
+  if (mode.onsets > 0) sentence += "; contact began " + times(mode.onsets);
+  if (mode.break_throughs > 0) sentence += " and was broken through " + times(mode.break_throughs);
+  return sentence + ".";
+}
+
 std::vector<std::string> format_recorded(const Recorded& recorded) {
   const Summary& s = recorded.summary;
   std::vector<std::string> words;
@@ -134,18 +144,7 @@ std::vector<std::string> format_recorded(const Recorded& recorded) {
   if (s.contact_share > 0.0) {
     for (const std::string& note : recorded.header.notes) say(note);
   }
-  for (const ModeSummary& mode : s.modes) {
-    if (mode.contact_share <= 0.0) {
-      say(mode.name + " was never in contact.");
-      continue;
-    }
-    std::string sentence = mode.name + " was in contact for " + percent(mode.contact_share) + " of the time, with " +
-                           newtons(mode.force_mean_n) + " on average and " + newtons(mode.force_max_n) + " at most";
-    if (mode.force_max_n > s.force_max_n && s.guard_limited_ticks > 0) sentence += ", on the proxy, before the guard";
-    if (mode.onsets > 0) sentence += "; contact began " + times(mode.onsets);
-    if (mode.break_throughs > 0) sentence += " and was broken through " + times(mode.break_throughs);
-    say(sentence + ".");
-  }
+  for (const ModeSummary& mode : s.modes) say(format_contact(mode, s));
   say(first_of(recorded, "onset", "onset"));
   say(first_of(recorded, "break_through", "break-through"));
   const std::string injected = millijoules(s.energy.injected_j);

@@ -147,9 +147,8 @@ std::optional<Turning> turning_of(const Lattice& lattice, const Field& field, co
   return found;
 }
 
-std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, const std::vector<Cell>& cells,
-                                    const FlowPlaces& flow) {
-  const FieldPtr q = derived(Derivation::q, FieldPtr(FieldPtr(), &field));
+/// Least Q of a vortex in this flow: above the rotation of the whole, and above noise.
+Vortices least_vortices(const Field& field, const std::vector<Cell>& cells, const FlowPlaces& flow) {
   // A vortex rotates by more than a quarter turn while the stream crosses the object. Q of a solid rotation is its rate
   // squared.
   const double length_m = largest_component(flow.object.box_m.size_m()), spacing_m = field.spacing_m();
@@ -166,6 +165,14 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   Vortices found;
   found.from = std::max(rate * rate, 20.0 * steepness * steepness);
   found.by_noise = found.from > rate * rate;
+  return found;
+}
+
+std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, const std::vector<Cell>& cells,
+                                    const FlowPlaces& flow) {
+  const FieldPtr q = derived(Derivation::q, FieldPtr(FieldPtr(), &field));
+  const double spacing_m = field.spacing_m();
+  Vortices found = least_vortices(field, cells, flow);
 
   // Beside walls a flow rotates without a vortex: cells near walls, or near the end of the data, are left out.
   const std::vector<char> walls = near(lattice, cells, 1e-6 * flow.speeds.fast, 4.0 * spacing_m);

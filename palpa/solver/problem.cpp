@@ -5,8 +5,8 @@ namespace palpa {
 
 using namespace detail::solving;
 
-void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m,
-                        double k, double T) noexcept {
+inline std::size_t Solver::Work::begin(std::span<const Primitive> primitives, const Vec3& start_m, const Vec3& probe_m,
+                                       double k) noexcept {
   primitives_ = primitives;
   start_m_ = start_m, probe_m_ = probe_m;
   k_ = k, by_k_ = 1.0 / k;
@@ -33,7 +33,12 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
     directed_terms_ += 1.0;
   }
   all_spans_ = line_count_ + points;
+  return points;
+}
 
+void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m,
+                        double k, double T) noexcept {
+  common_ = begin(primitives, start_m, probe_m, k) > 0;
   // About the start: primitives placed there, as modes do, get B = 0 exactly.
   origin_m_ = start_m;
   const Vec3 way_n = k * (probe_m - start_m);
@@ -42,7 +47,6 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   plane_count_ = corner_count_ = facet_count_ = 0;
   std::size_t line = 0, point = line_count_;
   const Vec3* first_m = nullptr;
-  common_ = points > 0;
   warm_ = false;
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     const Primitive& p = primitives[i];

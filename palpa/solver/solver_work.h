@@ -159,6 +159,8 @@ class Solver::Work {
   void anchor(Plane& plane) const noexcept;
   void anchor(Span& span) const noexcept;
   void anchor(const Corner& corner) noexcept;
+  /// Sets all but the sides of a problem; returns its number of points.
+  std::size_t begin(std::span<const Primitive> primitives, const Vec3& start_m, const Vec3& probe_m, double k) noexcept;
   void pose_corner(std::size_t first, std::size_t facets, const Vec3* warm_n) noexcept;
   void recentre() noexcept;
   Vec3 sum() const noexcept;

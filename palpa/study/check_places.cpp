@@ -62,6 +62,22 @@ class Follower {
   Vec3 last_n_;
 };
 
+/// Place where the way from `begin_m` meets the data, all but its facing.
+CheckPlace place_on(const detail::Way& way, const Felt& felt, const Vec3& begin_m, const char* why) {
+  CheckPlace place{.why = why,
+                   .front_m = begin_m - Vec3{0.0, 0.0, *way.onset_m},
+                   .inwards = inwards_of(felt.largest_n),
+                   .force_n = felt.force_n,
+                   .turn_n = felt.turn_n,
+                   .uneven_n = felt.uneven_n,
+                   .met = {},
+                   .deeper_n = way.half_force_n};
+  place.met.before_m = before_m;
+  place.met.depth_m = 0.5 * way.bears_m;
+  place.met.radius_m = 0.02;
+  return place;
+}
+
 }  // namespace
 
 std::vector<CheckPlace> check_places(const Scene& given, double spacing_m, const std::function<void(double)>& progress) {
@@ -112,19 +128,8 @@ std::vector<CheckPlace> check_places(const Scene& given, double spacing_m, const
     if (std::find(taken.begin(), taken.end(), n) != taken.end()) return;
     taken.push_back(n);
     const int i = static_cast<int>(n) % side, j = static_cast<int>(n) / side;
-    const detail::Way& way = ways.way[n];
-    CheckPlace place{.why = why,
-                     .front_m = begin_m(n) - Vec3{0.0, 0.0, *way.onset_m},
-                     .inwards = inwards_of(felt[n].largest_n),
-                     .force_n = felt[n].force_n,
-                     .turn_n = felt[n].turn_n,
-                     .uneven_n = felt[n].uneven_n,
-                     .met = {},
-                     .deeper_n = way.half_force_n};
+    CheckPlace place = place_on(ways.way[n], felt[n], begin_m(n), why);
     place.met.facing = relief_facing(place.front_m, Relief(fronts_m, side, side, false), i, j, spacing_m);
-    place.met.before_m = before_m;
-    place.met.depth_m = 0.5 * way.bears_m;
-    place.met.radius_m = 0.02;
     places.push_back(std::move(place));
   };
   take("strongest", most(&Felt::force_n));

@@ -57,6 +57,34 @@ std::vector<ModeSummary> modes_of(const Scene& scene) {
 
 }  // namespace
 
+namespace {
+
+void add(const Energy& tick, Energy& sum) noexcept {
+  sum.stored_j = tick.stored_j;
+  sum.elastic_j = tick.elastic_j;
+  sum.dissipated_j += tick.dissipated_j;
+  sum.injected_j += tick.injected_j;
+  sum.path_and_release_j += tick.path_and_release_j;
+  sum.damper_j += tick.damper_j;
+  sum.data_motion_j += tick.data_motion_j;
+  sum.released_j += tick.released_j;
+  sum.sampling_j += tick.sampling_j;
+  sum.sampling_bound_j += tick.sampling_bound_j;
+}
+
+void add(const SessionEvent& event, double t_s, Summary& summary) noexcept {
+  const auto m = static_cast<std::size_t>(event.mode);
+  const bool of_mode = event.mode >= 0 && m < summary.modes.size();
+  if (event.kind == SessionEventKind::fault) ++summary.faults;
+  if (event.kind == SessionEventKind::onset && of_mode) ++summary.modes[m].onsets;
+  if (event.kind == SessionEventKind::break_through) {
+    if (of_mode) ++summary.modes[m].break_throughs;
+    if (summary.first_break_through_s < 0.0) summary.first_break_through_s = t_s;
+  }
+}
+
+}  // namespace
+
 SummaryBuilder::SummaryBuilder(const Scene& scene) : SummaryBuilder(modes_of(scene)) {}
 
 SummaryBuilder::SummaryBuilder(std::vector<ModeSummary> modes) {
@@ -111,17 +139,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
 
   summary_.work_on_hand_j += frame.command.work_on_hand_j;
   summary_.withheld_j += frame.command.withheld_j;
-  Energy& energy = summary_.energy;
-  energy.stored_j = tick.energy.stored_j;
-  energy.elastic_j = tick.energy.elastic_j;
-  energy.dissipated_j += tick.energy.dissipated_j;
-  energy.injected_j += tick.energy.injected_j;
-  energy.path_and_release_j += tick.energy.path_and_release_j;
-  energy.damper_j += tick.energy.damper_j;
-  energy.data_motion_j += tick.energy.data_motion_j;
-  energy.released_j += tick.energy.released_j;
-  energy.sampling_j += tick.energy.sampling_j;
-  energy.sampling_bound_j += tick.energy.sampling_bound_j;
+  palpa::add(tick.energy, summary_.energy);
   const bool known = tick.probe_valid && tick.status != TickStatus::bad_input;
   if (known && last_probe_m_ && tick.energy.sampling_j > rounding * tick.energy.sampling_bound_j) {
     summary_.sampling_gained_j += tick.energy.sampling_j;
@@ -129,16 +147,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
   }
   last_probe_m_ = known ? std::optional(tick.probe_m) : std::nullopt;
 
-  for (const SessionEvent& event : events) {
-    const auto m = static_cast<std::size_t>(event.mode);
-    const bool of_mode = event.mode >= 0 && m < summary_.modes.size();
-    if (event.kind == SessionEventKind::fault) ++summary_.faults;
-    if (event.kind == SessionEventKind::onset && of_mode) ++summary_.modes[m].onsets;
-    if (event.kind == SessionEventKind::break_through) {
-      if (of_mode) ++summary_.modes[m].break_throughs;
-      if (summary_.first_break_through_s < 0.0) summary_.first_break_through_s = frame.t_s;
-    }
-  }
+  for (const SessionEvent& event : events) palpa::add(event, frame.t_s, summary_);
 }
 
 Summary SummaryBuilder::finish(double wall_s) const {
@@ -231,8 +240,24 @@ std::string to_table(const Summary& s) {
   return result;
 }
 
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const LoopStatistics& loop) {
+  const auto times = [](const LoopStatistics::Times& t) {
+    return Json{
+        {"mean_us", t.mean_us}, {"p50_us", t.p50_us}, {"p99_us", t.p99_us}, {"p999_us", t.p999_us}, {"max_us", t.max_us}};
+  };
+  Json costs = Json::array();
+  for (const LoopStatistics::ModeCost& mode : loop.modes) costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
+  return {{"ticks", loop.ticks},      {"missed", loop.missed},        {"unrecorded", loop.unrecorded}, {"scenes", loop.scenes},
+          {"late", times(loop.late)}, {"period", times(loop.period)}, {"processor", times(loop.tick)}, {"modes", costs}};
+}
+
+}  // namespace
+
 std::string to_json(const Summary& s) {
-  using Json = nlohmann::ordered_json;
   Json modes = Json::array();
   for (const ModeSummary& m : s.modes) {
     modes.push_back({{"name", m.name},
@@ -278,19 +303,7 @@ std::string to_json(const Summary& s) {
       {"modes", modes},
       {"notes", s.notes},
   };
-  if (s.loop) {
-    const auto times = [](const LoopStatistics::Times& t) {
-      return Json{
-          {"mean_us", t.mean_us}, {"p50_us", t.p50_us}, {"p99_us", t.p99_us}, {"p999_us", t.p999_us}, {"max_us", t.max_us}};
-    };
-    Json costs = Json::array();
-    for (const LoopStatistics::ModeCost& mode : s.loop->modes)
-      costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
-    json["loop"] = {{"ticks", s.loop->ticks},           {"missed", s.loop->missed},
-                    {"unrecorded", s.loop->unrecorded}, {"scenes", s.loop->scenes},
-                    {"late", times(s.loop->late)},      {"period", times(s.loop->period)},
-                    {"processor", times(s.loop->tick)}, {"modes", costs}};
-  }
+  if (s.loop) json["loop"] = json_of(*s.loop);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 

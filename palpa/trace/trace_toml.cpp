@@ -124,8 +124,10 @@ std::string header_to_toml(const TraceHeader& header) {
   return out;
 }
 
-TraceHeader read_header(const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / "trace.toml";
+namespace {
+
+/// The table of a trace's header file. Throws LoadError.
+toml::table parse_header(const std::filesystem::path& folder, const std::filesystem::path& file) {
   const InputFile opened(file);
   if (opened.why_not() == NoInput::missing) {
     throw LoadError(folder.string() + ": is no trace (it holds no trace.toml); name a folder that `palpa run --out` made");
@@ -135,14 +137,34 @@ TraceHeader read_header(const std::filesystem::path& folder) {
     throw LoadError(file.string() + ":" + std::to_string(problem->line) + ":" + std::to_string(problem->column) + ": " +
                     problem->sentence);
   }
-  toml::table parsed;
   try {
-    parsed = toml::parse(std::string_view(text), file.string());
+    return toml::parse(std::string_view(text), file.string());
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw LoadError(file.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
                     one_line(error.description()) + "; a trace.toml is written by palpa and not edited");
   }
+}
+
+void read_device(const toml::node_view<const toml::node>& device, TraceHeader& header) {
+  const TraceHeader usual;
+  header.device_name = device["name"].value_or(std::string());
+  header.device_max_force_n = device["max_force_n"].value_or(usual.device_max_force_n);
+  header.device_max_stiffness_n_per_m = device["max_stiffness_n_per_m"].value_or(usual.device_max_stiffness_n_per_m);
+  header.device_workspace_radius_m = device["workspace_radius_m"].value_or(usual.device_workspace_radius_m);
+  header.device_encoder_step_m = device["encoder_step_m"].value_or(usual.device_encoder_step_m);
+  header.motors = device["motors"].value_or(false);
+  header.device_continuous_force_n = device["continuous_force_n"].value_or(usual.device_continuous_force_n);
+  header.device_max_damping_ns_per_m = device["max_damping_ns_per_m"].value_or(usual.device_max_damping_ns_per_m);
+  header.device_damping_ns_per_m = device["damping_ns_per_m"].value_or(0.0);
+  header.dead_man_buttons = whole_or(device["dead_man_buttons"], std::uint32_t{0});
+}
+
+}  // namespace
+
+TraceHeader read_header(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "trace.toml";
+  const toml::table parsed = parse_header(folder, file);
   const toml::node& whole = parsed;
   const toml::node_view<const toml::node> root{whole};
   TraceHeader header;
@@ -171,18 +193,7 @@ TraceHeader read_header(const std::filesystem::path& folder) {
     throw LoadError(file.string() +
                     ": hand_to_world is no rotation, move and scale; a trace.toml is written by palpa and not edited");
   }
-  const TraceHeader usual;
-  const auto device = root["device"];
-  header.device_name = device["name"].value_or(std::string());
-  header.device_max_force_n = device["max_force_n"].value_or(usual.device_max_force_n);
-  header.device_max_stiffness_n_per_m = device["max_stiffness_n_per_m"].value_or(usual.device_max_stiffness_n_per_m);
-  header.device_workspace_radius_m = device["workspace_radius_m"].value_or(usual.device_workspace_radius_m);
-  header.device_encoder_step_m = device["encoder_step_m"].value_or(usual.device_encoder_step_m);
-  header.motors = device["motors"].value_or(false);
-  header.device_continuous_force_n = device["continuous_force_n"].value_or(usual.device_continuous_force_n);
-  header.device_max_damping_ns_per_m = device["max_damping_ns_per_m"].value_or(usual.device_max_damping_ns_per_m);
-  header.device_damping_ns_per_m = device["damping_ns_per_m"].value_or(0.0);
-  header.dead_man_buttons = whole_or(device["dead_man_buttons"], std::uint32_t{0});
+  read_device(root["device"], header);
   if (const toml::array* seeds = root["seeds"].as_array()) {
     for (const toml::node& seed : *seeds)
       header.seeds.push_back(static_cast<std::uint64_t>(whole_or(toml::node_view{seed}, std::int64_t{0})));

@@ -330,6 +330,21 @@ void add_label(vtkContextScene* scene, const std::string& label, float x_px, flo
   scene->AddItem(item);
 }
 
+/// Puts the legend to the right of the chart's area.
+void place_legend(vtkChartXY& chart, std::size_t entries, const vtkRectf& place, float scale) {
+  chart.SetShowLegend(entries > 0);
+  vtkChartLegend* legend = chart.GetLegend();
+  legend->SetHorizontalAlignment(vtkChartLegend::CUSTOM);
+  legend->SetVerticalAlignment(vtkChartLegend::CUSTOM);
+  legend->SetPoint(place.GetX() + place.GetWidth() + 6 * scale,
+                   place.GetY() + place.GetHeight() - 20 * scale * static_cast<float>(entries));
+  legend->SetLabelSize(static_cast<int>(label_size * scale));
+  legend->SetPadding(static_cast<int>(5 * scale));
+  legend->SetSymbolWidth(static_cast<int>(26 * scale));
+  legend->GetPen()->SetLineType(vtkPen::NO_PEN);
+  legend->GetBrush()->SetColor(255, 255, 255, 0);
+}
+
 void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place, float scale) {
   const Plot plot = by_powers_of_ten(given);
   const Area area = area_of(plot, place, scale);
@@ -379,17 +394,7 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
   add_label(scene, plot.x_label, middle_x, place.GetY() + 8 * scale, axis_size * scale, false, false);
   add_label(scene, plot.y_label, place.GetX() + 8 * scale, middle_y, axis_size * scale, true, false);
 
-  chart->SetShowLegend(!legend_of(plot).empty());
-  vtkChartLegend* legend = chart->GetLegend();
-  legend->SetHorizontalAlignment(vtkChartLegend::CUSTOM);
-  legend->SetVerticalAlignment(vtkChartLegend::CUSTOM);
-  legend->SetPoint(area.place.GetX() + area.place.GetWidth() + 6 * scale,
-                   area.place.GetY() + area.place.GetHeight() - 20 * scale * static_cast<float>(legend_of(plot).size()));
-  legend->SetLabelSize(static_cast<int>(label_size * scale));
-  legend->SetPadding(static_cast<int>(5 * scale));
-  legend->SetSymbolWidth(static_cast<int>(26 * scale));
-  legend->GetPen()->SetLineType(vtkPen::NO_PEN);
-  legend->GetBrush()->SetColor(255, 255, 255, 0);
+  place_legend(*chart, legend_of(plot).size(), area.place, scale);
 }
 
 /// Halves width and height, averaging four pixels each.

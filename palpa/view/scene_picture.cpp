@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <iterator>
 #include <set>
 
@@ -249,44 +250,89 @@ void name_ends(Canvas& canvas, const View& view, const Moment& moment) {
   name("probe", moment.probe_m, -1.0);
 }
 
+void explain_modes(const Moment& moment, detail::LayerSigns& signs) {
+  std::set<std::uint16_t> modes;
+  for (const PlacedPrimitive& placed : moment.primitives) modes.insert(placed.primitive.id.mode);
+  for (const std::uint16_t mode : modes) {
+    const std::string name = mode < moment.mode_names.size() ? moment.mode_names[mode] : "mode " + std::to_string(mode);
+    signs.legend.push_back({name, {detail::mode_color(mode)}});
+  }
+}
+
+/// Extents in the picture.
+struct Extents {
+  Seen felt, now, data;
+};
+
+Extents extents_of(const Scene& scene, const std::vector<ViewLayer>& layers, const std::vector<PathPoint>& path,
+                   const std::optional<Moment>& moment, const View& view) {
+  Extents extents;
+  for (const PathPoint& point : path) {
+    extents.felt.add(view, point.probe_m);
+    extents.felt.add(view, point.proxy_m);
+  }
+  if (moment) {
+    extents.now.add(view, moment->probe_m);
+    extents.now.add(view, moment->proxy_m);
+    extents.felt.add(extents.now);
+  }
+  const Similarity map = scene.hand_to_world();
+  for (const ViewLayer& layer : layers)
+    extents.data.add(view, detail::in_hand_frame(scene.field(layer.field).field, map)->bounds_m());
+  if (!extents.data.any() && !extents.felt.any()) extents.data.add(view, Box{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}});
+  return extents;
+}
+
+/// All of the data if that leaves the path large enough, otherwise its surroundings. \param close  the moment alone
+Seen shown_part(const Extents& extents, bool close) {
+  const auto& [felt, now, data] = extents;
+  if (close) return now;
+  if (!felt.any()) return data;
+  Seen shown = data;
+  const double path_radius_m = std::max(felt.radius_m(), min_path_radius_m);
+  if (data.radius_m() > 7.0 * path_radius_m) {
+    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * path_radius_m, 5.0 * path_radius_m);
+    const Vec3 centre = felt.centre();
+    shown.low = {std::max(data.low.x, centre.x - radius_m), std::max(data.low.y, centre.y - radius_m), felt.low.z};
+    shown.high = {std::min(data.high.x, centre.x + radius_m), std::min(data.high.y, centre.y + radius_m), felt.high.z};
+  }
+  shown.add(felt);
+  return shown;
+}
+
+/// Shows the renderers from back to front.
+void stack(vtkRenderWindow& window, std::initializer_list<vtkRenderer*> renderers, const View& view, double depth_m) {
+  window.SetNumberOfLayers(static_cast<int>(renderers.size()));
+  int number = 0;
+  for (vtkRenderer* renderer : renderers) {
+    renderer->SetLayer(number++);
+    detail::add_light(renderer);
+    look(*renderer, view, depth_m);
+    window.AddRenderer(renderer);
+  }
+}
+
+void draw_directions(Canvas& canvas, const Layout& layout, const View& view, const Scene& scene) {
+  const Similarity map = scene.hand_to_world();
+  const std::array<Vec3, 3> axes{map.direction_to_hand({1, 0, 0}), map.direction_to_hand({0, 1, 0}),
+                                 map.direction_to_hand({0, 0, 1})};
+  const bool medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
+                                   [](const SceneVolume& volume) { return volume.volume.medical_frame; });
+  medical ? detail::draw_orientation(canvas, layout, view, axes) : detail::draw_axes(canvas, view, axes);
+}
+
 }  // namespace
 
 Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const std::optional<Moment>& moment,
                       const ScenePictureOptions& options) {
   detail::check_size(options.width_px, options.height_px, 200, 150);
   View view = looking(options);
-  const Similarity map = scene.hand_to_world();
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
 
   std::vector<PathPoint> felt_path = usable(path);
-  Seen felt, now;
-  for (const PathPoint& point : felt_path) {
-    felt.add(view, point.probe_m);
-    felt.add(view, point.proxy_m);
-  }
-  if (moment) {
-    now.add(view, moment->probe_m);
-    now.add(view, moment->proxy_m);
-    felt.add(now);
-  }
-  Seen data;
-  for (const ViewLayer& layer : layers) data.add(view, detail::in_hand_frame(scene.field(layer.field).field, map)->bounds_m());
-  if (!data.any() && !felt.any()) data.add(view, Box{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}});
-
-  // All of the data if that leaves the path large enough, otherwise its surroundings.
-  const double path_radius_m = felt.any() ? std::max(felt.radius_m(), min_path_radius_m) : 0.0;
-  const auto around_felt = [&] {
-    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * path_radius_m, 5.0 * path_radius_m);
-    const Vec3 centre = felt.centre();
-    Seen around = felt;
-    around.low = {std::max(data.low.x, centre.x - radius_m), std::max(data.low.y, centre.y - radius_m), felt.low.z};
-    around.high = {std::min(data.high.x, centre.x + radius_m), std::min(data.high.y, centre.y + radius_m), felt.high.z};
-    return around;
-  };
-  const bool close = moment && options.half_height_m > 0.0;
-  const bool all_data = !close && (!felt.any() || data.radius_m() <= 7.0 * path_radius_m);
-  Seen shown = close ? now : all_data ? data : around_felt();
-  if (felt.any() && !close) shown.add(felt);
+  const Extents extents = extents_of(scene, layers, felt_path, moment, view);
+  const bool close = moment && options.half_height_m > 0.0, is_felt = extents.felt.any();
+  const Seen shown = shown_part(extents, close);
 
   detail::OffscreenWindow window(options.width_px, options.height_px);
   vtkNew<vtkRenderer> front;
@@ -301,7 +347,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   vtkNew<vtkRenderer> shells;
   detail::LayerSigns signs = detail::draw_layers(solid, shells, scene, layers,
                                                  {{view.centre_m - reach, view.centre_m + reach},
-                                                  felt.any(),
+                                                  is_felt,
                                                   scene.time().at(moment ? moment->time_s : 0.0),
                                                   view.half_height_m,
                                                   view.towards});
@@ -309,7 +355,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
     Seen drawn = seen_in(*solid, view);
     drawn.add(seen_in(*shells, view));
     drawn = shared(shown, drawn);  // drawn shapes may be smaller than the fields' boxes
-    if (felt.any()) drawn.add(felt);
+    if (is_felt) drawn.add(extents.felt);
     if (drawn.any()) frame(view, drawn, options, layout, margin_px);
   }
   const double unit_m = view.half_height_m;
@@ -319,32 +365,16 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   // From back to front: opaque layers, translucent layers, moment and annotations.
   solid->SetBackground(detail::ground_color.red, detail::ground_color.green, detail::ground_color.blue);
   shells->PreserveDepthBufferOn();
-  window.vtk()->SetNumberOfLayers(3);
-  int number = 0;
-  for (vtkRenderer* renderer : {solid.Get(), shells.Get(), front.Get()}) {
-    renderer->SetLayer(number++);
-    detail::add_light(renderer);
-    look(*renderer, view, 4.0 * reach_m);
-    window.vtk()->AddRenderer(renderer);
-  }
+  stack(*window.vtk(), {solid, shells, front}, view, 4.0 * reach_m);
 
   detail::draw_margins(canvas, layout, scene.title);
   if (moment) {
     FeltActors(front, unit_m).show(moment->probe_m, moment->proxy_m, moment->primitives);
-    std::set<std::uint16_t> modes;
-    for (const PlacedPrimitive& placed : moment->primitives) modes.insert(placed.primitive.id.mode);
-    for (const std::uint16_t mode : modes) {
-      const std::string name = mode < moment->mode_names.size() ? moment->mode_names[mode] : "mode " + std::to_string(mode);
-      signs.legend.push_back({name, {detail::mode_color(mode)}});
-    }
+    explain_modes(*moment, signs);
     name_ends(canvas, view, *moment);
   }
-  const std::array<Vec3, 3> axes{map.direction_to_hand({1, 0, 0}), map.direction_to_hand({0, 1, 0}),
-                                 map.direction_to_hand({0, 0, 1})};
-  const bool medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
-                                   [](const SceneVolume& volume) { return volume.volume.medical_frame; });
-  medical ? detail::draw_orientation(canvas, layout, view, axes) : detail::draw_axes(canvas, view, axes);
-  detail::draw_scale_bar(canvas, layout, view, map.scale, file_unit_m(scene));
+  draw_directions(canvas, layout, view, scene);
+  detail::draw_scale_bar(canvas, layout, view, scene.hand_to_world().scale, file_unit_m(scene));
   detail::draw_explanations(canvas, layout, signs.legend, signs.bars);
   Picture picture = window.draw();
   // The lowest bit is rounding noise of the lighting: invisible, but a quarter of the file.

@@ -69,6 +69,61 @@ inline bool place_image(const GridGeometry& grid, vtkImageData& image) {
   return true;
 }
 
+/// The voxels, in their own type if they need no scale.
+inline vtkSmartPointer<vtkDataArray> voxels_to_vtk(const GridView& grid, int components) {
+  const std::int64_t count = grid.geometry.voxels() * components;
+  vtkSmartPointer<vtkDataArray> values = vtk_array(grid.voxels.type);
+  values->SetNumberOfComponents(components);
+  values->SetNumberOfTuples(grid.geometry.voxels());
+  std::memcpy(values->GetVoidPointer(0), grid.voxels.data.get(), static_cast<std::size_t>(count) * size_of(grid.voxels.type));
+  if (grid.scale == 1.0 && grid.offset == 0.0) return values;
+  vtkNew<vtkDoubleArray> scaled;
+  scaled->SetNumberOfComponents(components);
+  scaled->SetNumberOfTuples(grid.geometry.voxels());
+  for (vtkIdType n = 0; n < grid.geometry.voxels(); ++n) {
+    for (int c = 0; c < components; ++c) scaled->SetComponent(n, c, values->GetComponent(n, c) * grid.scale + grid.offset);
+  }
+  return scaled;
+}
+
+/// Places `image` on the field's box and samples it. Throws std::invalid_argument on fewer than two samples or an empty box.
+inline vtkSmartPointer<vtkDataArray> samples_to_vtk(const Field& field, int samples, vtkImageData& image) {
+  const int components = field.components();
+  if (samples < 2) throw std::invalid_argument("an image needs two samples or more along its longest side");
+  const Box box = field.bounds_m();
+  const Vec3 size_m = box.size_m();
+  const double sides_m[] = {size_m.x, size_m.y, size_m.z};
+  const double step_m = std::max({size_m.x, size_m.y, size_m.z}) / (samples - 1);
+  if (!(step_m > 0.0) || !std::isfinite(step_m)) throw std::invalid_argument("the field's box has no size to sample");
+  int dims[3];
+  double spacing_m[3];
+  for (int a = 0; a < 3; ++a) {
+    dims[a] = static_cast<int>(std::lround(sides_m[a] / step_m)) + 1;
+    spacing_m[a] = dims[a] > 1 ? sides_m[a] / (dims[a] - 1) : step_m;
+  }
+  image.SetDimensions(dims);
+  image.SetSpacing(spacing_m);
+  image.SetOrigin(box.low_m.x, box.low_m.y, box.low_m.z);
+  vtkNew<vtkFloatArray> sampled;
+  sampled->SetNumberOfComponents(components);
+  sampled->SetNumberOfTuples(image.GetNumberOfPoints());
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  for (vtkIdType n = 0; n < image.GetNumberOfPoints(); ++n) {
+    const double* const p = image.GetPoint(n);
+    const Vec3 at_m{std::clamp(p[0], box.low_m.x, box.high_m.x), std::clamp(p[1], box.low_m.y, box.high_m.y),
+                    std::clamp(p[2], box.low_m.z, box.high_m.z)};
+    if (components == 1) {
+      const ScalarSample s = field.scalar(at_m);
+      sampled->SetComponent(n, 0, s.inside ? s.value : none);
+    } else {
+      const VectorSample s = field.vector(at_m);
+      const double parts[] = {s.value.x, s.value.y, s.value.z};
+      for (int c = 0; c < 3; ++c) sampled->SetComponent(n, c, s.inside ? parts[c] : none);
+    }
+  }
+  return sampled;
+}
+
 }  // namespace detail
 
 /// Field as an image, with its values as scalars, or vectors. A grid keeps its voxels, in their own type if they need no scale
@@ -78,62 +133,11 @@ inline bool place_image(const GridGeometry& grid, vtkImageData& image) {
 /// Throws std::invalid_argument, with a sentence, on fewer.
 inline vtkSmartPointer<vtkImageData> to_vtk(const Field& field, const std::string& name = "value", int samples = 128) {
   auto image = vtkSmartPointer<vtkImageData>::New();
-  vtkSmartPointer<vtkDataArray> values;
   const int components = field.components();
   const GridView* const grid = grid_behind(field);
-  if (grid && !grid->signless && detail::place_image(grid->geometry, *image)) {
-    const std::int64_t count = grid->geometry.voxels() * components;
-    const bool raw = grid->scale == 1.0 && grid->offset == 0.0;
-    values = detail::vtk_array(grid->voxels.type);
-    values->SetNumberOfComponents(components);
-    values->SetNumberOfTuples(grid->geometry.voxels());
-    std::memcpy(values->GetVoidPointer(0), grid->voxels.data.get(),
-                static_cast<std::size_t>(count) * size_of(grid->voxels.type));
-    if (!raw) {
-      vtkNew<vtkDoubleArray> scaled;
-      scaled->SetNumberOfComponents(components);
-      scaled->SetNumberOfTuples(grid->geometry.voxels());
-      for (vtkIdType n = 0; n < grid->geometry.voxels(); ++n) {
-        for (int c = 0; c < components; ++c)
-          scaled->SetComponent(n, c, values->GetComponent(n, c) * grid->scale + grid->offset);
-      }
-      values = scaled;
-    }
-  } else {
-    if (samples < 2) throw std::invalid_argument("an image needs two samples or more along its longest side");
-    const Box box = field.bounds_m();
-    const Vec3 size_m = box.size_m();
-    const double sides_m[] = {size_m.x, size_m.y, size_m.z};
-    const double step_m = std::max({size_m.x, size_m.y, size_m.z}) / (samples - 1);
-    if (!(step_m > 0.0) || !std::isfinite(step_m)) throw std::invalid_argument("the field's box has no size to sample");
-    int dims[3];
-    double spacing_m[3];
-    for (int a = 0; a < 3; ++a) {
-      dims[a] = static_cast<int>(std::lround(sides_m[a] / step_m)) + 1;
-      spacing_m[a] = dims[a] > 1 ? sides_m[a] / (dims[a] - 1) : step_m;
-    }
-    image->SetDimensions(dims);
-    image->SetSpacing(spacing_m);
-    image->SetOrigin(box.low_m.x, box.low_m.y, box.low_m.z);
-    vtkNew<vtkFloatArray> sampled;
-    sampled->SetNumberOfComponents(components);
-    sampled->SetNumberOfTuples(image->GetNumberOfPoints());
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    for (vtkIdType n = 0; n < image->GetNumberOfPoints(); ++n) {
-      const double* const p = image->GetPoint(n);
-      const Vec3 at_m{std::clamp(p[0], box.low_m.x, box.high_m.x), std::clamp(p[1], box.low_m.y, box.high_m.y),
-                      std::clamp(p[2], box.low_m.z, box.high_m.z)};
-      if (components == 1) {
-        const ScalarSample s = field.scalar(at_m);
-        sampled->SetComponent(n, 0, s.inside ? s.value : none);
-      } else {
-        const VectorSample s = field.vector(at_m);
-        const double parts[] = {s.value.x, s.value.y, s.value.z};
-        for (int c = 0; c < 3; ++c) sampled->SetComponent(n, c, s.inside ? parts[c] : none);
-      }
-    }
-    values = sampled;
-  }
+  const bool of_voxels = grid && !grid->signless && detail::place_image(grid->geometry, *image);
+  const vtkSmartPointer<vtkDataArray> values =
+      of_voxels ? detail::voxels_to_vtk(*grid, components) : detail::samples_to_vtk(field, samples, *image);
   values->SetName(name.c_str());
   components == 1 ? image->GetPointData()->SetScalars(values) : image->GetPointData()->SetVectors(values);
   return image;

@@ -6,20 +6,8 @@ internal = r"\b(detail|phantom|scene_file)\b|namespace\s*$"
 knows_toml = ("palpa/scene/set_path.h", "palpa/scene/toml_section.h")
 # Functions of more than 60 lines, by file: most are one list of fields, keys, widgets, cases of a switch or bindings.
 longer = {
-    "palpa/report/words.cpp": "format_recorded",
-    "palpa/scene/first_flow.cpp": "vortices_of",
-    "palpa/solver/problem.cpp": "pose",
-    "palpa/study/check_places.cpp": "check_places",
-    "palpa/study/summary.cpp": "add to_json",
-    "palpa/trace/trace_toml.cpp": "read_header",
     "palpa/view/layer_surface.cpp": "surface_of",
     "palpa/view/layers.cpp": "draw_layer",
-    "palpa/view/plot.cpp": "add_chart",
-    "palpa/view/scene_picture.cpp": "scene_picture",
-    "palpa/vtk/to_vtk.h": "to_vtk",
-    "reader/dicom_files.cpp": "query",
-    "reader/metaimage.cpp": "MetaImageSource",
-    "reader/resample_error.cpp": "look",
     "app/cli_run.cpp": "add_run",
     "explorer/drawing.cpp": "draw_for_window",
     "explorer/function_editor.cpp": "FunctionEditor show_functions",

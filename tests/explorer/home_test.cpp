@@ -1,8 +1,10 @@
 // A first user's ways through the window: progress, layouts, messages, recording, closing, pictures, simple panels.
 #include <gtest/gtest.h>
 
+#include <QCheckBox>
 #include <QDialogButtonBox>
 #include <QDockWidget>
+#include <QFileDialog>
 #include <QGroupBox>
 #include <QLabel>
 #include <QLineEdit>
@@ -15,6 +17,7 @@
 #include <QStackedWidget>
 #include <QTimer>
 #include <QToolButton>
+#include <algorithm>
 #include <filesystem>
 
 #include "driver.h"
@@ -81,6 +84,24 @@ TEST(ExplorerHome, FullScreenShowsTheViewsAlone) {
   driver.key(Qt::Key_F11);
   EXPECT_TRUE(driver.window().menuBar()->isVisible());
   EXPECT_TRUE(driver.window().findChild<QDockWidget*>("panel")->isVisible());
+}
+
+TEST(ExplorerHome, TheForceCurveComesBesideTheViewsOnTheFullScreen) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  driver.key(Qt::Key_F11);
+  EXPECT_TRUE(driver.message().contains("I shows the force curve")) << driver.message().toStdString();
+  ASSERT_FALSE(driver.window().instruments().isVisible());
+  driver.key(Qt::Key_I);
+  EXPECT_TRUE(driver.window().instruments().isVisible());
+  EXPECT_FALSE(driver.window().menuBar()->isVisible());
+  EXPECT_FALSE(driver.window().findChild<QDockWidget*>("panel")->isVisible());
+  Driver::live(400);
+  driver.look("full-screen-curve");
+  driver.key(Qt::Key_I);
+  EXPECT_FALSE(driver.window().instruments().isVisible());
+  driver.key(Qt::Key_F11);
+  EXPECT_TRUE(driver.window().instruments().isVisible());
 }
 
 TEST(ExplorerHome, TheHintComesWithEachSceneAndNothingOnIsSaid) {
@@ -185,6 +206,33 @@ TEST(ExplorerHome, APictureHasTheChosenSize) {
   driver.look("after-picture");
 }
 
+TEST(ExplorerHome, APictureHasATransparentGround) {
+  const std::filesystem::path file = fresh_folder("transparent") / "head.png";
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  ASSERT_TRUE(driver.is_done());
+  in_dialog([&](QWidget& dialog) {
+    dialog.findChild<QSpinBox*>("picture_width")->setValue(900);
+    dialog.findChild<QSpinBox*>("picture_height")->setValue(700);
+    dialog.findChild<QLineEdit*>("picture_file")->setText(QString::fromStdString(file.string()));
+    QTest::mouseClick(dialog.findChild<QCheckBox*>("picture_transparent"), Qt::LeftButton, {}, {8, 8});
+    dialog.grab().save(QString(PALPA_SCREENSHOTS) + "/picture-dialog.png");
+    QTest::mouseClick(dialog.findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Save), Qt::LeftButton);
+  });
+  driver.key(Qt::Key_P, Qt::ControlModifier | Qt::ShiftModifier);
+  const QImage picture(QString::fromStdString(file.string()));
+  ASSERT_EQ(picture.size(), QSize(900, 700));
+  picture.save(QString(PALPA_SCREENSHOTS) + "/picture-transparent.png");
+  for (const QPoint corner : {QPoint(0, 0), QPoint(899, 0), QPoint(0, 699), QPoint(899, 699)})
+    EXPECT_EQ(qAlpha(picture.pixel(corner)), 0);
+  const auto at = driver.surface_px();
+  ASSERT_TRUE(at);
+  const double scale = 700.0 / driver.view().height();
+  const QPoint data(static_cast<int>(450 + scale * (at->x() - 0.5 * driver.view().width())), static_cast<int>(scale * at->y()));
+  EXPECT_EQ(qAlpha(picture.pixel(data)), 255);
+  EXPECT_GT(qGray(driver.view().picture().pixel(0, 0)), 240) << "the window keeps its own ground";
+}
+
 TEST(ExplorerHome, ALevelHasTwoRowsAndMoreAndAllIsSofterAtOnce) {
   Driver driver;
   ASSERT_TRUE(driver.open(small_head()));
@@ -260,6 +308,53 @@ TEST(ExplorerHome, DarkIsDarkEverywhere) {
   EXPECT_LT(bright, all / 12) << "something stayed white";
   trigger("&Dark");
   QApplication::setPalette(before);
+}
+
+TEST(ExplorerHome, AnUnsavedSceneIsMarkedAmongTheRecentOnes) {
+  const std::string settings = (fresh_folder("unsaved") / "palpa.ini").string();
+  {
+    Driver driver({.settings_file = settings});
+    ASSERT_TRUE(driver.open(small_head()));
+    driver.key(Qt::Key_1, Qt::ControlModifier);
+    driver.window().close();  // a program closes it: nothing is asked, the scene is kept
+  }
+  Driver driver({.settings_file = settings});
+  const QList<QPushButton*> buttons = driver.window().findChildren<QPushButton*>();
+  EXPECT_TRUE(std::ranges::any_of(buttons, [](auto* one) { return one->text().startsWith("small_head (unsaved changes)"); }));
+  EXPECT_TRUE(std::ranges::any_of(buttons, [](auto* one) { return one->text().startsWith("small_head.toml"); }));
+  driver.look("recent-unsaved");
+  auto& recent = *driver.window().findChild<QMenu*>("recent");
+  Q_EMIT recent.aboutToShow();
+  ASSERT_FALSE(recent.isEmpty());
+  EXPECT_TRUE(recent.actions().front()->text().startsWith("small_head (unsaved changes)"))
+      << recent.actions().front()->text().toStdString();
+}
+
+TEST(ExplorerHome, DialogsOfRecordingsStartInTheirFolder) {
+  const std::filesystem::path folder = fresh_folder("dialog-traces");
+  const std::string settings = (folder / "palpa.ini").string();
+  {
+    QSettings kept(QString::fromStdString(settings), QSettings::IniFormat);
+    kept.setValue("traces", QString::fromStdString(folder.string()));
+    kept.setValue("folder", QString(PALPA_SCENES));  // of the last data
+  }
+  Driver driver({.settings_file = settings});
+  ASSERT_TRUE(driver.open(small_head()));
+  QStringList at;
+  const auto look_into = [&](Qt::Key key, Qt::KeyboardModifiers modifiers) {
+    in_dialog([&](QWidget& dialog) {
+      at << dynamic_cast<QFileDialog&>(dialog).directory().absolutePath();
+      dynamic_cast<QFileDialog&>(dialog).reject();
+    });
+    driver.key(key, modifiers);
+  };
+  look_into(Qt::Key_O, Qt::ControlModifier);
+  look_into(Qt::Key_R, Qt::ControlModifier | Qt::ShiftModifier);
+  driver.key(Qt::Key_T, Qt::ControlModifier);
+  ASSERT_TRUE(Driver::wait_for([&] { return driver.window().findChild<Player*>()->has_trace(); }, 60'000));
+  look_into(Qt::Key_T, Qt::ControlModifier | Qt::ShiftModifier);
+  const QString traces = QString::fromStdString(folder.string());
+  EXPECT_EQ(at, QStringList({QString(PALPA_SCENES), traces, traces})) << at.join(", ").toStdString();
 }
 
 TEST(ExplorerHome, RecentFilesAreInTheMenuAndTheModesHaveTheirNames) {

@@ -1,11 +1,16 @@
 // The window without a mouse, and before a scene is open.
 #include <gtest/gtest.h>
 
+#include <QDoubleSpinBox>
+#include <QGroupBox>
 #include <QLabel>
+#include <QLineEdit>
 #include <QToolButton>
+#include <algorithm>
 #include <filesystem>
 
 #include "driver.h"
+#include "explorer/linked_levels.h"
 #include "explorer/slice_view.h"
 
 namespace palpa::explorer {
@@ -87,6 +92,75 @@ TEST(ExplorerSmall, TheForceKeepsMostOfTheRoom) {
   driver.look("small");
   driver.window().resize(1280, 800);
   EXPECT_TRUE(Driver::wait_for([&] { return spectrum->isVisible(); }, 3000));
+}
+
+/// Each text is within the widget, and none meets another.
+void expect_apart(const QWidget& on, const std::vector<PlacedText>& texts) {
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    EXPECT_TRUE(QRectF(on.rect()).contains(texts[i].box)) << texts[i].words.toStdString() << " is cut";
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_FALSE(texts[i].box.adjusted(0, 1, 0, -1).intersects(texts[j].box))
+          << texts[i].words.toStdString() << " meets " << texts[j].words.toStdString();
+  }
+}
+
+bool has(const std::vector<PlacedText>& texts, const QString& words) {
+  return std::ranges::any_of(texts, [&](const PlacedText& text) { return text.words == words; });
+}
+
+TEST(ExplorerSmall, NoTextIsCutOrMeetsAnother) {
+  Driver driver;
+  driver.window().resize(1001, 560);
+  for (const std::filesystem::path& scene : {small_head(), embedded("flow_phantom.toml")}) {
+    ASSERT_TRUE(driver.open(scene));
+    driver.window().resize(1001, 560);
+    ASSERT_TRUE(Driver::wait_for([&] { return driver.view().hint().contains("Press"); }, 20'000));
+    driver.look("small-texts-" + scene.stem().string());
+    expect_apart(driver.view(), driver.view().texts());
+    EXPECT_TRUE(has(driver.view().texts(), driver.view().hint())) << "the hint is not whole";
+    for (const SliceView* slice : driver.window().findChildren<SliceView*>()) {
+      expect_apart(*slice, slice->texts());
+      EXPECT_TRUE(std::ranges::any_of(slice->texts(),
+                                      [&](const PlacedText& text) { return text.words.startsWith(slice->title() + " · "); }));
+      EXPECT_TRUE(has(slice->texts(), driver.window().views().look().words));
+    }
+  }
+  // Narrower still: the less important ones are left out.
+  SliceView& narrow = *driver.window().findChildren<SliceView*>().front();
+  narrow.resize(120, 100);
+  narrow.grab();
+  expect_apart(narrow, narrow.texts());
+  EXPECT_GE(narrow.texts().size(), 4U);
+}
+
+TEST(ExplorerKeyboard, ASpaceIsALetterOfANameOnlyWithoutForce) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  auto& form = *driver.window().findChild<QGroupBox*>("mode_surface")->findChild<ParameterForm*>();
+  QTest::mouseClick(form.findChild<QToolButton*>("more"), Qt::LeftButton);
+  QLineEdit* name = nullptr;
+  QDoubleSpinBox* number = nullptr;
+  for (QLineEdit* one : form.findChildren<QLineEdit*>())
+    if (one->text() == "bone") name = one;
+  for (QDoubleSpinBox* one : form.findChildren<QDoubleSpinBox*>())
+    if (!number && one->isVisible() && one->isEnabled()) number = one;
+  ASSERT_TRUE(name && number);
+  name->setFocus();
+  name->selectAll();
+  QTest::keyClicks(name, "inner");
+  ASSERT_FALSE(driver.window().touch().is_held());
+  QTest::keyClick(name, Qt::Key_Space);
+  EXPECT_TRUE(driver.window().touch().is_held()) << "the force must go off with any focus";
+  EXPECT_EQ(name->text(), "inner");
+  QTest::keyClick(name, Qt::Key_Space);
+  QTest::keyClicks(name, "table");
+  EXPECT_EQ(name->text(), "inner table");
+  EXPECT_TRUE(driver.window().touch().is_held()) << "a letter turned the force on";
+  QTest::keyClick(name, Qt::Key_Return);
+  EXPECT_EQ(felt_levels(driver.window().document().scene()).at(1).name, "inner_table") << driver.message().toStdString();
+  number->setFocus();
+  QTest::keyClick(number, Qt::Key_Space);
+  EXPECT_FALSE(driver.window().touch().is_held()) << "a number has no space";
 }
 
 TEST(ExplorerKeyboard, SaysWhatAnActionWithoutASceneNeeds) {

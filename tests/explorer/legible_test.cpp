@@ -11,6 +11,7 @@
 #include <QPushButton>
 #include <QRegularExpression>
 #include <QTableWidget>
+#include <QTextBrowser>
 #include <QTimer>
 #include <QToolButton>
 #include <cmath>
@@ -19,6 +20,7 @@
 #include <set>
 
 #include "driver.h"
+#include "explorer/help_sheet.h"
 #include "explorer/linked_levels.h"
 #include "palpa/file/write_volume.h"
 #include "palpa/version.h"
@@ -203,6 +205,35 @@ TEST(ExplorerRows, AFunctionIsOnlyLookedAtUntilAValueIsEdited) {
   EXPECT_TRUE(driver.window().document().scene() == before);
 }
 
+TEST(ExplorerRows, AFunctionOfALevelIsNotOfTheFieldThatIsConstantThere) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  const Scene before = driver.window().document().scene();
+  auto& form = *driver.window().findChild<QGroupBox*>("mode_surface")->findChild<ParameterForm*>();
+  QPushButton* function = nullptr;
+  for (QPushButton* one : form.findChildren<QPushButton*>())
+    if (one->isVisible() && one->text().startsWith("By value") && !function) function = one;
+  ASSERT_TRUE(function);
+  QTest::mouseClick(function, Qt::LeftButton);
+  FunctionEditor& editor = *driver.window().findChild<FunctionEditor*>();
+  ASSERT_TRUE(Driver::wait_for([&] { return editor.isVisible() && editor.shown().strength.has_value(); }))
+      << driver.message().toStdString();
+  EXPECT_EQ(editor.shown().field, "gradient_magnitude(head)");
+  EXPECT_EQ(editor.shown().unit, "HU/m");
+  EXPECT_GT(editor.shown().high, editor.shown().low);
+  EXPECT_TRUE(driver.window().document().scene() == before) << "changed by looking at it";
+  ASSERT_TRUE(driver.is_done());
+  editor.findChild<QTableWidget*>("function_table")->item(0, 1)->setText("0.4");
+  const Strength strength = felt_levels(driver.window().document().scene()).empty() ? Strength() : [&] {
+    for (const ParameterRow& row :
+         rows_of([&](ParameterVisitor& v) { Mode(driver.window().document().scene().modes()[0].mode).visit(v); }))
+      if (const auto* one = std::get_if<Strength>(&row.value); one && !one->is_constant()) return *one;
+    return Strength();
+  }();
+  EXPECT_EQ(strength.of.name, "gradient_magnitude(head)") << driver.message().toStdString();
+  driver.look("function-of-a-level");
+}
+
 TEST(ExplorerRows, ALevelTakesANameWithASpace) {
   Driver driver;
   ASSERT_TRUE(driver.open(small_head()));
@@ -244,6 +275,81 @@ TEST(ExplorerPictures, AFilmOfTheWindowShowsItWhole) {
   driver.key(Qt::Key_F, Qt::ControlModifier | Qt::ShiftModifier);
   const QImage first(into + "/00000.png");
   EXPECT_EQ(first.size(), driver.window().size()) << into.toStdString();
+}
+
+TEST(ExplorerForce, IsANumberAtTheHandWhileThereIsOne) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  ASSERT_TRUE(driver.is_done());
+  const auto number = [&]() -> std::optional<PlacedText> {
+    for (const PlacedText& text : driver.view().texts())
+      if (QRegularExpression("^[0-9.]+ N$").match(text.words).hasMatch()) return text;
+    return {};
+  };
+  EXPECT_FALSE(number()) << "nothing is felt yet";
+  const auto at = driver.surface_px();
+  ASSERT_TRUE(at);
+  driver.press(driver.view(), *at);
+  ASSERT_TRUE(driver.is_let_out());
+  driver.wheel(driver.view(), *at, 4, Qt::LeftButton);
+  ASSERT_TRUE(Driver::wait_for([&] { return driver.force_n() > 0.1 && number(); }));
+  ASSERT_TRUE(driver.hand_rests());
+  ASSERT_TRUE(Driver::wait_for([&] {
+    const auto shown = number();
+    return shown && std::abs(shown->words.section(' ', 0, 0).toDouble() - driver.force_n()) <= 0.0051;
+  })) << (number() ? number()->words.toStdString() : "none")
+      << " for " << driver.force_n();
+  const QPointF ball = on_screen(driver.view().view(), driver.window().touch().moment().proxy_m);
+  const QPointF middle = number()->box.center();
+  EXPECT_LT(std::hypot(middle.x() - ball.x(), middle.y() - ball.y()), 90.0);
+  EXPECT_FALSE(number()->box.contains(ball)) << "on the ball";
+  driver.look("force-at-hand");
+  driver.view().set_dark(true);
+  driver.look("force-at-hand-dark");
+  driver.view().set_dark(false);
+  const Vec3 from = driver.view().view().towards, up = driver.view().view().up;
+  driver.view().look_from(-from, up);
+  EXPECT_TRUE(Driver::wait_for([&] { return !number(); })) << "the touched side is turned away";
+  driver.view().look_from(from, up);
+  EXPECT_TRUE(Driver::wait_for([&] { return number().has_value(); }));
+  driver.key(Qt::Key_Space);
+  EXPECT_TRUE(Driver::wait_for([&] { return !number(); })) << "the force is off";
+  driver.release(driver.view(), *at);
+}
+
+TEST(ExplorerHelp, PagesShowTheDocumentation) {
+  Driver driver;
+  QTest::keyClick(&driver.window(), Qt::Key_F1, Qt::ShiftModifier);
+  auto* const pages = driver.window().findChild<Pages*>();
+  ASSERT_TRUE(pages) << driver.message().toStdString();
+  auto& text = *pages->findChild<QTextBrowser*>();
+  EXPECT_TRUE(text.toPlainText().startsWith("The explorer")) << text.toPlainText().left(100).toStdString();
+  QTest::qWait(50);
+  pages->grab().save(QString(PALPA_SCREENSHOTS) + "/pages.png");
+  Q_EMIT text.anchorClicked(QUrl("trace.md"));
+  EXPECT_TRUE(text.source().path().endsWith("trace.md"));
+  QTest::mouseClick(pages->findChild<QPushButton*>("back"), Qt::LeftButton);
+  EXPECT_TRUE(text.source().path().endsWith("explorer.md"));
+  pages->close();
+}
+
+TEST(ExplorerHelp, PagesAreFoundWhereTheyAreInstalled) {
+  const fs::path prefix = fresh_folder("prefix"), scenes = prefix / "share/palpa/scenes",
+                 docs = prefix / "share/doc/palpa/docs";
+  fs::create_directories(scenes);
+  const char* const before = std::getenv("PALPA_SCENES");
+  const std::string kept = before ? before : "";
+  ::setenv("PALPA_SCENES", scenes.c_str(), 1);
+  EXPECT_TRUE(pages_folder().empty());
+  {
+    Driver driver;
+    QTest::keyClick(&driver.window(), Qt::Key_F1, Qt::ShiftModifier);
+    EXPECT_TRUE(driver.message().contains("libpalpa-dev")) << driver.message().toStdString();
+  }
+  fs::create_directories(docs);
+  std::ofstream(docs / "explorer.md") << "# The explorer\n";
+  EXPECT_EQ(pages_folder(), docs);
+  before ? ::setenv("PALPA_SCENES", kept.c_str(), 1) : ::unsetenv("PALPA_SCENES");
 }
 
 TEST(ExplorerHelp, AboutSaysTheVersionAndTheLicence) {
