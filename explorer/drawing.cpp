@@ -22,7 +22,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
+#include "palpa/data/parallel.h"
 #include "palpa/view/offscreen.h"
 #include "palpa/view/scene_shapes.h"
 #include "palpa/view/shapes.h"
@@ -79,6 +81,19 @@ vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
   normals->ConsistencyOff();
   normals->Update();
   return normals->GetOutput();
+}
+
+/// Coarser surfaces, on all cores; empty for a share of 1 or more.
+std::map<vtkPolyData*, vtkSmartPointer<vtkPolyData>> coarser_of(const std::set<vtkPolyData*>& surfaces, double share) {
+  std::map<vtkPolyData*, vtkSmartPointer<vtkPolyData>> coarse;
+  if (share >= 1.0) return coarse;
+  std::vector<vtkSmartPointer<vtkPolyData>*> made;
+  for (vtkPolyData* surface : surfaces) made.push_back(&coarse[surface]);
+  const std::vector<vtkPolyData*> fine(surfaces.begin(), surfaces.end());
+  detail::in_parts(static_cast<std::int64_t>(fine.size()), 1, [&](std::int64_t first, std::int64_t last) {
+    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) *made[i] = coarser(fine[i], share);
+  });
+  return coarse;
 }
 
 /// Actor for `surface` with the settings of another actor: vertex colours if that is visible, depth only if not.
@@ -196,11 +211,14 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
     while (vtkProp* prop = props.GetNextProp()) what(prop);
   };
   double all = 0.0;
+  std::set<vtkPolyData*> surfaces;  // a shell is drawn twice
   for (vtkRenderer* renderer : {solid.Get(), shells.Get()})
     each(renderer, [&](vtkProp* prop) {
-      if (vtkPolyData* surface = surface_of(prop)) all += static_cast<double>(surface->GetNumberOfPolys());
+      vtkPolyData* const surface = surface_of(prop);
+      if (!surface || surface->GetNumberOfPolys() == 0) return;
+      all += static_cast<double>(surface->GetNumberOfPolys());
+      surfaces.insert(surface);
     });
-  const double share = coarse_triangles / std::max(all, 1.0);
 
   const auto shell_of = [&](vtkPolyData* fine, vtkPolyData* made) -> std::optional<detail::Shell> {
     for (const detail::Shell& shell : drawing.fine_shells) {
@@ -208,7 +226,7 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
     }
     return {};
   };
-  std::map<vtkPolyData*, vtkSmartPointer<vtkPolyData>> coarse;  // a shell is drawn twice
+  const auto coarse = coarser_of(surfaces, coarse_triangles / std::max(all, 1.0));
   const auto take = [&](vtkRenderer* renderer, std::vector<Drawing::Part>& parts) {
     each(renderer, [&](vtkProp* prop) {
       Drawing::Part part{.fine = prop, .coarse = {}, .layer = 0};
@@ -229,10 +247,9 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
       }
       vtkPolyData* const surface = surface_of(prop);
       if (surface) drawing.fine_triangles += static_cast<std::size_t>(surface->GetNumberOfPolys());
-      if (surface && share < 1.0 && surface->GetNumberOfPolys() > 0) {
-        vtkSmartPointer<vtkPolyData>& made = coarse[surface];
+      if (const auto found = coarse.find(surface); found != coarse.end()) {
+        const vtkSmartPointer<vtkPolyData>& made = found->second;
         vtkActor& actor = *vtkActor::SafeDownCast(prop);
-        if (!made) made = coarser(surface, share);
         drawing.coarse_triangles += static_cast<std::size_t>(made->GetNumberOfPolys());
         part.coarse = in_place_of(actor, made);
         if (actor.GetProperty()->GetOpacity() > 0.0)

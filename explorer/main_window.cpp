@@ -38,6 +38,8 @@ namespace fs = std::filesystem;
 
 constexpr int frame_ms = 33;         // between updates of the views. Shorter: more processor time; longer: stutter
 constexpr int title_bar_px = 40;     // of a window manager, above the window. Less: the status bar is below the screen
+constexpr int time_key = 900'020;    // of undo steps: a drag over the data's time is one
+constexpr int data_frames = 3;       // from picture to picture of moving data. More: they jerk; fewer: they slow the window
 constexpr double in_front_m = 6e-3;  // of the surface: start and end of a press
 
 std::vector<std::string> names_of_modes(const Scene& scene) {
@@ -113,6 +115,11 @@ void MainWindow::make_pages() {
   auto* over = new QGridLayout(central);  // progress lies over the pages, which do not move
   over->setContentsMargins(0, 0, 0, 0);
   over->addWidget(pages_, 0, 0);
+  time_bar_ = new TimeBar([this] { return player_->has_trace() ? player_->at_s() : std::max(0.0, touch_.moment().t_s); });
+  over->addWidget(time_bar_, 1, 0);
+  connect(time_bar_, &TimeBar::asked, this, [this](const TimeOptions& time) {
+    document_.edit(tr("time of the data"), time_key, [&](Scene& scene) { scene.set(time); });
+  });
   setCentralWidget(central);
   pointed_ = new QLabel;
   pointed_->setObjectName("pointed");
@@ -289,6 +296,7 @@ void MainWindow::scene_changed() {
   }
   if (player_->has_trace()) replay_->feel_changed_scene();
   if (desk_->isVisible()) desk_->refresh();
+  time_bar_->show_scene(scene);
   views_->draw_layers(scene);
   name_modes();
 }
@@ -310,6 +318,7 @@ void MainWindow::tick() {
   touch_.beat(1e-3 * frame_ms);
   if (film_->is_under_way()) return film_->next();
   if (player_->has_trace()) player_->pass(1e-3 * frame_ms);
+  follow_data();
   if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
   const Moment& moment = touch_.moment();
   if (moment.tick >= 0) views_->show_felt(moment, document_.scene().coupling().max_force_n, mouse_leads_);
@@ -331,6 +340,16 @@ void MainWindow::tick() {
   }
   if (const std::string problem = touch_.take_problem(); !problem.empty()) say(QString::fromStdString(problem), true);
   if (View3D* view = views_->view()) view->show_words(format_fault(), format_hint());
+}
+
+/// Draws moving data as they are felt now.
+void MainWindow::follow_data() {
+  if (!document_.is_open()) return;
+  time_bar_->follow();
+  if (!time_bar_->plays() || pages_->currentIndex() != 1 || ++frames_ % data_frames != 0) return;
+  Scene now = document_.scene();
+  now.set(TimeOptions{.start_s = time_bar_->at_s()});
+  views_->draw_layers(now, true);
 }
 
 QString MainWindow::format_hint() const {

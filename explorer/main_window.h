@@ -20,6 +20,7 @@
 #include "explorer/scene_views.h"
 #include "explorer/settings.h"
 #include "explorer/start_page.h"
+#include "explorer/time_bar.h"
 #include "explorer/touch.h"
 
 class QDockWidget;
@@ -115,6 +116,7 @@ class MainWindow : public QMainWindow {
   void screenshot();
   void play(const PlayedHand& hand, const std::filesystem::path& second_trace = {});
   void stop_playing();
+  void follow_data();
   void remember(const std::filesystem::path& path);
   QString format_fault();
   QString format_hint() const;
@@ -135,6 +137,7 @@ class MainWindow : public QMainWindow {
   QDockWidget* player_dock_;
   QList<QDockWidget*> scene_docks_;  ///< visible while a scene is open
   Replay* replay_;
+  TimeBar* time_bar_;
   FunctionDesk* desk_;
   Film* film_;
   MessageBar* message_;
@@ -149,7 +152,7 @@ class MainWindow : public QMainWindow {
   QTimer timer_;
   bool mouse_leads_ = false;
   Vec3 led_away_;  ///< [1] away from the surface where the mouse last led the hand
-  int ticks_ = 0;
+  int ticks_ = 0, frames_ = 0;
   std::int64_t unrecorded_ = 0;
 };
 

@@ -130,8 +130,9 @@ void MainWindow::make_trace_actions(QMenu* feel) {
                            ask_trace(tr("The second trace (its trace.toml)"),
                                      [this](const fs::path& trace) { compare_with(trace); });
                          }));
-  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
-    if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
+  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace, or moving data"), [this] {
+    QWidget* const bar = player_->has_trace() ? static_cast<QWidget*>(player_) : time_bar_;
+    if (auto* play = bar->findChild<QToolButton*>("play")) play->toggle();
   }));
   const auto film = [this, feel](const QString& words, const char* keys, const QString& tip, std::function<QImage()> picture) {
     QAction* made = action(words, QKeySequence(keys), tip, [this, picture] {
@@ -221,6 +222,10 @@ void MainWindow::make_view_actions() {
   look->addAction(action(tr("&Marks"), QKeySequence("M"), tr("Scale bar, directions and legend"), [view] {
     if (view) view->show_marks(!view->shows_marks());
   }));
+  look->addAction(action(tr("&Cut open"), QKeySequence("C"),
+                         tr("Hide what is in front of the slice that faces you; that slice's wheel moves the cut"), [view] {
+                           if (view) view->set_cut(!view->is_cut());
+                         }));
   look->addAction(action(tr("&Stereo"), QKeySequence("S"), tr("Flat, red-cyan, or side by side"), [view] {
     if (!view) return;
     view->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view->stereo()) + 1) % 3));

@@ -11,6 +11,7 @@
 #include <map>
 
 #include "palpa/loop/loop.h"
+#include "palpa/study/beside_words.h"
 #include "palpa/study/recording.h"
 #include "palpa/study/run.h"
 #include "palpa/trace/trace.h"
@@ -45,11 +46,94 @@ QToolButton* button(QStyle::StandardPixmap sign, const QString& name) {
   return made;
 }
 
+Probe probe_of(const TickFrame& was) {
+  return {.position_m = was.result.probe_m,
+          .velocity_m_per_s = was.result.probe_velocity_m_per_s,
+          .valid = was.result.probe_valid,
+          .buttons = was.buttons};
+}
+
 QString words_of_event(const std::string& kind) {
   if (kind == name_of(SessionEventKind::onset)) return Player::tr("contact");
   if (kind == name_of(SessionEventKind::break_through)) return Player::tr("break-through");
   return QString::fromStdString(kind);
 }
+
+/// A hand's ticks in a scene. Throws LoadError when stopped.
+class Replaying {
+ public:
+  Replaying(const LoadedScene& loaded, std::stop_token stop) : loaded_(loaded), stop_(std::move(stop)) {}
+
+  void feel_trace(const std::filesystem::path& folder) {
+    const TraceReader reader(folder);
+    const std::vector<TraceTick> ticks = reader.ticks();
+    const TraceHeader& header = reader.header();
+    felt_.name = (folder.filename().empty() ? folder.parent_path().filename() : folder.filename()).string();
+    stride_ = ticks.size() / most_rows + 1;
+    Session session(loaded_.scene, header.device_encoder_step_m);
+    GuardedSession guarded(session, detail::guard_options_of(header));
+    for (const TraceTick& tick : ticks) {
+      const TickFrame& was = tick.frame;
+      add(guarded.tick(was.tick, was.t_s, was.dt_s, probe_of(was), was.circumstances), session);
+    }
+  }
+  void feel_replay(const FeltTrace& first) {
+    felt_.name = first.name;
+    stride_ = first.hand.size() / most_rows + 1;
+    Session session(loaded_.scene, first.encoder_step_m);
+    GuardedSession guarded(session, first.max_force_n);
+    for (const FeltTrace::HandTick& was : first.hand) add(guarded.tick(was.tick, was.t_s, was.dt_s, was.probe), session);
+  }
+  void feel_hand(const std::string& description) {
+    RunOptions options;
+    options.hand = description;
+    PreparedRun prepared = prepare(loaded_, options);
+    felt_.name = description;
+    felt_.encoder_step_m = prepared.hand->limits().encoder_step_m;
+    felt_.max_force_n = prepared.hand->limits().max_force_n;
+    stride_ = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
+    Session session(loaded_.scene, felt_.encoder_step_m);
+    run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
+                  [&](const TickFrame& frame, const Session& now) {
+                    felt_.hand.push_back({frame.tick, frame.t_s, frame.dt_s, probe_of(frame)});
+                    add(frame, now);
+                  });
+  }
+
+  FeltTrace felt() {
+    if (felt_.rows.empty()) throw LoadError(felt_.name + ": has no ticks; record for longer");
+    felt_.duration_s = felt_.rows.back().t_s;
+    for (FeltTrace::Event& event : felt_.events) event.row = std::min(event.row, felt_.rows.size() - 1);
+    return std::move(felt_);
+  }
+
+ private:
+  void add(const TickFrame& frame, const Session& session) {
+    if (stop_.stop_requested()) throw LoadError("the hand was not felt to its end: it was cancelled; play it again");
+    for (const SessionEvent& event : session.events()) {
+      std::string subject = event.mode >= 0 ? loaded_.scene.modes()[static_cast<std::size_t>(event.mode)].name : "session";
+      felt_.events.push_back({felt_.rows.size(), name_of(event.kind), std::move(subject)});
+    }
+    felt_.run.ticks.push_back(felt_tick(frame));
+    if (seen_++ % stride_ != 0) return;
+    FeltTrace::Row& row = felt_.rows.emplace_back(FeltTrace::Row{.tick = frame.tick,
+                                                                 .t_s = frame.t_s,
+                                                                 .probe_m = frame.result.probe_m,
+                                                                 .proxy_m = frame.result.proxy_m,
+                                                                 .command_n = frame.command.force_n,
+                                                                 .first_primitive = felt_.placed.size()});
+    if (session.sub_steps().empty()) return;
+    const SubStep& last = session.sub_steps().back();
+    row.primitives = last.primitives;
+    const auto first = session.primitives().begin() + last.first_primitive;
+    felt_.placed.insert(felt_.placed.end(), first, first + last.primitives);
+  }
+
+  const LoadedScene& loaded_;
+  std::stop_token stop_;
+  FeltTrace felt_;
+  std::size_t stride_ = 1, seen_ = 0;
+};
 
 }  // namespace
 
@@ -62,57 +146,14 @@ Moment FeltTrace::moment(std::size_t row) const {
 }
 
 FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop) {
-  FeltTrace felt;
-  const Scene& scene = loaded.scene;
-  std::size_t stride = 1, seen = 0;
-  const auto add = [&](const TickFrame& frame, const Session& session) {
-    if (stop.stop_requested()) throw LoadError("the hand was not felt to its end: it was cancelled; play it again");
-    for (const SessionEvent& event : session.events()) {
-      std::string subject = event.mode >= 0 ? scene.modes()[static_cast<std::size_t>(event.mode)].name : "session";
-      felt.events.push_back({felt.rows.size(), name_of(event.kind), std::move(subject)});
-    }
-    if (seen++ % stride != 0) return;
-    FeltTrace::Row& row = felt.rows.emplace_back(FeltTrace::Row{.tick = frame.tick,
-                                                                .t_s = frame.t_s,
-                                                                .probe_m = frame.result.probe_m,
-                                                                .proxy_m = frame.result.proxy_m,
-                                                                .command_n = frame.command.force_n,
-                                                                .first_primitive = felt.placed.size()});
-    if (session.sub_steps().empty()) return;
-    const SubStep& last = session.sub_steps().back();
-    row.primitives = last.primitives;
-    const auto first = session.primitives().begin() + last.first_primitive;
-    felt.placed.insert(felt.placed.end(), first, first + last.primitives);
-  };
-  if (!hand.trace.empty()) {
-    const TraceReader reader(hand.trace);
-    const std::vector<TraceTick> ticks = reader.ticks();
-    const TraceHeader& header = reader.header();
-    felt.name = (hand.trace.filename().empty() ? hand.trace.parent_path().filename() : hand.trace.filename()).string();
-    stride = ticks.size() / most_rows + 1;
-    Session session(scene, header.device_encoder_step_m);
-    GuardedSession guarded(session, detail::guard_options_of(header));
-    for (const TraceTick& tick : ticks) {
-      const TickFrame& was = tick.frame;
-      const Probe probe{.position_m = was.result.probe_m,
-                        .velocity_m_per_s = was.result.probe_velocity_m_per_s,
-                        .valid = was.result.probe_valid,
-                        .buttons = was.buttons};
-      add(guarded.tick(was.tick, was.t_s, was.dt_s, probe, was.circumstances), session);
-    }
-  } else {
-    RunOptions options;
-    options.hand = hand.description;
-    PreparedRun prepared = prepare(loaded, options);
-    felt.name = hand.description;
-    stride = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
-    Session session(scene, prepared.hand->limits().encoder_step_m);
-    run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr, add);
-  }
-  if (felt.rows.empty()) throw LoadError(felt.name + ": has no ticks; record for longer");
-  felt.duration_s = felt.rows.back().t_s;
-  for (FeltTrace::Event& event : felt.events) event.row = std::min(event.row, felt.rows.size() - 1);
-  return felt;
+  Replaying replaying(loaded, stop);
+  if (!hand.trace.empty())
+    replaying.feel_trace(hand.trace);
+  else if (hand.again)
+    replaying.feel_replay(*hand.again);
+  else
+    replaying.feel_hand(hand.description);
+  return replaying.felt();
 }
 
 Player::Player(QWidget* parent)
@@ -120,7 +161,9 @@ Player::Player(QWidget* parent)
       plot_(new LivePlot(tr("Force over the trace"), tr("time / s"), tr("force / N"))),
       bar_(new QSlider(Qt::Horizontal)),
       play_(button(QStyle::SP_MediaPlay, tr("Play"))),
-      words_(new QLabel) {
+      words_(new QLabel),
+      difference_(new QLabel),
+      to_difference_(new QToolButton) {
   plot_->show_legend();
   plot_->installEventFilter(this);
   for (QObject* child : plot_->findChildren<QObject*>()) child->installEventFilter(this);
@@ -141,14 +184,25 @@ Player::Player(QWidget* parent)
     if (first_) seek(duration_s_ * step / bar_steps);
   });
   auto* row = new QHBoxLayout;
-  for (QWidget* widget : {static_cast<QWidget*>(before), static_cast<QWidget*>(play_), static_cast<QWidget*>(after)})
-    row->addWidget(widget);
+  for (QToolButton* one : {before, play_, after, to_difference_}) row->addWidget(one);
   row->addWidget(bar_, 1);
   row->addWidget(words_);
   words_->setMinimumWidth(260);
+  difference_->setObjectName("difference");
+  difference_->setAccessibleName(tr("Difference of the two traces"));
+  difference_->setWordWrap(true);
+  difference_->setMinimumHeight(2 * difference_->fontMetrics().lineSpacing());
+  difference_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  to_difference_->setText(tr("Largest difference"));
+  to_difference_->setObjectName("to_difference");
+  to_difference_->setToolTip(tr("Go to the moment of the largest difference (N and B stop there, too)"));
+  connect(to_difference_, &QToolButton::clicked, this, [this] {
+    if (largest_difference_s_) seek(*largest_difference_s_);
+  });
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(4, 2, 4, 2);
   all->addWidget(plot_, 1);
+  all->addWidget(difference_);
   all->addLayout(row);
 }
 
@@ -158,6 +212,7 @@ void Player::show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<
   plot_->clear();
   plays_ = false;
   play_->setChecked(false);
+  compare();
   if (!first_) return;
   duration_s_ = std::max(first_->duration_s, second_ ? second_->duration_s : 0.0);
   double most_n = 0.1;
@@ -171,6 +226,29 @@ void Player::show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<
   plot_->set_x_range(0.0, std::max(1e-3, duration_s_));
   plot_->set_y_range(0.0, 1.1 * most_n);
   seek(0.0);
+}
+
+void Player::compare() {
+  largest_difference_s_.reset();
+  difference_->setVisible(second_ != nullptr);
+  QString words;
+  if (second_) {
+    const FeltRun &first = first_->run, &second = second_->run;
+    if (const std::string part = where_hands_part(first, second); !part.empty()) {
+      words = tr("The hands of the two traces differ: %1. Forces compare tick by tick for one hand.")
+                  .arg(QString::fromStdString(part));
+    } else {
+      const FeltDifference difference = compare_felt(first, second);
+      QStringList sentences;
+      for (const std::string& one : detail::difference_sentences(first, second, difference))
+        sentences << QString::fromStdString(one);
+      if (sentences.size() > 1) sentences.swapItemsAt(0, 1);  // the largest difference first
+      words = sentences.join(" ");
+      if (difference.difference_n[difference.largest] > 0.0) largest_difference_s_ = first.ticks[difference.largest].t_s;
+    }
+  }
+  difference_->setText(words);
+  to_difference_->setVisible(largest_difference_s_.has_value());
 }
 
 std::size_t Player::row_at(const FeltTrace& trace, double t_s) {
@@ -218,20 +296,28 @@ void Player::seek(double t_s) {
 
 void Player::step_to_event(int direction) {
   if (!first_) return Q_EMIT said(tr("Events are those of a trace: open one, or play a hand (Ctrl+T)."), false);
-  const FeltTrace::Event* best = nullptr;
-  std::map<std::string, int> kinds;
-  for (const FeltTrace::Event& event : first_->events) {
-    ++kinds[event.kind];
-    const double t_s = first_->rows[event.row].t_s;
-    if (direction > 0 && t_s > at_s_ + 1e-6 && !best) best = &event;
-    if (direction < 0 && t_s < at_s_ - 1e-6) best = &event;
+  struct Stop {
+    double t_s;
+    QString kind, subject;
+  };
+  std::vector<Stop> stops;
+  for (const FeltTrace::Event& event : first_->events)
+    stops.push_back({first_->rows[event.row].t_s, words_of_event(event.kind), QString::fromStdString(event.subject)});
+  if (largest_difference_s_) stops.push_back({*largest_difference_s_, tr("largest difference"), {}});
+  std::ranges::stable_sort(stops, {}, &Stop::t_s);
+  const Stop* best = nullptr;
+  std::map<QString, int> kinds;
+  for (const Stop& stop : stops) {
+    ++kinds[stop.kind];
+    if (direction > 0 && stop.t_s > at_s_ + 1e-6 && !best) best = &stop;
+    if (direction < 0 && stop.t_s < at_s_ - 1e-6) best = &stop;
   }
   if (best) {
-    seek(first_->rows[best->row].t_s);
-    return Q_EMIT said(tr("%1: %2").arg(words_of_event(best->kind), QString::fromStdString(best->subject)), false);
+    seek(best->t_s);
+    return Q_EMIT said(best->subject.isEmpty() ? best->kind : tr("%1: %2").arg(best->kind, best->subject), false);
   }
   QStringList words;
-  for (const auto& [kind, count] : kinds) words << QString("%1 × %2").arg(count).arg(words_of_event(kind));
+  for (const auto& [kind, count] : kinds) words << QString("%1 × %2").arg(count).arg(kind);
   Q_EMIT said(kinds.empty()   ? tr("This trace has no event.")
               : direction > 0 ? tr("No event after this; the trace has %1.").arg(words.join(", "))
                               : tr("No event before this; the trace has %1.").arg(words.join(", ")),
@@ -244,6 +330,7 @@ void Player::show_time() {
     plot_->mark(first_->rows[event.row].t_s, event.kind == name_of(SessionEventKind::break_through)
                                                  ? QColor(204, 121, 167, 170)
                                                  : QColor(128, 128, 128, 70));
+  if (largest_difference_s_) plot_->mark(*largest_difference_s_, QColor(200, 30, 20));
   plot_->mark(at_s_, palette().color(QPalette::Highlight));
   plot_->draw();
   QString words =

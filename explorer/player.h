@@ -13,6 +13,7 @@
 #include "explorer/live_plot.h"
 #include "explorer/sample_ring.h"
 #include "palpa/scene/load_scene.h"
+#include "palpa/study/felt.h"
 
 class QLabel;
 class QToolButton;
@@ -35,6 +36,15 @@ struct FeltTrace {
   std::vector<Row> rows;  ///< one per tick, or fewer for a long trace
   std::vector<PlacedPrimitive> placed;
   std::vector<Event> events;
+  FeltRun run;  ///< all ticks, without modes: for comparison
+  /// Input of a tick. Kept of a hand that no trace has.
+  struct HandTick {
+    std::int64_t tick = 0;
+    double t_s = 0.0, dt_s = 0.0;
+    Probe probe;
+  };
+  std::vector<HandTick> hand;
+  double encoder_step_m = 0.0, max_force_n = 0.0;  ///< of that hand's device
   double duration_s = 0.0;
 
   Moment moment(std::size_t row) const;
@@ -42,13 +52,14 @@ struct FeltTrace {
 
 /// A hand that can be replayed.
 struct PlayedHand {
-  std::filesystem::path trace;  ///< of a recorded session, or …
-  std::string description;      ///< … a simulated or recorded hand, as for `palpa run --hand`
+  std::filesystem::path trace;               ///< of a recorded session, or …
+  std::string description;                   ///< … a simulated or recorded hand, as for `palpa run --hand`, or …
+  std::shared_ptr<const FeltTrace> again{};  ///< … the inputs of its replay; null: none
 };
 /// Replays the hand in its own or another scene. Any thread. Throws LoadError, also when stopped.
 FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop = {});
 
-/// Time bar, force over time, events.
+/// Time bar, force over time, events, summary of a comparison.
 class Player : public QWidget {
   Q_OBJECT
  public:
@@ -59,7 +70,7 @@ class Player : public QWidget {
   /// Advances the clock by `dt_s` [s].
   void pass(double dt_s);
   void play(bool on);
-  /// Goes to the next (1) or previous (-1) event of any kind; says which, or which there are.
+  /// Goes to the next (1) or previous (-1) event of any kind, or the largest difference; says which, or which there are.
   void step_to_event(int direction);
   void seek(double t_s);
   double at_s() const { return at_s_; }
@@ -83,12 +94,17 @@ class Player : public QWidget {
  private:
   static std::size_t row_at(const FeltTrace& trace, double t_s);
   void show_time();
+  /// Says how the second trace's force differs from the first's.
+  void compare();
 
   std::shared_ptr<const FeltTrace> first_, second_;
   LivePlot* plot_;
   QSlider* bar_;
   QToolButton* play_;
   QLabel* words_;
+  QLabel* difference_;          ///< of two traces
+  QToolButton* to_difference_;  ///< to the largest
+  std::optional<double> largest_difference_s_;
   double duration_s_ = 0.0;  ///< of the longer trace
   double at_s_ = 0.0;
   bool plays_ = false;

@@ -29,9 +29,11 @@ void Replay::play(const PlayedHand& hand, const fs::path& second_trace) {
 }
 
 void Replay::feel_changed_scene() {
+  PlayedHand hand = hand_;
+  if (hand.trace.empty()) hand.again = felt_;  // a simulated hand would take another path in another scene
   jobs_.begin<FeltTrace>(
       Jobs::Purpose::feel_again, tr("replaying in the changed scene"),
-      [hand = hand_, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
+      [hand, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
       [this](FeltTrace felt) {
         felt.name = tr("in the changed scene").toStdString();
         show_beside(std::move(felt));

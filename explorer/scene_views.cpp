@@ -3,6 +3,7 @@
 #include <QEvent>
 #include <QHBoxLayout>
 #include <QVBoxLayout>
+#include <utility>
 
 #include "explorer/drawing.h"
 #include "explorer/panel.h"
@@ -102,7 +103,7 @@ void SceneViews::make_slices(bool has_opengl) {
     connect(slice, &SliceView::pointed_nowhere, this, [this] { Q_EMIT pointed({}); });
     connect(slice, &SliceView::cross_moved, this, [this](const Vec3& at_m) {
       for (SliceView* other : slices_) other->set_cross(at_m);
-      if (view_) view_->set_cross(at_m);
+      if (view_) view_->set_cross(at_m), view_->move_cut(at_m);
     });
     connect(slice, &SliceView::window_dragged, this, [this](double low, double high) {
       look_.low = low;
@@ -116,22 +117,27 @@ void SceneViews::make_slices(bool has_opengl) {
 void SceneViews::start(const Scene& scene) {
   trail_.clear();
   drawn_.clear();
+  is_first_ = true;
   scene_ = scene;
   look_ = slice_look_of(scene);
-  flow_ = nullptr;
-  if (const std::string name = name_of_flow(scene); !name.empty()) {
-    const VolumeField named = scene.field({name});
-    const DataTime at = scene.time().at(0.0);
-    flow_ = detail::drawn_flow(scene, {name}, detail::in_hand_frame(frozen(named.field, at), scene.hand_to_world()), at);
-    flow_name_ = name;
-    flow_unit_ = QString::fromStdString(named.unit);
-  }
-  flow_seen_at_m_ = {1e9, 1e9, 1e9};
+  take_flow();
   list_fields();
   if (view_) view_->start(scene);
   for (SliceView* slice : slices_) slice->start(look_, bounds_m());
   if (view_) view_->set_cross(bounds_m().centre_m());
   show_look(look_);
+}
+
+void SceneViews::take_flow() {
+  flow_ = nullptr;
+  if (const std::string name = name_of_flow(*scene_); !name.empty()) {
+    const VolumeField named = scene_->field({name});
+    const DataTime at = scene_->time().at(0.0);
+    flow_ = detail::drawn_flow(*scene_, {name}, detail::in_hand_frame(frozen(named.field, at), scene_->hand_to_world()), at);
+    flow_name_ = name;
+    flow_unit_ = QString::fromStdString(named.unit);
+  }
+  flow_seen_at_m_ = {1e9, 1e9, 1e9};
 }
 
 void SceneViews::list_fields() {
@@ -210,9 +216,16 @@ QString SceneViews::words_at(const Vec3& at_m) const {
   return words.join("   ");
 }
 
-void SceneViews::draw_layers(const Scene& scene) {
+void SceneViews::draw_layers(const Scene& scene, bool moves) {
+  const bool moved = std::exchange(moves_, moves);
+  const bool is_later = scene_ && scene_->time() != scene.time();
   scene_ = scene;
   if (field_names(scene) != listed_) list_fields();  // data were added
+  if (is_later) {
+    look_.field = slice_look_of(scene, look_.name).field;
+    for (SliceView* slice : slices_) slice->set_look(look_);
+    take_flow();
+  }
   if (!view_) return;
   // Compare only the settings that change the picture.
   Scene seen = scene;
@@ -223,7 +236,10 @@ void SceneViews::draw_layers(const Scene& scene) {
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
   compared.set(CouplingOptions{});
   const std::string key = to_toml(compared);
-  if (key == drawn_) return;
+  if (key == drawn_) {
+    if (moved && !moves) finer_.start();
+    return;
+  }
   drawn_ = key;
   next_ = std::move(seen);
   finer_.stop();
@@ -235,12 +251,17 @@ void SceneViews::draw(bool rough) {
   const Vec3 towards = view_->view().towards;
   is_rough_ = rough;
   jobs_.begin<Drawing>(
-      Jobs::Purpose::draw, rough ? tr("drawing") : tr("drawing finely"),
+      Jobs::Purpose::draw,
+      moves_  ? QString()
+      : rough ? tr("drawing")
+              : tr("drawing finely"),
       [seen = *next_, towards, rough](std::stop_token) { return draw_for_window(seen, towards, rough); },
       [this, seen = *next_, rough](Drawing drawing) {
         view_->show_drawing(std::move(drawing), seen);
         if (!(*next_ == seen)) return draw(true);
-        if (rough) finer_.start();
+        if (!rough || moves_) return;
+        // A scene that was just opened is not being dragged.
+        std::exchange(is_first_, false) ? draw(false) : finer_.start();
       },
       [this](const QString& why) { Q_EMIT said(why, true); });
 }

@@ -27,10 +27,11 @@ class SceneViews : public QSplitter {
   View3D* view() const { return view_; }
   /// Resets views and trail for a new scene. Layers follow by `draw_layers`.
   void start(const Scene& scene);
-  /// Redraws the layers on a background thread if they have changed.
-  void draw_layers(const Scene& scene);
+  /// Redraws the layers on a background thread if they have changed; of moving data, at the start of the scene's time.
+  /// \param moves  the next moment follows at once: only a preview is drawn, and the window is not busy with it
+  void draw_layers(const Scene& scene, bool moves = false);
   /// True until all layers are drawn finely.
-  bool is_drawing() const { return finer_.isActive() || jobs_.is_under_way(Jobs::Purpose::draw); }
+  bool is_drawing() const { return !moves_ && (finer_.isActive() || jobs_.is_under_way(Jobs::Purpose::draw)); }
   /// True while the first surfaces are being drawn.
   bool awaits_surfaces() const;
 
@@ -73,6 +74,7 @@ class SceneViews : public QSplitter {
  private:
   void make_slices(bool has_opengl);
   void list_fields();
+  void take_flow();
   void show_look(const SliceLook& look);
   void draw(bool rough);
   QString words_at(const Vec3& at_m) const;
@@ -91,6 +93,8 @@ class SceneViews : public QSplitter {
   std::optional<Scene> scene_;
   std::optional<Scene> next_;  ///< to be drawn
   bool is_rough_ = false;      ///< the running drawing
+  bool moves_ = false;         ///< data that play
+  bool is_first_ = true;       ///< the drawing of a new scene
   QTimer finer_;               ///< until the fine drawing, which a further change cancels
   SliceLook look_;
   FieldPtr flow_;  ///< vectors that a mode or a layer uses; null: none

@@ -3,6 +3,7 @@
 #include <vtkCamera.h>
 #include <vtkGPUVolumeRayCastMapper.h>
 #include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkPlane.h>
 #include <vtkProp.h>
 #include <vtkRenderer.h>
 #include <vtkVolume.h>
@@ -130,6 +131,7 @@ View3D::View3D(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_(new O
 View3D::~View3D() = default;
 
 void View3D::start(const Scene& scene) {
+  is_cut_ = false;
   show_drawing({}, scene);
   moment_ = {};
   trail_.clear();
@@ -171,6 +173,7 @@ void View3D::show_drawing(Drawing drawing, const Scene& scene) {
                          [](const SceneVolume& volume) { return volume.volume.medical_frame; });
   finder_ = SurfaceFinder(scene);
   for (const detail::Shell& shell : drawing_.fine_shells) detail::shade(shell, view_.towards);
+  cut_parts();
   show_parts(false);
   if (first) show_all();
   redraw();
@@ -324,7 +327,8 @@ Vec3 View3D::at_m(const QPointF& px) const {
 std::optional<SurfacePoint> View3D::surface_at(const QPointF& px) const {
   // From in front of all data.
   const double far_m = 2.0 * norm(drawing_.bounds_m.size_m()) + distance(view_.centre_m, drawing_.bounds_m.centre_m());
-  return finder_.first(at_m(px) + far_m * view_.towards, -view_.towards);
+  const auto met = finder_.first(start_behind_cut(at_m(px) + far_m * view_.towards), -view_.towards);
+  return met && is_left(met->at_m) ? met : std::nullopt;
 }
 
 double View3D::flow_depth_m(const QPointF& px) const {
@@ -514,6 +518,7 @@ void View3D::move_begins() {
 
 void View3D::move_ends() {
   for (const detail::Shell& shell : drawing_.fine_shells) detail::shade(shell, view_.towards);
+  cut_parts();
   show_parts(false);
   redraw();
 }

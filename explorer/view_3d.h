@@ -16,6 +16,7 @@
 #include "explorer/surface_finder.h"
 
 class vtkGenericOpenGLRenderWindow;
+class vtkPlane;
 class vtkRenderer;
 
 namespace palpa::explorer {
@@ -67,6 +68,12 @@ class View3D : public QVTKOpenGLNativeWidget {
   void set_stereo(Stereo stereo);
   Stereo stereo() const { return stereo_; }
   void set_dark(bool dark);
+  /// Hides what is in front of the slice that faces the viewer most; there is nothing to touch then. The cut stays where it
+  /// is while the view turns.
+  void set_cut(bool on);
+  bool is_cut() const { return is_cut_; }
+  /// Moves the cut to this place, hand frame [m].
+  void move_cut(const Vec3& at_m);
   /// [s] duration of the last redraw.
   double frame_s() const { return frame_s_; }
   enum class Ground { own, transparent };
@@ -125,6 +132,12 @@ class View3D : public QVTKOpenGLNativeWidget {
   bool takes_shortcut(const QKeyEvent& event) const;
   /// Position nearest to the middle where a press would touch.
   std::optional<QPointF> nearest_target_px() const;
+  /// Applies the cut to all drawn parts.
+  void cut_parts();
+  /// The start of a ray in front of all data, moved to the cut if that is on its way.
+  Vec3 start_behind_cut(const Vec3& from_m) const;
+  /// False for a place that the cut hides.
+  bool is_left(const Vec3& at_m) const { return !is_cut_ || dot(at_m - cut_m_, cut_away_) >= -1e-9; }
   void apply_camera();
   /// True for software rendering: moving pictures are drawn coarser.
   bool is_slow();
@@ -136,6 +149,9 @@ class View3D : public QVTKOpenGLNativeWidget {
 
   vtkNew<vtkGenericOpenGLRenderWindow> window_;
   vtkNew<vtkRenderer> solid_, shells_;
+  vtkNew<vtkPlane> cut_;
+  bool is_cut_ = false;
+  Vec3 cut_m_, cut_away_;  // a place on the cut, and [1] its normal to what is left
   Drawing drawing_;
   Overlay* overlay_;
   SurfaceFinder finder_;

@@ -13,6 +13,7 @@
 #include "palpa/report/scene_differences.h"
 #include "palpa/report/signal.h"
 #include "palpa/study/beside.h"
+#include "palpa/study/beside_words.h"
 
 namespace palpa::detail {
 namespace {
@@ -66,12 +67,6 @@ struct Pair {
   std::size_t ticks() const { return difference.difference_n.size(); }
 };
 
-std::string newtons(double force_n) { return text(std::abs(force_n) < 0.1 ? "%.3f N" : "%.2f N", force_n); }
-std::string seconds(double time_s) { return text("%.3f s", time_s); }
-std::string place_words(const Vec3& hand_m) {
-  return text("%+.1f, %+.1f, %+.1f mm", 1e3 * hand_m.x, 1e3 * hand_m.y, 1e3 * hand_m.z);
-}
-
 std::size_t count_of(const Recorded& recorded, const char* kind) {
   return static_cast<std::size_t>(std::count_if(recorded.events.begin(), recorded.events.end(),
                                                 [&](const RecordedEvent& event) { return event.kind == kind; }));
@@ -79,33 +74,8 @@ std::size_t count_of(const Recorded& recorded, const char* kind) {
 
 /// Verdict whether the difference is perceptible, and further facts, one sentence each.
 std::vector<std::string> format_pair(const Pair& pair) {
-  const FeltDifference& d = pair.difference;
-  std::vector<std::string> words;
-  if (d.in_contact == 0) return {"No force reached the hand in either trace, so there is nothing to compare."};
-  const FeltTick &a = pair.a(d.largest), &b = pair.b(d.largest);
-  const double largest_n = d.difference_n[d.largest];
-  if (largest_n == 0.0) {
-    words.push_back("The two forces are identical, to the bit, in every tick.");
-  } else if (d.intervals.empty()) {
-    words.push_back("A hand would not tell the two apart: the forces never differ by more than the discrimination threshold.");
-  } else {
-    const NoticeableInterval& longest =
-        *std::max_element(d.intervals.begin(), d.intervals.end(), [&](const auto& x, const auto& y) {
-          return pair.a(x.last).t_s - pair.a(x.first).t_s < pair.a(y.last).t_s - pair.a(y.first).t_s;
-        });
-    words.push_back(
-        text("A hand would tell the two apart in %.1f %% of the time with contact in either, in %zu %s; the longest is from "
-             "%.3f to %.3f s.",
-             100.0 * d.noticeable_share, d.intervals.size(), d.intervals.size() == 1 ? "interval" : "intervals",
-             pair.a(longest.first).t_s, pair.a(longest.last).t_s));
-  }
-  if (largest_n > 0.0) {
-    words.push_back("The largest difference is " + newtons(largest_n) + ", at " + seconds(a.t_s) + ": " +
-                    newtons(norm(a.command_n)) + " against " + newtons(norm(b.command_n)) +
-                    text(", %.0f\u00b0 between them", turned_deg(a.command_n, b.command_n)) + "; the hand is at " +
-                    place_words(a.probe_m) + " (right, up, towards you).");
-    words.push_back("Over all that time the root mean square of the difference is " + newtons(d.rms_n) + ".");
-  }
+  std::vector<std::string> words = difference_sentences(pair.first.signal.run, pair.second.signal.run, pair.difference);
+  if (pair.difference.in_contact == 0) return words;
   const std::size_t first_breaks = count_of(pair.first.recorded, "break_through"),
                     second_breaks = count_of(pair.second.recorded, "break_through");
   if (first_breaks + second_breaks > 0)

@@ -4,13 +4,11 @@
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
-#include <vtkIdTypeArray.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
-#include <vtkPolyDataConnectivityFilter.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
@@ -19,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "palpa/view/shapes.h"
@@ -33,6 +32,16 @@ Vec3 point_of(vtkPoints& points, vtkIdType i) {
   double p[3];
   points.GetPoint(i, p);
   return {p[0], p[1], p[2]};
+}
+
+template <class Act>
+void each_polygon(vtkPolyData& surface, const Act& act) {
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  for (vtkIdType cell = 0; cell < surface.GetPolys()->GetNumberOfCells(); ++cell) {
+    surface.GetPolys()->GetCellAtId(cell, size, corners);
+    act(size, corners);
+  }
 }
 
 /// Smooths normals over adjacent triangles, a few times: gradients of a trilinear interpolant jump between cells, which would
@@ -133,20 +142,43 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
 }
 
 vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface) {
-  vtkNew<vtkPolyDataConnectivityFilter> parts;
-  parts->SetInputData(surface);
-  parts->SetExtractionModeToAllRegions();
-  parts->Update();
-  if (parts->GetNumberOfExtractedRegions() < 2) return surface;
-  vtkIdTypeArray& sizes = *parts->GetRegionSizes();
-  double range[2];
-  sizes.GetRange(range);
-  parts->SetExtractionModeToSpecifiedRegions();
-  for (vtkIdType part = 0; part < sizes.GetNumberOfValues(); ++part) {
-    if (static_cast<double>(sizes.GetValue(part)) >= least_part * range[1]) parts->AddSpecifiedRegion(static_cast<int>(part));
-  }
-  parts->Update();
-  return parts->GetOutput();
+  // Disjoint sets of points, each with the triangles of a part: in a tenth of the time of VTK's connectivity filter.
+  const vtkIdType points = surface->GetNumberOfPoints();
+  std::vector<vtkIdType> parent(static_cast<std::size_t>(points)), size(parent.size(), 0), kept(parent.size(), -1);
+  std::iota(parent.begin(), parent.end(), vtkIdType{0});
+  const auto root = [&](vtkIdType i) {
+    for (vtkIdType above; (above = parent[static_cast<std::size_t>(i)]) != i; i = above)
+      parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(above)];
+    return static_cast<std::size_t>(i);
+  };
+  each_polygon(*surface, [&](vtkIdType corners, const vtkIdType* corner) {
+    for (vtkIdType i = 1; i < corners; ++i) parent[root(corner[i])] = static_cast<vtkIdType>(root(corner[0]));
+  });
+  each_polygon(*surface, [&](vtkIdType, const vtkIdType* corner) { ++size[root(corner[0])]; });
+  const auto least = static_cast<vtkIdType>(std::ceil(least_part * static_cast<double>(std::ranges::max(size))));
+  if (std::ranges::all_of(size, [&](vtkIdType one) { return one == 0 || one >= least; })) return surface;
+
+  vtkNew<vtkPoints> places;
+  vtkNew<vtkFloatArray> normals;
+  vtkNew<vtkCellArray> cells;
+  normals->SetNumberOfComponents(3);
+  each_polygon(*surface, [&](vtkIdType corners, const vtkIdType* corner) {
+    if (size[root(corner[0])] < least) return;
+    cells->InsertNextCell(static_cast<int>(corners));
+    for (vtkIdType i = 0; i < corners; ++i) {
+      vtkIdType& at = kept[static_cast<std::size_t>(corner[i])];
+      if (at < 0) {
+        at = places->InsertNextPoint(surface->GetPoint(corner[i]));
+        normals->InsertNextTuple(surface->GetPointData()->GetNormals()->GetTuple(corner[i]));
+      }
+      cells->InsertCellPoint(at);
+    }
+  });
+  auto large = vtkSmartPointer<vtkPolyData>::New();
+  large->SetPoints(places);
+  large->SetPolys(cells);
+  large->GetPointData()->SetNormals(normals);
+  return large;
 }
 
 vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color) {

@@ -28,6 +28,7 @@
 #include <map>
 
 #include "palpa/data/grid.h"
+#include "palpa/data/parallel.h"
 #include "palpa/data/sampled.h"
 #include "palpa/data/volume.h"
 #include "palpa/scene/scene_checks.h"
@@ -137,6 +138,46 @@ class Images {
  private:
   std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
 };
+
+/// Field of a layer as it is drawn, hand frame.
+struct DrawnField {
+  FieldPtr field;
+  Box box;
+};
+DrawnField drawn_field(const Scene& scene, const ViewLayer& layer, const LayerOptions& options) {
+  const FieldPtr field = in_hand_frame(frozen(scene.field(layer.field).field, options.at), scene.hand_to_world());
+  return {field, shared_part(field->bounds_m(), options.near)};
+}
+
+/// Isosurfaces by layer, null for other layers; on all cores.
+std::vector<vtkSmartPointer<vtkPolyData>> find_surfaces(const Scene& scene, const std::vector<ViewLayer>& layers,
+                                                        const LayerOptions& options, Images& images) {
+  struct Work {
+    std::size_t layer;
+    FieldPtr field;
+    vtkSmartPointer<vtkImageData> image;
+    double level;
+  };
+  std::vector<Work> all;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    if (layers[i].show != ViewLayer::Show::surface) continue;
+    const DrawnField drawn = drawn_field(scene, layers[i], options);
+    if (!(largest_component(drawn.box.size_m()) > 0.0)) continue;
+    all.push_back({i, drawn.field, vtkSmartPointer<vtkImageData>::New(),  // a pipeline of its own for each thread
+                   surface_style(scene, layers, i, options.see_through).level});
+    all.back().image->ShallowCopy(images.of(layers[i].field.name, drawn.field, drawn.box, options.most_samples));
+  }
+  std::vector<vtkSmartPointer<vtkPolyData>> surfaces(layers.size());
+  in_parts(static_cast<std::int64_t>(all.size()), 1, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      const Work& work = all[static_cast<std::size_t>(i)];
+      vtkSmartPointer<vtkPolyData>& surface = surfaces[work.layer];
+      surface = surface_of(work.image, *work.field, work.level);
+      if (!layers[work.layer].all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
+    }
+  });
+  return surfaces;
+}
 
 /// Display name of a field: the file's, unless that is generic and the scene's is not (suggested scenes name their volume
 /// "data").
@@ -285,22 +326,18 @@ ColorMap speed_colors(const ViewLayer& layer, const std::vector<double>& speeds)
 }
 
 void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
-                std::size_t number, const LayerOptions& options, Images& images, LayerSigns& signs) {
+                std::size_t number, const LayerOptions& options, Images& images, vtkPolyData* surface, LayerSigns& signs) {
   const ViewLayer& layer = layers[number];
   const VolumeField& named = scene.field(layer.field);
   const bool flows = layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
-  FieldPtr field = in_hand_frame(frozen(named.field, options.at), scene.hand_to_world());
+  auto [field, box] = drawn_field(scene, layer, options);
   if (flows) field = drawn_flow(scene, layer.field, field, options.at);
-  const Box box = shared_part(field->bounds_m(), options.near);
   const double side_m = largest_component(box.size_m());
   if (!(side_m > 0.0)) return;
 
   switch (layer.show) {
     case ViewLayer::Show::surface: {
       const SurfaceStyle look = surface_style(scene, layers, number, options.see_through);
-      vtkSmartPointer<vtkPolyData> surface =
-          surface_of(images.of(layer.field.name, field, box, options.most_samples), *field, look.level);
-      if (!layer.all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
       LegendEntry entry{surface_words(scene, layer, named, look.level), {blended(look.color, look.opacity, ground_color)}};
       if (look.opacity < 1.0) {
         signs.shells.push_back({surface, look.color, look.opacity});
@@ -504,12 +541,13 @@ LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& sce
                        const LayerOptions& options) {
   for (const Finding& finding : layer_findings(scene, layers)) throw LoadError("pictures: " + finding.text);
   Images images;
+  const std::vector<vtkSmartPointer<vtkPolyData>> surfaces = find_surfaces(scene, layers, options, images);
   LayerSigns signs;
   // From the innermost outward, the drawing order of translucent surfaces.
   for (std::size_t i = layers.size(); i-- > 0;) {
     const std::size_t entries = signs.legend.size(), bars = signs.bars.size();
     const int solids = solid->GetActors()->GetNumberOfItems(), translucent = shells->GetActors()->GetNumberOfItems();
-    draw_layer(solid, shells, scene, layers, i, options, images, signs);
+    draw_layer(solid, shells, scene, layers, i, options, images, surfaces[i], signs);
     LayerActor drawn{.actor = nullptr, .layer = i, .style = {}, .words = {}, .bar = {}};
     if (signs.legend.size() > entries) {
       drawn.style = surface_style(scene, layers, i, options.see_through);

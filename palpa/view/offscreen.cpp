@@ -48,10 +48,14 @@ class Messages : public vtkOutputWindow {
   void DisplayWarningText(const char*) override {}
   void DisplayGenericWarningText(const char*) override {}
   void DisplayErrorText(const char* text) override {
+    const std::lock_guard alone(mutex_);  // surfaces are found on several threads
     if (first.empty()) first = sentence_in(text);
   }
 
   std::string first;
+
+ private:
+  std::mutex mutex_;
 };
 vtkStandardNewMacro(Messages);
 
