@@ -159,6 +159,25 @@ std::size_t layer_of_cloud(const std::vector<ViewLayer>& layers, std::size_t clo
   return 0;
 }
 
+template <class Visit>
+void visit_props(vtkRenderer& renderer, const Visit& visit) {
+  vtkPropCollection& props = *renderer.GetViewProps();
+  props.InitTraversal();
+  while (vtkProp* prop = props.GetNextProp()) visit(prop);
+}
+
+void shade(vtkVolume& cloud) {
+  // Shading shows the shape; a still picture shows it by colours alone.
+  vtkVolumeProperty& look = *cloud.GetProperty();
+  look.ShadeOn();
+  look.SetAmbient(0.3);
+  look.SetDiffuse(0.8);
+  look.SetSpecular(0.15);
+  look.SetSpecularPower(20.0);
+  // Sampling steps would show as rings.
+  if (auto* mapper = vtkGPUVolumeRayCastMapper::SafeDownCast(cloud.GetMapper())) mapper->UseJitteringOn();
+}
+
 }  // namespace
 
 void CoarseSurface::light(const Vec3& right, const Vec3& up, const Vec3& towards) {
@@ -205,15 +224,10 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
   for (const detail::LayerActor& one : drawing.signs.actors)
     if (layers[one.layer].show == ViewLayer::Show::streamlines) add_points(one.actor, drawing.stream_points_m);
 
-  const auto each = [](vtkRenderer* renderer, const auto& what) {
-    vtkPropCollection& props = *renderer->GetViewProps();
-    props.InitTraversal();
-    while (vtkProp* prop = props.GetNextProp()) what(prop);
-  };
   double all = 0.0;
   std::set<vtkPolyData*> surfaces;  // a shell is drawn twice
   for (vtkRenderer* renderer : {solid.Get(), shells.Get()})
-    each(renderer, [&](vtkProp* prop) {
+    visit_props(*renderer, [&](vtkProp* prop) {
       vtkPolyData* const surface = surface_of(prop);
       if (!surface || surface->GetNumberOfPolys() == 0) return;
       all += static_cast<double>(surface->GetNumberOfPolys());
@@ -228,20 +242,12 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
   };
   const auto coarse = coarser_of(surfaces, coarse_triangles / std::max(all, 1.0));
   const auto take = [&](vtkRenderer* renderer, std::vector<Drawing::Part>& parts) {
-    each(renderer, [&](vtkProp* prop) {
+    visit_props(*renderer, [&](vtkProp* prop) {
       Drawing::Part part{.fine = prop, .coarse = {}, .layer = 0};
       for (const detail::LayerActor& one : drawing.signs.actors)
         if (one.actor == prop) part.layer = numbers[one.layer];
       if (auto* cloud = vtkVolume::SafeDownCast(prop)) {
-        // Shading shows the shape; a still picture shows it by colours alone.
-        vtkVolumeProperty& look = *cloud->GetProperty();
-        look.ShadeOn();
-        look.SetAmbient(0.3);
-        look.SetDiffuse(0.8);
-        look.SetSpecular(0.15);
-        look.SetSpecularPower(20.0);
-        // Sampling steps would show as rings.
-        if (auto* mapper = vtkGPUVolumeRayCastMapper::SafeDownCast(cloud->GetMapper())) mapper->UseJitteringOn();
+        shade(*cloud);
         part.layer = numbers[layer_of_cloud(layers, drawing.clouds.size())];
         drawing.clouds.emplace_back(cloud);
       }

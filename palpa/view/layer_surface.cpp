@@ -74,6 +74,17 @@ void calm_normals(vtkPolyData& surface) {
   }
 }
 
+void reverse(vtkPolyData& surface) {
+  surface.BuildCells();
+  for (vtkIdType cell = 0; cell < surface.GetNumberOfCells(); ++cell) surface.ReverseCell(cell);
+  vtkDataArray& normals = *surface.GetPointData()->GetNormals();
+  for (vtkIdType i = 0; i < normals.GetNumberOfTuples(); ++i) {
+    double n[3];
+    normals.GetTuple(i, n);
+    normals.SetTuple3(i, -n[0], -n[1], -n[2]);
+  }
+}
+
 }  // namespace
 
 vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field, double level) {
@@ -129,15 +140,7 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
   surface->SetPolys(cells);
   surface->GetPointData()->SetNormals(&normals);
   calm_normals(*surface);
-  if (outward < 0.0) {
-    surface->BuildCells();
-    for (vtkIdType cell = 0; cell < surface->GetNumberOfCells(); ++cell) surface->ReverseCell(cell);
-    for (vtkIdType i = 0; i < count; ++i) {
-      double n[3];
-      normals.GetTuple(i, n);
-      normals.SetTuple3(i, -n[0], -n[1], -n[2]);
-    }
-  }
+  if (outward < 0.0) reverse(*surface);
   return surface;
 }
 

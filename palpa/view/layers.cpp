@@ -325,6 +325,52 @@ ColorMap speed_colors(const ViewLayer& layer, const std::vector<double>& speeds)
   return magnitude_colors(slow > 0.4 * fast ? slow : 0.0, fast);
 }
 
+/// Draws streamlines; returns their colours by speed.
+ColorMap draw_streamlines(vtkRenderer* solid, const ViewLayer& layer, const Field& field, const Box& box,
+                          const LayerOptions& options) {
+  const std::vector<Streamline> lines = streamlines(field, box, static_cast<std::size_t>(options.most_lines));
+  std::vector<double> speeds;
+  for (const Streamline& line : lines) {
+    for (const StreamPoint& point : line) speeds.push_back(point.speed);
+  }
+  std::sort(speeds.begin(), speeds.end());
+  const ColorMap map = speed_colors(layer, speeds);
+  std::vector<std::vector<TubePoint>> tubes;
+  for (const Streamline& line : lines) {
+    std::vector<TubePoint>& tube = tubes.emplace_back();
+    for (const StreamPoint& point : line) tube.push_back({point.position_m, map.at(point.speed).color});
+  }
+  draw_tubes(solid, tubes, 0.0045 * options.unit_m);
+  return map;
+}
+
+/// Draws arrows; returns their colours by speed.
+ColorMap draw_glyphs(vtkRenderer* solid, const ViewLayer& layer, const Field& field, const Box& box) {
+  struct Glyph {
+    Vec3 position_m;
+    Vec3 value;
+  };
+  constexpr int longest = 11;  // [1] arrows along the longest side. More: they hide each other; fewer: details are lost
+  std::vector<Glyph> glyphs;
+  double fastest = 0.0;
+  for (const Vec3& position : grid_positions(box, longest)) {
+    const VectorSample sample = field.vector(position);
+    if (!sample.inside) continue;
+    glyphs.push_back({position, sample.value});
+    fastest = std::max(fastest, norm(sample.value));
+  }
+  const ColorMap map = speed_colors(layer, {0.0, fastest});
+  std::vector<Arrow> arrows;
+  for (const Glyph& glyph : glyphs) {
+    const double share = fastest > 0.0 ? norm(glyph.value) / fastest : 0.0;
+    if (share < 0.05) continue;
+    const Vec3 half = (0.5 * largest_component(box.size_m()) / longest * std::max(share, 0.25)) * normalized(glyph.value);
+    arrows.push_back({glyph.position_m - half, glyph.position_m + half, map.at(norm(glyph.value)).color});
+  }
+  draw_arrows(solid, arrows);
+  return map;
+}
+
 void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
                 std::size_t number, const LayerOptions& options, Images& images, vtkPolyData* surface, LayerSigns& signs) {
   const ViewLayer& layer = layers[number];
@@ -362,46 +408,11 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
       break;
     }
     case ViewLayer::Show::streamlines: {
-      const std::vector<Streamline> lines = streamlines(*field, box, static_cast<std::size_t>(options.most_lines));
-      std::vector<double> speeds;
-      for (const Streamline& line : lines) {
-        for (const StreamPoint& point : line) speeds.push_back(point.speed);
-      }
-      std::sort(speeds.begin(), speeds.end());
-      const ColorMap map = speed_colors(layer, speeds);
-      std::vector<std::vector<TubePoint>> tubes;
-      for (const Streamline& line : lines) {
-        std::vector<TubePoint>& tube = tubes.emplace_back();
-        for (const StreamPoint& point : line) tube.push_back({point.position_m, map.at(point.speed).color});
-      }
-      draw_tubes(solid, tubes, 0.0045 * options.unit_m);
-      signs.bars.push_back({title_of(scene, layer, named), map});
+      signs.bars.push_back({title_of(scene, layer, named), draw_streamlines(solid, layer, *field, box, options)});
       break;
     }
     case ViewLayer::Show::glyphs: {
-      struct Glyph {
-        Vec3 position_m;
-        Vec3 value;
-      };
-      constexpr int longest = 11;  // [1] arrows along the longest side. More: they hide each other; fewer: details are lost
-      std::vector<Glyph> glyphs;
-      double fastest = 0.0;
-      for (const Vec3& position : grid_positions(box, longest)) {
-        const VectorSample sample = field->vector(position);
-        if (!sample.inside) continue;
-        glyphs.push_back({position, sample.value});
-        fastest = std::max(fastest, norm(sample.value));
-      }
-      const ColorMap map = speed_colors(layer, {0.0, fastest});
-      std::vector<Arrow> arrows;
-      for (const Glyph& glyph : glyphs) {
-        const double share = fastest > 0.0 ? norm(glyph.value) / fastest : 0.0;
-        if (share < 0.05) continue;
-        const Vec3 half = (0.5 * side_m / longest * std::max(share, 0.25)) * normalized(glyph.value);
-        arrows.push_back({glyph.position_m - half, glyph.position_m + half, map.at(norm(glyph.value)).color});
-      }
-      draw_arrows(solid, arrows);
-      signs.bars.push_back({title_of(scene, layer, named), map});
+      signs.bars.push_back({title_of(scene, layer, named), draw_glyphs(solid, layer, *field, box)});
       break;
     }
   }

@@ -4,15 +4,6 @@
 internal = r"\b(detail|phantom|scene_file)\b|namespace\s*$"
 # Headers of the scene loader, which uses TOML; none is installed.
 knows_toml = ("palpa/scene/set_path.h", "palpa/scene/toml_section.h")
-# Functions of more than 60 lines, by file: most are one list of fields, keys, widgets, cases of a switch or bindings.
-longer = {
-    "palpa/view/layer_surface.cpp": "surface_of",
-    "palpa/view/layers.cpp": "draw_layer",
-    "palpa/view/layer_surface.cpp": "surface_of",
-    "palpa/view/layers.cpp": "draw_layer",
-    "explorer/drawing.cpp": "draw_for_window",
-    "explorer/drawing.cpp": "draw_for_window",
-}
 
 # (what, words, folders, alternative, {file: reason})
 words = [
