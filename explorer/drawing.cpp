@@ -178,6 +178,14 @@ void shade(vtkVolume& cloud) {
   if (auto* mapper = vtkGPUVolumeRayCastMapper::SafeDownCast(cloud.GetMapper())) mapper->UseJitteringOn();
 }
 
+/// The shell of `fine`, drawn by the surface that is made of it; none if it is no shell.
+std::optional<detail::Shell> shell_of(vtkPolyData* fine, vtkPolyData* made, const std::vector<detail::Shell>& shells) {
+  for (const detail::Shell& shell : shells) {
+    if (shell.surface == fine) return detail::Shell{made, shell.color, shell.opacity};
+  }
+  return {};
+}
+
 }  // namespace
 
 void CoarseSurface::light(const Vec3& right, const Vec3& up, const Vec3& towards) {
@@ -234,12 +242,6 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
       surfaces.insert(surface);
     });
 
-  const auto shell_of = [&](vtkPolyData* fine, vtkPolyData* made) -> std::optional<detail::Shell> {
-    for (const detail::Shell& shell : drawing.fine_shells) {
-      if (shell.surface == fine) return detail::Shell{made, shell.color, shell.opacity};
-    }
-    return {};
-  };
   const auto coarse = coarser_of(surfaces, coarse_triangles / std::max(all, 1.0));
   const auto take = [&](vtkRenderer* renderer, std::vector<Drawing::Part>& parts) {
     visit_props(*renderer, [&](vtkProp* prop) {
@@ -259,7 +261,8 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards, bool rough) {
         drawing.coarse_triangles += static_cast<std::size_t>(made->GetNumberOfPolys());
         part.coarse = in_place_of(actor, made);
         if (actor.GetProperty()->GetOpacity() > 0.0)
-          drawing.coarse_surfaces.push_back({made, colors_of(actor, made), shell_of(surface, made), actor.GetProperty()});
+          drawing.coarse_surfaces.push_back(
+              {made, colors_of(actor, made), shell_of(surface, made, drawing.fine_shells), actor.GetProperty()});
       }
       parts.push_back(std::move(part));
     });
