@@ -199,7 +199,10 @@ void MainWindow::lead_hand_by_mouse() {
   });
   connect(views_, &SceneViews::hold_ended, this, [this](const Vec3& away) {
     mouse_leads_ = false;
-    if (norm(away) > 0.0) touch_.lead_hand(touch_.moment().proxy_m - in_front_m * away);
+    if (norm(away) == 0.0) return;
+    // After a long drawing press and release come at once: the last tick is then of the hand before.
+    const Moment& moment = touch_.moment();
+    touch_.lead_hand(moment.tick >= put_from_tick_ ? moment.proxy_m - in_front_m * away : put_at_m_);
   });
   View3D* view = views_->view();
   if (!view) return;
@@ -220,6 +223,8 @@ void MainWindow::touch_began(const Vec3& at_m, const Vec3& away) {
   // Far away: jump without contacts on the way; near: slide.
   const Vec3 front_m = at_m - in_front_m * away;
   if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
+  put_at_m_ = front_m;
+  put_from_tick_ = touch_.moment().tick + 2 * ticks_per_moment;
   touch_.put_hand(front_m);
   views_->forget_trail();
 }
@@ -246,6 +251,7 @@ void MainWindow::opened(const Opened& opened) {
   if (!opened.trace.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
   // Start in front of the data's middle.
   touch_.put_hand({0.0, 0.0, 0.5 * views_->bounds_m().size_m().z + 0.01});
+  put_from_tick_ = 0;
   begin_touch();
 }
 

@@ -146,7 +146,9 @@ class MainWindow : public QMainWindow {
   QList<QAction*> mode_actions_, tools_;
   QList<QWidget*> hidden_for_presenting_;
   std::filesystem::path last_trace_;
-  bool hint_followed_ = false;  ///< in this scene
+  bool hint_followed_ = false;      ///< in this scene
+  Vec3 put_at_m_;                   ///< hand frame
+  std::int64_t put_from_tick_ = 0;  ///< moments before are of a hand elsewhere
   QAction* record_ = nullptr;
   QAction* hold_ = nullptr;
   QTimer timer_;

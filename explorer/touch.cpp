@@ -164,8 +164,7 @@ void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
   sample.count = std::min(modes.size(), most_shown_modes);
   std::copy_n(modes.begin(), sample.count, sample.modes.begin());
   samples_.give(sample);
-  // Every 8th tick suffices for screens at 60 Hz.
-  if (observed_++ % 8 != 0) return;
+  if (observed_++ % ticks_per_moment != 0) return;
   Moment moment{.tick = frame.tick,
                 .t_s = frame.t_s,
                 .probe_m = frame.result.probe_m,

@@ -19,6 +19,9 @@
 
 namespace palpa::explorer {
 
+/// [ticks] Suffices for screens at 60 Hz.
+inline constexpr std::int64_t ticks_per_moment = 8;
+
 /// A scene that is being felt. All functions are for the window's thread.
 ///
 /// Watchdog: `frozen_after_s` after the last `beat`, or `drawn_after_s` while a picture is drawn, the force is held at zero

@@ -111,6 +111,27 @@ TEST(ExplorerLevels, ALayerIsHiddenAndTurnedPale) {
   EXPECT_EQ(driver.window().document().undo().count(), 1) << "one slide, one step";
 }
 
+// As after a long drawing, when both wait in the window's queue.
+TEST(ExplorerPointer, APressThatIsReleasedAtOnceLeadsTheHandOffTheTouchedPlace) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  ASSERT_TRUE(driver.is_done());
+  View3D& view = driver.view();
+  const QPoint middle = view.rect().center();
+  driver.press(view, middle);
+  ASSERT_TRUE(driver.run_ticks(200));
+  driver.release(view, middle);
+  ASSERT_TRUE(driver.run_ticks(200));
+  view.turn(180.0, 0.0);
+  const auto target = view.target_at(middle);
+  ASSERT_TRUE(target && target->on_surface);
+  driver.press(view, middle);
+  driver.release(view, middle);
+  ASSERT_TRUE(driver.run_ticks(500));
+  EXPECT_LT(distance(driver.window().touch().moment().probe_m, target->at_m), 0.02) << "the hand goes through the head";
+  EXPECT_LT(driver.force_n(), 0.01);
+}
+
 TEST(ExplorerPointer, SaysPositionValueAndFieldUnderTheCursorAlways) {
   Driver driver;
   ASSERT_TRUE(driver.open(small_head()));
