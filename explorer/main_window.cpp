@@ -251,7 +251,6 @@ void MainWindow::opened(const Opened& opened) {
   if (!opened.trace.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
   // Start in front of the data's middle.
   touch_.put_hand({0.0, 0.0, 0.5 * views_->bounds_m().size_m().z + 0.01});
-  put_from_tick_ = 0;
   begin_touch();
 }
 
@@ -280,6 +279,7 @@ void MainWindow::begin_touch(const fs::path& out) {
 void MainWindow::feel_with(std::unique_ptr<Device> device, const fs::path& out) {
   instruments_->start(names_of_modes(document_.scene()));
   hold_->setChecked(false);
+  put_from_tick_ = 0;
   try {
     touch_.begin(document_.loaded(), std::move(device), out);
     if (!out.empty()) say(tr("Recording into %1; press R to end it.").arg(QString::fromStdString(out.string())));
