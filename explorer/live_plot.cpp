@@ -11,6 +11,7 @@
 #include <qwt_text.h>
 
 #include <QVBoxLayout>
+#include <algorithm>
 #include <vector>
 
 namespace palpa::explorer {
@@ -98,6 +99,13 @@ void LivePlot::mark(double x, const QColor& color) {
 void LivePlot::clear_marks() {
   for (QwtPlotMarker* mark : parts_->marks) delete mark;
   parts_->marks.clear();
+}
+
+void LivePlot::resizeEvent(QResizeEvent* event) {
+  QWidget::resizeEvent(event);
+  // As many numbers as have room above each other: Qwt makes eight at any height.
+  const int rows = height() / (2 * fontMetrics().height()) - 1;  // one is the axis below
+  parts_->plot->setAxisMaxMajor(QwtPlot::yLeft, std::clamp(rows, 1, 8));
 }
 
 void LivePlot::draw() { parts_->plot->replot(); }

@@ -36,6 +36,7 @@ class LivePlot : public QWidget {
   double x_at(double px) const;
 
  private:
+  void resizeEvent(QResizeEvent* event) override;
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };

@@ -1,5 +1,7 @@
 // Legibility of the window: messages, slices, legends, rows, its pictures.
 #include <gtest/gtest.h>
+#include <qwt_plot.h>
+#include <qwt_scale_div.h>
 
 #include <QClipboard>
 #include <QComboBox>
@@ -22,6 +24,7 @@
 #include "driver.h"
 #include "explorer/help_sheet.h"
 #include "explorer/linked_levels.h"
+#include "explorer/live_plot.h"
 #include "palpa/file/write_volume.h"
 #include "palpa/version.h"
 
@@ -275,6 +278,22 @@ TEST(ExplorerPictures, AFilmOfTheWindowShowsItWhole) {
   driver.key(Qt::Key_F, Qt::ControlModifier | Qt::ShiftModifier);
   const QImage first(into + "/00000.png");
   EXPECT_EQ(first.size(), driver.window().size()) << into.toStdString();
+}
+
+TEST(ExplorerSmall, NumbersOfAPlotDoNotMeet) {
+  LivePlot plot("force", "time / s", "force / N");
+  plot.set_y_range(0.0, 0.7);
+  plot.show();
+  for (const int height : {120, 140, 200, 300, 600}) {
+    plot.resize(400, height);
+    Driver::live(20);
+    plot.draw();
+    const QwtPlot& drawn = *plot.findChild<QwtPlot*>();
+    const QList<double> numbers = drawn.axisScaleDiv(QwtPlot::yLeft).ticks(QwtScaleDiv::MajorTick);
+    ASSERT_GE(numbers.size(), 2) << height;
+    const double apart_px = std::abs(drawn.transform(QwtPlot::yLeft, numbers[0]) - drawn.transform(QwtPlot::yLeft, numbers[1]));
+    EXPECT_GE(apart_px, QFontMetrics(drawn.axisFont(QwtPlot::yLeft)).ascent()) << height;
+  }
 }
 
 TEST(ExplorerForce, IsANumberAtTheHandWhileThereIsOne) {
