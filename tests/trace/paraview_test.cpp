@@ -1,6 +1,7 @@
 // Tasks of docs/paraview.md on exported files: in VTK's filters, and in ParaView where it is scriptable here.
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <vtkCell.h>
 #include <vtkClipDataSet.h>
 #include <vtkDataArray.h>
 #include <vtkDataObject.h>
@@ -125,10 +126,10 @@ TEST_F(InParaView, TicksAndPiecesOfThePathAreCells) {
   piece->GetOutput()->GetBounds(box);
   EXPECT_NEAR(box[0], 0.0205, 1e-9);
   EXPECT_NEAR(box[1], 0.0305, 1e-9);
-  int lines = 0;
+  vtkIdType steps = 0;  // VTK 9.3 joins the lines of a piece to one
   for (vtkIdType c = 0; c < piece->GetOutput()->GetNumberOfCells(); ++c)
-    lines += piece->GetOutput()->GetCellType(c) != VTK_VERTEX;
-  EXPECT_EQ(lines, 11) << "two ends between ticks, nine whole steps";
+    steps += piece->GetOutput()->GetCell(c)->GetNumberOfPoints() - 1;
+  EXPECT_EQ(steps, 11) << "two ends between ticks, nine whole steps";
 }
 
 }  // namespace paraview_test
