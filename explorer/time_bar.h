@@ -27,7 +27,7 @@ class TimeBar : public QWidget {
   double at_s() const { return at_s_; }
 
  Q_SIGNALS:
-  /// The user wants this progress of the data's time: held at a moment, or in a loop.
+  /// Progress of the data's time that the user sets: held at a moment, or in a loop.
   void asked(const palpa::TimeOptions& time);
 
  private:

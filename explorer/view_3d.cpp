@@ -8,7 +8,6 @@
 #include <vtkRenderer.h>
 #include <vtkVolume.h>
 
-#include <QElapsedTimer>
 #include <QKeyEvent>
 #include <QMouseEvent>
 #include <QPainter>
@@ -489,11 +488,8 @@ bool View3D::event(QEvent* event) {
 }
 
 void View3D::paintGL() {
-  QElapsedTimer timer;
-  timer.start();
   Q_EMIT draws(true);
   QVTKOpenGLNativeWidget::paintGL();
-  frame_s_ = 1e-9 * static_cast<double>(timer.nsecsElapsed());
   Q_EMIT draws(false);
 }
 

@@ -74,8 +74,6 @@ class View3D : public QVTKOpenGLNativeWidget {
   bool is_cut() const { return is_cut_; }
   /// Moves the cut to this place, hand frame [m].
   void move_cut(const Vec3& at_m);
-  /// [s] duration of the last redraw.
-  double frame_s() const { return frame_s_; }
   enum class Ground { own, transparent };
   /// Picture including the overlay, without fault and hint. \param size  [pixels]; empty: the widget's
   QImage picture(const QSize& size = {}, Ground ground = Ground::own);
@@ -179,7 +177,6 @@ class View3D : public QVTKOpenGLNativeWidget {
   Stereo stereo_ = Stereo::off;
   Drag drag_ = Drag::none;
   QPointF last_px_;
-  double frame_s_ = 0.0;
   std::optional<bool> is_slow_;
 };
 

@@ -185,18 +185,22 @@ TEST(ExplorerRows, FoldedOnesLeaveNoGapAboveMore) {
   driver.look("rows-folded");
 }
 
+/// Clicks the first "By value …" of a panel; true when the editor shows the strength.
+bool opens_first_function(QWidget& panel, FunctionEditor& editor) {
+  for (QPushButton* one : panel.findChildren<QPushButton*>()) {
+    if (!one->isVisible() || !one->text().startsWith("By value")) continue;
+    QTest::mouseClick(one, Qt::LeftButton);
+    return Driver::wait_for([&] { return editor.isVisible() && editor.shown().strength.has_value(); });
+  }
+  return false;
+}
+
 TEST(ExplorerRows, AFunctionIsOnlyLookedAtUntilAValueIsEdited) {
   Driver driver;
   ASSERT_TRUE(driver.open(embedded("flow_phantom.toml")));
   const Scene before = driver.window().document().scene();
-  QPushButton* function = nullptr;
-  for (QPushButton* one : driver.window().findChild<FeelPanel*>()->findChildren<QPushButton*>())
-    if (one->isVisible() && one->text().startsWith("By value") && !function) function = one;
-  ASSERT_TRUE(function);
-  QTest::mouseClick(function, Qt::LeftButton);
   FunctionEditor& editor = *driver.window().findChild<FunctionEditor*>();
-  ASSERT_TRUE(Driver::wait_for([&] { return editor.isVisible() && editor.shown().strength.has_value(); }))
-      << driver.message().toStdString();
+  ASSERT_TRUE(opens_first_function(*driver.window().findChild<FeelPanel*>(), editor)) << driver.message().toStdString();
   EXPECT_TRUE(driver.window().document().scene() == before) << "changed by looking at it";
   EXPECT_TRUE(driver.window().document().undo().isClean());
   ASSERT_TRUE(driver.is_done());
@@ -213,14 +217,8 @@ TEST(ExplorerRows, AFunctionOfALevelIsNotOfTheFieldThatIsConstantThere) {
   ASSERT_TRUE(driver.open(small_head()));
   const Scene before = driver.window().document().scene();
   auto& form = *driver.window().findChild<QGroupBox*>("mode_surface")->findChild<ParameterForm*>();
-  QPushButton* function = nullptr;
-  for (QPushButton* one : form.findChildren<QPushButton*>())
-    if (one->isVisible() && one->text().startsWith("By value") && !function) function = one;
-  ASSERT_TRUE(function);
-  QTest::mouseClick(function, Qt::LeftButton);
   FunctionEditor& editor = *driver.window().findChild<FunctionEditor*>();
-  ASSERT_TRUE(Driver::wait_for([&] { return editor.isVisible() && editor.shown().strength.has_value(); }))
-      << driver.message().toStdString();
+  ASSERT_TRUE(opens_first_function(form, editor)) << driver.message().toStdString();
   EXPECT_EQ(editor.shown().field, "gradient_magnitude(head)");
   EXPECT_EQ(editor.shown().unit, "HU/m");
   EXPECT_GT(editor.shown().high, editor.shown().low);

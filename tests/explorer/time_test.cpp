@@ -31,7 +31,7 @@ std::filesystem::path small_beat() {
   return file;
 }
 
-/// How far towards the viewer the surface of a scene is at the middle of the view [m].
+/// Height [m] of a scene's surface towards the viewer, at the middle of the view.
 double nearest_m(Driver& driver, const Scene& scene) {
   const detail::View& view = driver.view().view();
   const auto met = SurfaceFinder(scene).first(view.centre_m + 1.0 * view.towards, -view.towards);
