@@ -30,12 +30,23 @@ if(PALPA_SANITIZE)
 endif()
 target_include_directories(palpa_rules INTERFACE ${PROJECT_SOURCE_DIR})
 
-# palpa_layer(NAME SOURCES … LAYERS … LINKS …): one folder of the library. LAYERS are the folders it may
+# palpa_off_tick(TARGET …): targets whose code no tick runs. At -O1 they compile in two thirds of the time of -O3, and load,
+# record and draw as fast.
+function(palpa_off_tick)
+  foreach(target IN LISTS ARGN)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endforeach()
+endfunction()
+
+# palpa_layer(NAME SOURCES … LAYERS … LINKS … [OFF_TICK]): one folder of the library. LAYERS are the folders it may
 # include, so an arrow against the architecture does not link.
 # With tests there is a second target, palpa_NAME_unoptimised, for the test that both give the same bits; nothing else builds it.
 function(palpa_layer name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LAYERS;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "OFF_TICK" "" "SOURCES;LAYERS;LINKS")
   palpa_add_layer(palpa_${name} "")
+  if(arg_OFF_TICK)
+    palpa_off_tick(palpa_${name})
+  endif()
   if(PALPA_TESTS)
     palpa_add_layer(palpa_${name}_unoptimised _unoptimised)
     set_target_properties(palpa_${name}_unoptimised PROPERTIES EXCLUDE_FROM_ALL ON)

@@ -18,6 +18,8 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::asio::ip::tcp;
 using boost::system::error_code;
+// The executor as a type, and no compression, which is never offered to the service: a third less to compile.
+using Stream = beast::basic_stream<tcp, boost::asio::io_context::executor_type>;
 
 // Timeout of the version request. Longer: delays each connection to a service that never answers; shorter: the version of a
 // busy service stays unknown, and the key of its force may be wrong.
@@ -66,7 +68,7 @@ class VersionQuestion : public std::enable_shared_from_this<VersionQuestion> {
     if (done_) std::exchange(done_, nullptr)(word);
   }
 
-  beast::tcp_stream stream_;
+  Stream stream_;
   http::request<http::empty_body> question_{http::verb::get, "/version", 11};
   beast::flat_buffer buffer_{longest_version_bytes + longest_header_bytes};
   http::response_parser<http::string_body> answer_;
@@ -155,7 +157,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
 
   boost::asio::io_context& context_;
   tcp::endpoint service_;
-  websocket::stream<beast::tcp_stream> stream_;
+  websocket::stream<Stream, false> stream_;
   beast::flat_buffer buffer_{longest_message_bytes};
   std::shared_ptr<VersionQuestion> question_;
   std::string sent_;
