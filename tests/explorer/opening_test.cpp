@@ -78,6 +78,8 @@ Vec3 swirl(const Vec3& p) { return {-p.y, p.x, 2e-3}; }
 PartChooser* chooser_of(Driver& driver) {
   PartChooser* chooser = nullptr;
   Driver::wait_for([&] { return (chooser = driver.window().findChild<PartChooser*>()) != nullptr && chooser->isVisible(); });
+  // Without a window manager the main window may stay active, and its shortcuts take the keys.
+  if (chooser && QTest::qWaitForWindowExposed(chooser)) QApplication::setActiveWindow(chooser);
   return chooser;
 }
 
