@@ -17,6 +17,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 else()
   # std::stable_sort of g++ 12's library, which clang uses, asks for memory by a function that C++20 deprecates.
   target_compile_options(palpa_rules INTERFACE -Wno-deprecated-declarations)
+  # In a batch a local name may be one of another file's unnamed namespace, which clang calls shadowing.
+  if(PALPA_UNITY)
+    target_compile_options(palpa_rules INTERFACE -Wno-shadow)
+  endif()
 endif()
 if(PALPA_SANITIZE)
   target_compile_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
