@@ -47,7 +47,7 @@ enum class LocaleOf { nothing, set_locale, use_locale, streams };
 class CommaLocale {
  public:
   /// \param folder  gets the locale
-  CommaLocale(LocaleOf what, const std::filesystem::path& folder) : what_(what) {
+  CommaLocale(LocaleOf what, const std::filesystem::path& folder) {
     make_comma_locale(folder);
     ::setenv("LOCPATH", folder.c_str(), 1);
     if (what == LocaleOf::set_locale) {
@@ -76,7 +76,6 @@ class CommaLocale {
   CommaLocale& operator=(const CommaLocale&) = delete;
 
  private:
-  LocaleOf what_;
   locale_t comma_ = nullptr;
 };
 

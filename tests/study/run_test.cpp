@@ -259,7 +259,7 @@ TEST_F(Run, FeelsATickForEachRowOfARecording) {
       run(o);
       const TraceReader reader(o.out);
       ASSERT_EQ(std::ssize(reader.ticks()), rows) << trace;
-      const Tick& last = reader.ticks().back().frame.result;
+      const Tick last = reader.ticks().back().frame.result;
       EXPECT_TRUE(last.probe_valid) << trace;
       EXPECT_NEAR(distance(last.probe_m, {1e-5 * (rows - 1), 0.001, 0.08 - 3e-5 * (rows - 1)}), 0.0, 1e-8) << trace;
     }
