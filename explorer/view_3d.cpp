@@ -64,8 +64,12 @@ class View3D::Overlay : public QWidget {
       touch(painter);
     }
     const double room_px = width() - axes_px - 24.0;
-    if (!view_.top_.isEmpty())
-      texts.paint_card({0.5 * width(), top_px}, view_.top_, Qt::AlignTop, Qt::white, QColor(176, 42, 20, 235), width() - 24.0);
+    if (!view_.top_.isEmpty()) {  // left of the legend, where there is room
+      const double free_px = std::max(0.5 * width(), width() - view_.legend_px() - 24.0);
+      const double half_px = 0.5 * std::min(free_px, painter.fontMetrics().horizontalAdvance(view_.top_) + 12.0);
+      const double middle_px = std::min(0.5 * width(), free_px + 12.0 - half_px);
+      texts.paint_card({middle_px, top_px}, view_.top_, Qt::AlignTop, Qt::white, QColor(176, 42, 20, 235), free_px);
+    }
     if (!view_.bottom_.isEmpty()) {  // left of the axes, where there is room
       const double half_px = 0.5 * std::min(room_px, painter.fontMetrics().horizontalAdvance(view_.bottom_) + 12.0);
       const double middle_px = std::min(0.5 * width(), width() - axes_px - half_px);
@@ -211,6 +215,10 @@ void View3D::look_from(const Vec3& from, const Vec3& up) {
   Q_EMIT turned();
 }
 
+double View3D::legend_px() const {
+  return marks_ ? width_of_explanations(font(), drawing_.signs.legend, drawing_.signs.bars) : 0.0;
+}
+
 void View3D::show_all() {
   const Box& box = drawing_.bounds_m;
   const Vec3 size = box.size_m();
@@ -219,11 +227,10 @@ void View3D::show_all() {
   const auto extent = [&](const Vec3& axis) {
     return std::abs(axis.x) * size.x + std::abs(axis.y) * size.y + std::abs(axis.z) * size.z;
   };
-  const double card_px = width_of_explanations(font(), drawing_.signs.legend, drawing_.signs.bars);
-  const double legend_px = marks_ ? std::min(card_px, 0.35 * width()) : 0.0;
-  const double aspect = std::max(1.0, width() - legend_px) / std::max(1, height());
+  const double beside_px = std::min(legend_px(), 0.35 * width());
+  const double aspect = std::max(1.0, width() - beside_px) / std::max(1, height());
   view_.half_height_m = 0.57 * std::max(extent(view_.up), extent(view_.right) / aspect);
-  view_.centre_m += (0.5 * legend_px / view_.px_per_m()) * view_.right;
+  view_.centre_m += (0.5 * beside_px / view_.px_per_m()) * view_.right;
   redraw();
 }
 

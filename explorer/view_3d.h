@@ -120,6 +120,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   std::optional<SurfacePoint> surface_at(const QPointF& px) const;
   /// Depth of the nearest streamline on the screen, else of the cross; behind the view's centre.
   double flow_depth_m(const QPointF& px) const;
+  double legend_px() const;  // at the right edge; 0 without marks
   void show_hover();
   void begin_touch(const Target& target);
   void lead(const QPointF& px);

@@ -25,6 +25,7 @@
 #include "explorer/help_sheet.h"
 #include "explorer/linked_levels.h"
 #include "explorer/live_plot.h"
+#include "explorer/paint.h"
 #include "palpa/file/write_volume.h"
 #include "palpa/version.h"
 
@@ -292,6 +293,26 @@ TEST(ExplorerSmall, NumbersOfAPlotDoNotMeet) {
     const double apart_px = std::abs(drawn.transform(QwtPlot::yLeft, numbers[0]) - drawn.transform(QwtPlot::yLeft, numbers[1]));
     EXPECT_GE(apart_px, QFontMetrics(drawn.axisFont(QwtPlot::yLeft)).ascent()) << height;
   }
+}
+
+TEST(ExplorerForce, IsSaidToBeOffBesideTheLegend) {
+  Driver driver;
+  driver.window().resize(1001, 760);
+  ASSERT_TRUE(driver.open(embedded("flow_phantom.toml")));
+  ASSERT_TRUE(driver.is_done());
+  driver.key(Qt::Key_Space);
+  const auto box = [&]() -> std::optional<QRectF> {
+    for (const PlacedText& text : driver.view().texts())
+      if (text.words.contains("press Space")) return text.box;
+    return {};
+  };
+  ASSERT_TRUE(Driver::wait_for([&] { return box().has_value(); }));
+  const auto& signs = driver.view().drawing().signs;
+  const double legend_px = width_of_explanations(driver.view().font(), signs.legend, signs.bars);
+  ASSERT_GT(legend_px, 0.0);
+  EXPECT_LE(box()->right(), driver.view().width() - legend_px);
+  EXPECT_GE(box()->left(), 0.0);
+  driver.look("force-off-beside-legend");
 }
 
 TEST(ExplorerForce, IsANumberAtTheHandWhileThereIsOne) {
