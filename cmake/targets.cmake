@@ -34,8 +34,8 @@ if(PALPA_SANITIZE)
 endif()
 target_include_directories(palpa_rules INTERFACE ${PROJECT_SOURCE_DIR})
 
-# palpa_off_tick(TARGET …): targets whose code no tick runs. At -O1 they compile in two thirds of the time of -O3, and load,
-# record and draw as fast.
+# palpa_off_tick(TARGET …): targets whose code no tick runs, but for modes in Python, where the interpreter takes the time. At -O1
+# they compile in two thirds of the time of -O3, and load, record and draw as fast.
 function(palpa_off_tick)
   foreach(target IN LISTS ARGN)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
