@@ -63,18 +63,16 @@ class View3D::Overlay : public QWidget {
     } else {
       touch(painter);
     }
-    const double room_px = width() - axes_px - 24.0;
-    if (!view_.top_.isEmpty()) {  // left of the legend, where there is room
-      const double free_px = std::max(0.5 * width(), width() - view_.legend_px() - 24.0);
-      const double half_px = 0.5 * std::min(free_px, painter.fontMetrics().horizontalAdvance(view_.top_) + 12.0);
-      const double middle_px = std::min(0.5 * width(), free_px + 12.0 - half_px);
-      texts.paint_card({middle_px, top_px}, view_.top_, Qt::AlignTop, Qt::white, QColor(176, 42, 20, 235), free_px);
-    }
-    if (!view_.bottom_.isEmpty()) {  // left of the axes, where there is room
-      const double half_px = 0.5 * std::min(room_px, painter.fontMetrics().horizontalAdvance(view_.bottom_) + 12.0);
-      const double middle_px = std::min(0.5 * width(), width() - axes_px - half_px);
-      texts.paint_card({middle_px, height() - bottom_px}, view_.bottom_, Qt::AlignBottom, ink, ground, room_px);
-    }
+    // In the middle, or as near to it as what stands at the right allows.
+    const auto paint_line = [&](const QString& words, double y_px, Qt::Alignment side, const QColor& color, const QColor& card,
+                                double taken_px) {
+      if (words.isEmpty()) return;
+      const double room_px = std::max(0.5 * width(), width() - taken_px - 24.0);
+      const double half_px = 0.5 * std::min(room_px, painter.fontMetrics().horizontalAdvance(words) + 12.0);
+      texts.paint_card({std::min(0.5 * width(), room_px + 12.0 - half_px), y_px}, words, side, color, card, room_px);
+    };
+    paint_line(view_.top_, top_px, Qt::AlignTop, Qt::white, QColor(176, 42, 20, 235), view_.legend_px());
+    paint_line(view_.bottom_, height() - bottom_px, Qt::AlignBottom, ink, ground, axes_px);
     if (view_.marks_) {
       paint_explanations(texts, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
                          view_.drawing_.signs.bars, ink, ground);

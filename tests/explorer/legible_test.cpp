@@ -298,7 +298,7 @@ TEST(ExplorerSmall, NumbersOfAPlotDoNotMeet) {
 TEST(ExplorerForce, IsSaidToBeOffBesideTheLegend) {
   Driver driver;
   driver.window().resize(1001, 760);
-  ASSERT_TRUE(driver.open(embedded("flow_phantom.toml")));
+  ASSERT_TRUE(driver.open(embedded("wing_phantom.toml")));
   ASSERT_TRUE(driver.is_done());
   driver.key(Qt::Key_Space);
   const auto box = [&]() -> std::optional<QRectF> {
