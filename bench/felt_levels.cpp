@@ -225,7 +225,7 @@ std::vector<Figure> normals(const FeltScene& felt) {
   for (const SceneMode& mode : felt.scene.modes()) {
     const SurfaceAndFriction* surface = surface_of(mode);
     if (!surface) continue;
-    // Rigid: an elastic level pushes along the normal at its foot, not at the proxy.
+    // Rigid: an elastic level pushes along the normal at its footing, not at the proxy.
     std::vector<SurfaceAndFriction::Level> levels = surface->levels;
     for (SurfaceAndFriction::Level& level : levels) level.stiffness_n_per_m = std::nullopt;
     const Scene bare = bare_surface(felt.scene, mode, levels);

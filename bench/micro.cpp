@@ -112,8 +112,8 @@ void first_crossing(benchmark::State& state, bool smooth, double voxels, bool br
     const Vec3 middle = centre + 0.003 * ends[(i + 7) % ends.size()];
     ++i;
     WorkBudget pieces(512);
-    sides.first_event(middle - half_m, middle + half_m, policy, samples, pieces, event);
-    sides.apply(event);
+    sides.first_event(0, middle - half_m, middle + half_m, policy, samples, pieces, event);
+    sides.apply(0, event);
     stopped += event.kind != Event::Kind::none;
   }
   state.counters["stopped"] = benchmark::Counter(static_cast<double>(stopped), benchmark::Counter::kAvgIterations);

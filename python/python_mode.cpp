@@ -287,8 +287,8 @@ std::pair<double, double> range_of(const BoundContext& here, const std::string& 
 double value_at_start(const BoundContext& here, const std::string& field) {
   return here.context().value_at_start(here.field(field));
 }
-py::array_t<double> foot_of(const BoundContext& here, std::int64_t slot) {
-  return array_of(here.context().foot_m(slot_of(slot)));
+py::array_t<double> footing_of(const BoundContext& here, std::int64_t slot) {
+  return array_of(here.context().footing_m(slot_of(slot)));
 }
 HeldLevel level_of(const BoundContext& here, const std::string& field, double value, std::optional<double> pressed_to) {
   return {here.context().number_of(here.field(field)), value, pressed_to.value_or(value), false};
@@ -357,8 +357,8 @@ void bind_context(py::module_& module) {
       .def("range", &range_of, py::arg("field"), "Smallest and largest value of a scalar field.")
       .def("value_at_start", &value_at_start, py::arg("field"),
            "Value of a scalar field where the sub-step starts: the level on which a material holds the proxy.")
-      .def("foot_m", &foot_of, py::arg("slot"),
-           "[m] shape (3,): where the level of the plane in this slot is sampled: its foot, or at_m.")
+      .def("footing_m", &footing_of, py::arg("slot"),
+           "[m] shape (3,): where the level of the plane in this slot is sampled: its footing, or at_m.")
       .def("level", &level_of, py::arg("field"), py::arg("value"), py::arg("pressed_to") = py::none(),
            "The level of a field on which a plane stands, for `newtons` and PrimitiveSink.plane.")
       .def(

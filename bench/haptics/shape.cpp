@@ -41,7 +41,7 @@ Shape plate(double thickness_m) {
 // Distance to a wedge: below 0 inside.
 double beyond_wedge_m(const Vec3& x_m, const Faces& faces) {
   const double nearest_m = std::max(dot(faces.a, x_m), dot(faces.b, x_m));
-  return nearest_m <= 0.0 ? nearest_m : distance(x_m, foot_in_wedge(x_m, faces.a, faces.b));
+  return nearest_m <= 0.0 ? nearest_m : distance(x_m, nearest_in_wedge(x_m, faces.a, faces.b));
 }
 
 Vec3 out_of_wedge(const Vec3& x_m, const Faces& faces) { return dot(faces.a, x_m) > dot(faces.b, x_m) ? faces.a : faces.b; }
@@ -85,16 +85,16 @@ Shape helix(double radius_m, double rise_m) {
 Shape scan(const std::filesystem::path& file, double level) {
   const auto volume = std::make_shared<const SampledVolume>(read_nrrd(file));
   return {[=](const Vec3& x) {
-            Vec3 foot = x;
+            Vec3 on_level = x;
             for (int i = 0; i < 30; ++i) {
-              const Vec3 slope = volume->slope_per_m(foot);
+              const Vec3 slope = volume->slope_per_m(on_level);
               const double steep = std::max(norm_squared(slope), 1e-12);
-              const Vec3 step = ((level - volume->value(foot)) / steep) * slope;
-              foot += shortened(step, 0.5 * volume->grid.spacing_m.x);
+              const Vec3 step = ((level - volume->value(on_level)) / steep) * slope;
+              on_level += shortened(step, 0.5 * volume->grid.spacing_m.x);
               if (norm(step) < 1e-9) break;
             }
             const double depth = volume->value(x) >= level ? 1.0 : -1.0;
-            return depth * distance(x, foot);
+            return depth * distance(x, on_level);
           },
           [=](const Vec3& x) { return -normalized(volume->slope_per_m(x)); }};
 }
@@ -136,7 +136,7 @@ Shape shape_of(const json& description, const std::filesystem::path& folder) {
   return turned;
 }
 
-Vec3 foot_in_wedge(const Vec3& x_m, const Vec3& outward_a, const Vec3& outward_b) {
+Vec3 nearest_in_wedge(const Vec3& x_m, const Vec3& outward_a, const Vec3& outward_b) {
   const double before_a_m = dot(outward_a, x_m), before_b_m = dot(outward_b, x_m);
   if (before_a_m <= 0.0 && before_b_m <= 0.0) return x_m;
   const Vec3 on_a = x_m - before_a_m * outward_a, on_b = x_m - before_b_m * outward_b;

@@ -35,9 +35,9 @@ Shape shape_of(const nlohmann::json& description, const std::filesystem::path& f
 Mat3 turn_of(const nlohmann::json& quaternion);
 Mat3 turn_in(const nlohmann::json& description);
 
-/// The foot [m] of a point in a convex wedge along z between two planes through the origin: the nearest point behind both.
+/// The nearest position [m] to a point in a convex wedge along z between two planes through the origin, behind both.
 /// \param outward_a, outward_b  [1] unit normals, away from the wedge
-Vec3 foot_in_wedge(const Vec3& x_m, const Vec3& outward_a, const Vec3& outward_b);
+Vec3 nearest_in_wedge(const Vec3& x_m, const Vec3& outward_a, const Vec3& outward_b);
 
 /// Unit normals [1] of a groove's two faces, away from the solid.
 struct Faces {

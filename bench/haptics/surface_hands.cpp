@@ -103,7 +103,7 @@ std::vector<Touch> into_groove(const json& groove) {
   const Faces faces = faces_of_groove(groove.at("opening_deg"));
   Trajectory trajectory(turn_in(groove));
   const auto at = [&](const Vec3& probe, Phase phase) {
-    trajectory.held(probe, foot_in_wedge(probe, -faces.a, -faces.b), phase);
+    trajectory.held(probe, nearest_in_wedge(probe, -faces.a, -faces.b), phase);
   };
   constexpr double aside_m = 1e-4, deepest_m = -2.5e-3, step_m = 5e-5;
   constexpr int down = 210, hold = 200, along = 400;

@@ -196,7 +196,8 @@ void EventPolicy::clear() noexcept {
   std::fill(fields.begin(), fields.end(), OfField{.allowed = {-infinity, infinity}});
 }
 
-Crossings::Crossings(StateArena& live, std::span<const Threshold> watches, std::size_t fields) : ranges_(fields) {
+Crossings::Crossings(StateArena& live, std::span<const Threshold> watches, std::size_t fields, std::size_t feet)
+    : ranges_(fields) {
   for (const Threshold& watch : watches) {
     if (watch.field >= 0 && watch.field < static_cast<std::int64_t>(fields) && !std::isnan(watch.value))
       watches_.push_back(watch);
@@ -208,7 +209,7 @@ Crossings::Crossings(StateArena& live, std::span<const Threshold> watches, std::
     if (range.last == 0) range.first = i;
     range.last = i + 1;
   }
-  sides_ = live.add<Side>(watches_.size());
+  sides_ = live.add<Side>(feet * watches_.size());
 }
 
 EventPolicy Crossings::policy() const {
@@ -249,9 +250,10 @@ void Crossings::configure_events(EventPolicy& policy, const Threshold& watch,
 
 void Crossings::reset() noexcept { std::fill(sides_.begin(), sides_.end(), Side::none); }
 
-void Crossings::take_side(const Threshold& watch, bool above) noexcept {
+void Crossings::take_side(std::size_t foot, const Threshold& watch, bool above) noexcept {
   const std::int32_t i = index_of(watch);
-  if (i >= 0 && sides_[i] != Side::none) sides_[i] = above ? Side::above : Side::below;
+  const std::span<Side> sides = sides_of(foot);
+  if (i >= 0 && sides[i] != Side::none) sides[i] = above ? Side::above : Side::below;
 }
 
 // Next watch of a field upwards or downwards; -1 if there is none. The system's byte search skips dozens of watches at once.
@@ -283,15 +285,15 @@ ValueRange Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::
 }
 
 // Whether the path lies so near to a known value that no event is possible.
-bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
-                        Event& event) const noexcept {
-  const ValueRange quiet = this->quiet(policy, field, sides_);
+bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const Vec3& start_m, const Vec3& end_m,
+                        const EventPolicy& policy, Samples& samples, Event& event) const noexcept {
+  const ValueRange quiet = this->quiet(policy, field, sides);
   const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
   Event::Ball& ball = event.balls_[field];
   const auto holds = [&] {
     const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
     if (!(reach_m < ball.lipschitz_bound.radius_m)) return false;
-    if (!ball.inside) return !has_sides(field, sides_);
+    if (!ball.inside) return !has_sides(field, sides);
     const double change = is_any_value ? 0.0 : ball.lipschitz_bound.change(reach_m);
     return ball.value - change > quiet.min && ball.value + change < quiet.max;
   };
@@ -302,8 +304,9 @@ bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end
   return holds();
 }
 
-void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
-                            WorkBudget& work, Event& event) const noexcept {
+void Crossings::first_event(std::size_t foot, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy,
+                            Samples& samples, WorkBudget& work, Event& event) const noexcept {
+  const std::span<const Side> sides = sides_of(foot);
   event.kind = Event::Kind::none;
   event.crossings.clear();
   event.on_way_.clear();
@@ -318,12 +321,12 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     const Vec3 from_m = start_m + of.carried_m;
     const double length_m = distance(from_m, end_m);
     if (!(length_m > 0.0) || !std::isfinite(length_m)) continue;
-    if (!is_safe(field, from_m, end_m, policy, samples, event)) event.on_way_.push_back(field);
+    if (!is_safe(field, sides, from_m, end_m, policy, samples, event)) event.on_way_.push_back(field);
   }
   event.share = 1.0;
   if (event.on_way_.empty()) return;
   event.share = 0.0;
-  std::ranges::copy(sides_, event.sides_.begin());
+  std::ranges::copy(sides, event.sides_.begin());
   const auto cross = [&](std::int32_t watch, bool up) {
     event.sides_[watch] = up ? Side::above : Side::below;
     if (event.crossings.size() < event.crossings.capacity())

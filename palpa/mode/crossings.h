@@ -70,14 +70,15 @@ struct Event {
   std::vector<std::int32_t> on_way_;  // fields in which an event is possible
 };
 
-/// Side of the proxy at every watched value. Sides change only by located crossings, so rounding next to a level can neither
+/// Side of every foot at every watched value. Sides change only by located crossings, so rounding next to a level can neither
 /// lose nor invent a contact. Construction, `policy` and `event` allocate; nothing else does. One thread.
 class Crossings {
  public:
   /// \param live     keeps the sides
   /// \param watches  duplicates are removed, and values without a field
   /// \param fields   [1] number of the session's fields
-  Crossings(StateArena& live, std::span<const Threshold> watches, std::size_t fields);
+  /// \param feet     [1] of the tool
+  Crossings(StateArena& live, std::span<const Threshold> watches, std::size_t fields, std::size_t feet = 1);
   EventPolicy policy() const;
   Event event() const;
 
@@ -88,20 +89,20 @@ class Crossings {
 
   /// Clears all sides; a search determines them at its start, or where data begin.
   void reset() noexcept;
-  /// Sets the side of a watched value that the proxy counts as being on; the other side is then a crossing.
-  void take_side(const Threshold& watch, bool above) noexcept;
+  /// Sets the side of a watched value that a foot counts as being on; the other side is then a crossing.
+  void take_side(std::size_t foot, const Threshold& watch, bool above) noexcept;
 
-  /// Finds the first stop of the policy on a straight path [m] of any length; else its end. No change of the interpolant is
-  /// missed: a wall thinner than a voxel, a dip within a cell (Field::piece_along); touching a level is no crossing. The point
-  /// lies just beyond the change, to 1e-9 of the field's spacing or as rounding permits: a sample there is on the other side. A
-  /// start on the other side with a return within a quarter of a spacing is no crossing.
-  /// \param work  spent by pieces of the path (PolynomialPiece; Samples::work_of_look). Even without work left, each search
-  /// makes progress: it evaluates one piece of each field, and slivers before that.
-  void first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, WorkBudget& work,
-                   Event& event) const noexcept;
-  /// Moves the proxy to the event.
-  void apply(const Event& event) noexcept {
-    if (!event.on_way_.empty()) std::ranges::copy(event.sides_, sides_.begin());
+  /// Finds the first stop of the policy on a foot's straight path [m] of any length; else its end. No change of the interpolant
+  /// is missed: a wall thinner than a voxel, a dip within a cell (Field::piece_along); touching a level is no crossing. The
+  /// point lies just beyond the change, to 1e-9 of the field's spacing or as rounding permits: a sample there is on the other
+  /// side. A start on the other side with a return within a quarter of a spacing is no crossing. \param work  spent by pieces
+  /// of the path (PolynomialPiece; Samples::work_of_look). Even without work left, each search makes progress: it evaluates one
+  /// piece of each field, and slivers before that.
+  void first_event(std::size_t foot, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
+                   WorkBudget& work, Event& event) const noexcept;
+  /// Moves a foot to its event.
+  void apply(std::size_t foot, const Event& event) noexcept {
+    if (!event.on_way_.empty()) std::ranges::copy(event.sides_, sides_of(foot).begin());
   }
 
  private:
@@ -111,17 +112,18 @@ class Crossings {
     std::int32_t first = 0, last = 0;  // watches of a field
   };
   std::int32_t index_of(const Threshold& watch) const noexcept;
+  std::span<Side> sides_of(std::size_t foot) const noexcept { return sides_.subspan(foot * watches_.size(), watches_.size()); }
   bool has_sides(std::int32_t field, std::span<const Side> sides) const noexcept;
   void forget(std::int32_t field, std::span<Side> sides) const noexcept;
   [[gnu::always_inline]] inline std::int32_t border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides,
                                                     bool up) const noexcept;
   ValueRange quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept;
-  bool is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
-               Event& event) const noexcept;
+  bool is_safe(std::int32_t field, std::span<const Side> sides, const Vec3& start_m, const Vec3& end_m,
+               const EventPolicy& policy, Samples& samples, Event& event) const noexcept;
 
   std::vector<Threshold> watches_;  // by field, then by value
   std::vector<Range> ranges_;       // by field
-  std::span<Side> sides_;           // by watch; none if its field has no data
+  std::span<Side> sides_;           // by foot, then watch; none if its field has no data
 };
 
 }  // namespace palpa

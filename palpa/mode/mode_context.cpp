@@ -111,12 +111,13 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
 
 // A new place replaces the least recently used one.
 std::size_t Samples::find_place(const Vec3& hand_m) noexcept {
-  last_ = 0;
   for (std::size_t i = 0; i < remembered; ++i) {
-    if (places_[i].visit > 0 && places_[i].hand_m == hand_m) {
-      places_[i].asked = ++asked_;
-      return last_ = i;
-    }
+    if (places_[i].hand_m != hand_m || places_[i].visit == 0) continue;
+    places_[i].asked = ++asked_;
+    return last_ = i;
+  }
+  last_ = 0;
+  for (std::size_t i = 1; i < remembered; ++i) {
     if (places_[i].asked < places_[last_].asked) last_ = i;
   }
   places_[last_] = {hand_m, map_.to_world(hand_m), ++visits_, ++asked_};
@@ -302,8 +303,8 @@ double ModeContext::border_share(double strength_n) const noexcept {
   return share;
 }
 
-// The border nearest to the proxy, or to a foot on the mode's elastic levels, counts: a foot that left the data would take its
-// level with it.
+// The border nearest to the proxy, or to a footing on the mode's elastic levels, counts: a footing that left the data would
+// take its level with it.
 LevelStrength ModeContext::bordered(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return {strength_n};
   const double whole_n = strength_n * mask(), felt_n = std::min(whole_n, most_n);
@@ -317,9 +318,9 @@ LevelStrength ModeContext::bordered(double strength_n) const noexcept {
   LevelStrength least = left_at(*this);
   for (const Contact& contact : contacts) {
     if (contact.offset_m == Vec3{}) continue;
-    ModeContext at_foot = *this;
-    at_foot.at_m += contact.offset_m;
-    const LevelStrength left = left_at(at_foot);
+    ModeContext at_footing = *this;
+    at_footing.at_m += contact.offset_m;
+    const LevelStrength left = left_at(at_footing);
     least = {std::min(least.newtons, left.newtons), least.limited || left.limited};
   }
   return least;

@@ -145,7 +145,7 @@ struct Contact {
   Phase phase = Phase::free;
   bool yields = false;  ///< strength reduced (data end nearby, or its level jumped): a slip is no break-through
   HeldLevel level;      ///< level of its placement; none if it stands on no level
-  /// [hand m] From the proxy to its *foot*, the point of an elastic level from which the proxy has pressed it in
+  /// [hand m] From the proxy to its *footing*, the point of an elastic level from which the proxy has pressed it in
   /// (docs/theory.md 8.11); zero if it has not.
   Vec3 offset_m;
   double held_j = 0.0;  ///< energy stored in the level
@@ -188,15 +188,15 @@ class ModeContext {
   VectorSample companion_vector(const FieldRef& field) const noexcept {
     return samples_->vector(detail::field_numbers(field).companion, at_m);
   }
-  /// Vector from the proxy to the foot of the elastic plane in `slot` [m] (`way_to_foot_m`); zero if it is not deflected.
-  Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
+  /// Vector from the proxy to the footing of the elastic plane in `slot` [m] (`way_to_footing_m`); zero if it is not deflected.
+  Vec3 footing_offset_m(std::uint16_t slot) const noexcept {
     for (const Contact& contact : contacts) {
       if (contact.id.slot == slot) return contact.offset_m;
     }
     return {};
   }
-  /// Sample position for the level of the plane in `slot` [m]: its foot, or `at_m`.
-  Vec3 foot_m(std::uint16_t slot) const noexcept { return at_m + foot_offset_m(slot); }
+  /// Sample position for the level of the plane in `slot` [m]: its footing, or `at_m`.
+  Vec3 footing_m(std::uint16_t slot) const noexcept { return at_m + footing_offset_m(slot); }
   /// Value of a scalar field, in its own unit, at `proxy_m`, where the sub-step starts: the level on which a material holds the
   /// proxy. Without data there, the value at `at_m`.
   double value_at_start(const FieldRef& field) const noexcept;

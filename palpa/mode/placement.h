@@ -22,7 +22,7 @@ inline double steady_strength_n(double stiffness_n_per_m, double length, const M
 
 /// Nearest point to `x_m` [m] of the level `value` [field's unit], by one Newton step along the gradient of `sample` at `x_m`;
 /// at most a sample spacing away: beyond, the gradient does not locate the level.
-inline Vec3 foot_on_level_m(const ModeContext& here, const Vec3& x_m, const ScalarSample& sample, double value) noexcept {
+inline Vec3 nearest_on_level_m(const ModeContext& here, const Vec3& x_m, const ScalarSample& sample, double value) noexcept {
   const double step_m = (value - sample.value) / norm(sample.gradient);
   return x_m + std::clamp(step_m, -here.finest_m, here.finest_m) * normalized(sample.gradient);
 }

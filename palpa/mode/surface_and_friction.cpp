@@ -83,22 +83,22 @@ void SurfaceAndFriction::place(const ModeContext& here, const Memory& memory, Pr
 
 void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, PrimitiveSink out) const noexcept {
   const std::uint16_t slot = surface_slot(on.place);
-  const Vec3 x_m = here.foot_m(slot);
+  const Vec3 x_m = here.footing_m(slot);
   const ScalarSample sample = here.scalar(field, x_m);
   if (!sample.inside || !(norm(sample.gradient) > 0.0)) return;
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
   HeldLevel level{here.number_of(field), on.value, on.pressed_to};
   const Vec3 uphill = normalized(sample.gradient);
   const Vec3 normal = on.from_low ? -uphill : uphill;
-  const Vec3 foot_m = detail::foot_on_level_m(here, x_m, sample, on.pressed_to);
+  const Vec3 nearest_m = detail::nearest_on_level_m(here, x_m, sample, on.pressed_to);
   const auto solid_side = on.from_low ? TransferFunction::Side::above : TransferFunction::Side::below;
   const LevelStrength bears = here.newtons(on.shell ? on.shell->strength_n : strength_n, level, solid_side);
   level.limited = bears.limited;
   const double strength = weight * bears.newtons;
   if (on.shell && on.shell->stiffness_n_per_m) {
-    out.elastic_plane(slot, foot_m, normal, strength, *on.shell->stiffness_n_per_m, level);
+    out.elastic_plane(slot, nearest_m, normal, strength, *on.shell->stiffness_n_per_m, level);
   } else {
-    out.plane(slot, foot_m, normal, strength, level);
+    out.plane(slot, nearest_m, normal, strength, level);
   }
 
   // Through the proxy itself, so that friction is pure dissipation.
@@ -119,7 +119,7 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
 // Factor of the texture on friction, [1] 0…2: rougher where the voxels exceed the filter. Sampled at the start of the step, the
 // origin of friction: sampled at the end, no end might fit its own friction.
 double SurfaceAndFriction::texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept {
-  return has_texture() ? 1.0 + texture_ratio * here.companion_scalar(field, here.proxy_m + here.foot_offset_m(slot)).value
+  return has_texture() ? 1.0 + texture_ratio * here.companion_scalar(field, here.proxy_m + here.footing_offset_m(slot)).value
                        : 1.0;
 }
 
@@ -174,7 +174,7 @@ void SurfaceAndFriction::give_way(const StepResult& result, std::uint16_t slot, 
   if (state == PrimitiveState::slip && !result.yields(slot)) shell = {};
   const bool follows = state == PrimitiveState::slip || (state == PrimitiveState::off && shell.pressed_to != value);
   if (shell.level < 0 || !follows) return;
-  const ScalarSample at = result.here.scalar(field, result.here.foot_m(slot));
+  const ScalarSample at = result.here.scalar(field, result.here.footing_m(slot));
   if (at.inside) shell.pressed_to = shell.from_low ? std::max(value, at.value) : std::min(value, at.value);
 }
 

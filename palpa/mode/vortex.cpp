@@ -78,7 +78,7 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
   level.limited = bears.limited;
   const double strength = std::min(in_vortex_n(here, *this, bears.newtons), core.steady_n);
   if (!(strength > 0.0)) return;
-  out.plane(tube_slot, on_level ? detail::foot_on_level_m(here, here.at_m, q, level.value) : here.proxy_m, core.direction,
+  out.plane(tube_slot, on_level ? detail::nearest_on_level_m(here, here.at_m, q, level.value) : here.proxy_m, core.direction,
             strength, level);
 }
 

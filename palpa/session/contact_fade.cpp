@@ -21,12 +21,12 @@ bool ContactFade::advance(bool is_known, double time_step_s) noexcept {
   return returns_ = true;
 }
 
-void ContactFade::keep(std::size_t mode, const PrimitiveSet& placed) noexcept {
+void ContactFade::keep(std::size_t mode, std::size_t foot, const PrimitiveSet& placed) noexcept {
   level_ = {};
   size_ = 0;
   for (std::size_t i = 0; i < placed.size() && size_ < static_cast<std::int32_t>(most_primitives); ++i) {
     Primitive p = placed[i];
-    if (p.id.mode != mode) continue;
+    if (p.id.mode != mode || p.id.foot != foot) continue;
     if (placed.captured(i).any() && p.strength_n > 0.0) {
       level_ = {placed.captured(i).field, placed.captured(i).value};
       plane_ = size_;
@@ -57,9 +57,9 @@ void ContactFade::place(const Vec3& start_m, PrimitiveSet& out) const noexcept {
   }
 }
 
-void ContactFade::configure_events(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept {
+void ContactFade::configure_events(std::size_t foot, std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept {
   if (is_leaving_) policy.fields[field].is_ignored = true;
-  if (returns_) crossings.take_side(level_, is_free_above_);
+  if (returns_) crossings.take_side(foot, level_, is_free_above_);
   returns_ = false;
 }
 

@@ -22,14 +22,14 @@ class ContactFade {
   /// Advances the fade by `time_step_s` [s]. Returns true where the mode restarts with fresh memory.
   /// \param is_known  the motion of the data at the proxy is defined
   bool advance(bool is_known, double time_step_s) noexcept;
-  /// Stores the mode's primitives.
-  void keep(std::size_t mode, const PrimitiveSet& placed) noexcept;
+  /// Stores the primitives of a mode at a foot.
+  void keep(std::size_t mode, std::size_t foot, const PrimitiveSet& placed) noexcept;
   /// Begins to fade out the stored primitives; false if none of them stands on a level.
   bool begin_fade_out(Samples& samples) noexcept;
   /// Adds the fading primitives to the set of a sub-step that begins at `start_m` [m].
   void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
-  /// Disables events of the mode's field during the fade; a proxy then beyond the level counts as across.
-  void configure_events(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
+  /// Disables events of the mode's field during the fade; a foot then beyond the level counts as across.
+  void configure_events(std::size_t foot, std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
 
  private:
   static constexpr std::size_t most_primitives = 16;  // [1] that fade; a surplus is removed at once. More costs memory

@@ -50,7 +50,7 @@ void ContactProblem::begin_move(const StepContext& context, double spacing_m) no
 
 std::int32_t ContactProblem::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m,
                                    double moved_n) noexcept {
-  work_.spend(modes_.samples().work_of_modes(modes_.size()));
+  work_.spend(modes_.work());
   modes_.place(context, middle_m, level_m, set_);
   placed_at_m_ = middle_m;
   const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);
@@ -81,8 +81,8 @@ void ContactProblem::find_contacts() noexcept {
     const Primitive& p = set_[i];
     LevelContact* stands = nullptr;
     for (LevelContact& contact : contacts_) {
-      const bool rubs =
-          p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && set_[contact.plane].direction == p.direction;
+      const bool rubs = p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && contact.id.foot == p.id.foot &&
+                        set_[contact.plane].direction == p.direction;
       if (rubs) stands = &contact;
     }
     if (stands) {
@@ -90,11 +90,12 @@ void ContactProblem::find_contacts() noexcept {
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.plane_as_placed = p;
-      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.contacts().offset_m(p.id);
-      contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
+      const Vec3 from_m = foot_m(p.id, start_m_) + modes_.carried_m(p.id) + modes_.contacts().offset_m(p.id);
+      const ScalarSample& at = modes_.samples(p.id.foot).scalar(contact.level.field, from_m);
+      contact.solid_is_high = dot(at.gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
-      contact.bounds = !modes_.fades(p.id.mode);
-      contact.can_break = !modes_.only_yields(p.id.mode);
+      contact.bounds = !modes_.fades(p.id);
+      contact.can_break = !modes_.only_yields(p.id);
       contacts_.push_back(contact);
     } else {
       has_directions_ = true;
@@ -156,31 +157,32 @@ const LevelEstimate& ContactProblem::estimate_at(LevelContact& contact, const Ve
   return contact.last;
 }
 
-// Point that must be free of a level: the proxy, or its foot on an elastic level.
-Vec3 ContactProblem::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
-  return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), first_row(contact), x_m);
+// Point that must be free of a level: the foot, or its footing on an elastic level.
+Vec3 ContactProblem::footing_m(const LevelContact& contact, const Vec3& proxy_m) const noexcept {
+  const Vec3 x_m = foot_m(contact.id, proxy_m);
+  return contact.is_rigid() ? x_m : x_m + way_to_footing_m(set_.primitives(), first_row(contact), x_m);
 }
 
 Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
-  if (contact.is_rigid()) return *witness_m_;
-  return contact.start.signed_distance_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
+  if (contact.is_rigid()) return foot_m(contact.id, *witness_m_);
+  return contact.start.signed_distance_m < 0.0 ? contact.start.nearest_m : contact.start.at_m;
 }
 
-// Largest depth of a point in the levels that hold the proxy; 0 in front of all.
-double ContactProblem::depth_m(const Vec3& x_m) noexcept {
+// Largest depth of a foot in the levels that hold it; 0 in front of all.
+double ContactProblem::depth_m(const Vec3& proxy_m) noexcept {
   double deepest_m = 0.0;
   for (LevelContact& contact : contacts_) {
-    if (holds(contact)) deepest_m = std::max(deepest_m, -estimate_at(contact, foot_m(contact, x_m)).signed_distance_m);
+    if (holds(contact)) deepest_m = std::max(deepest_m, -estimate_at(contact, footing_m(contact, proxy_m)).signed_distance_m);
   }
   return deepest_m;
 }
 
-Vec3 ContactProblem::put_back(const Vec3& x_m) noexcept {
-  Vec3 on_levels = x_m;
+Vec3 ContactProblem::put_back(const Vec3& proxy_m) noexcept {
+  Vec3 on_levels = proxy_m;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || !contact.is_rigid()) continue;
-    const LevelEstimate at = estimate_at(contact, on_levels);
-    if (at.signed_distance_m < 0.0) on_levels = at.foot_m;
+    const LevelEstimate at = estimate_at(contact, foot_m(contact.id, on_levels));
+    if (at.signed_distance_m < 0.0) on_levels = modes_.tool().proxy_m(at.nearest_m, contact.id.foot);
   }
   return on_levels;
 }
@@ -192,30 +194,31 @@ const Vec3& ContactProblem::find_feasible_point() noexcept {
   Vec3 carried_m;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const LevelEstimate& there = contact.is_rigid() ? estimate_at(contact, start_m_) : contact.start;
+    const LevelEstimate& there = contact.is_rigid() ? estimate_at(contact, foot_m(contact.id, start_m_)) : contact.start;
     start_depth_m_ = std::max(start_depth_m_, -there.signed_distance_m);
-    if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
+    if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id);
   }
   return witness_m_.emplace(put_back(start_m_ + carried_m));
 }
 
 // Decrease of energy from the witness to `to_m`: of the spring, of all primitives but holding levels, and stored in elastic
-// levels. `on_levels`: feet are put back on their levels first. Products: differences of squares lose digits.
+// levels. `on_levels`: footings are put back on their levels first. Products: differences of squares lose digits.
 double ContactProblem::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
   const Vec3& from_m = *witness_m_;
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
   for (std::size_t i = 0; i < set_.size(); ++i) {
     const LevelContact* contact = contact_of(i);
-    if (!contact || !holds(*contact)) gain_j += fall_j(set_[i], from_m, to_m, time_step_s);
+    if (contact && holds(*contact)) continue;
+    gain_j += fall_j(set_[i], foot_m(set_[i].id, from_m), foot_m(set_[i].id, to_m), time_step_s);
   }
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.is_rigid()) continue;
-    Vec3 foot = foot_m(contact, to_m);
+    Vec3 footing = footing_m(contact, to_m);
     if (on_levels) {
-      const LevelEstimate& at = estimate_at(contact, foot);
-      if (at.signed_distance_m < 0.0) foot = at.foot_m;
+      const LevelEstimate& at = estimate_at(contact, footing);
+      if (at.signed_distance_m < 0.0) footing = at.nearest_m;
     }
-    const Vec3 before_m = witness_of(contact) - from_m, after_m = foot - to_m;
+    const Vec3 before_m = witness_of(contact) - foot_m(contact.id, from_m), after_m = footing - foot_m(contact.id, to_m);
     gain_j += 0.5 * contact.plane_as_placed.stiffness_n_per_m * dot(before_m - after_m, before_m + after_m);
   }
   return gain_j;
@@ -241,8 +244,8 @@ bool ContactProblem::accepts(const Vec3& end_m, double deepest, const Vec3& bala
 bool ContactProblem::comes_out(const Vec3& end_m) noexcept {
   return std::ranges::all_of(contacts_, [&](LevelContact& contact) {
     if (!holds(contact)) return true;
-    const double before = (contact.is_rigid() ? estimate_at(contact, start_m_) : contact.start).behind;
-    const LevelEstimate& at = estimate_at(contact, foot_m(contact, end_m));
+    const double before = (contact.is_rigid() ? estimate_at(contact, foot_m(contact.id, start_m_)) : contact.start).behind;
+    const LevelEstimate& at = estimate_at(contact, footing_m(contact, end_m));
     return -at.signed_distance_m <= piercing * spacing_m_ || at.behind < before;
   });
 }
@@ -258,19 +261,20 @@ void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
     Primitive plane = contact.plane_as_placed;
-    LevelEstimate there = estimate_at(contact, foot_m(contact, end_m));
+    LevelEstimate there = estimate_at(contact, footing_m(contact, end_m));
     Vec3 turn = there.normal - contact.start.normal;
     plane.direction = normalized(plane.direction + turn);
-    // The foot on an elastic level needs the normal at its own position: sample again there.
-    const Vec3 foot_m = end_m + dot(plane.direction, there.foot_m - end_m) * plane.direction;
-    if (!contact.is_rigid() && distance(foot_m, there.at_m) > turned * spacing_m_) {
-      there = estimate_at(contact, foot_m);
+    // The footing on an elastic level needs the normal at its own position: sample again there.
+    const Vec3 foot_end_m = foot_m(contact.id, end_m);
+    const Vec3 on_plane_m = foot_end_m + dot(plane.direction, there.nearest_m - foot_end_m) * plane.direction;
+    if (!contact.is_rigid() && distance(on_plane_m, there.at_m) > turned * spacing_m_) {
+      there = estimate_at(contact, on_plane_m);
       turn = there.normal - contact.start.normal;
       plane.direction = normalized(contact.plane_as_placed.direction + turn);
     }
-    plane.position_m = there.foot_m;
+    plane.position_m = there.nearest_m;
     find_feasible_point();
-    const bool shuts_out = dot(plane.direction, there.foot_m - witness_of(contact)) > shallow * spacing_m_;
+    const bool shuts_out = dot(plane.direction, there.nearest_m - witness_of(contact)) > shallow * spacing_m_;
     if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
     stand_on(contact, plane);
     if (prediction_ == Prediction::none) prediction_ = Prediction::made;
@@ -282,17 +286,18 @@ Contact ContactProblem::contact_at(std::size_t row, const Vec3& proxy_m, const B
   const Primitive& p = set_[row];
   const LevelContact* held = contact_of(row);  // none: a level that jumped and fades, or no level
   Contact now{.id = p.id, .state = held ? held->state : state_at(p, to), .level = set_.captured(row)};
-  now.yields = now.level.any() && modes_.only_yields(p.id.mode);
+  now.yields = now.level.any() && modes_.only_yields(p.id);
   if (held && now.state != PrimitiveState::off) {
     const bool gives_way = now.state == PrimitiveState::slip || held->breaks_at_step_end;
     now.phase = gives_way && held->can_break ? Phase::yielding : Phase::held;
   }
+  const Vec3 foot_m = this->foot_m(p.id, proxy_m);
   double stiffness_n_per_m = 0.0;
   if (held && held->is_shut && !held->is_rigid() && now.state == PrimitiveState::stick) {
-    now.offset_m = held->start.at_m - proxy_m;  // held as it is
+    now.offset_m = held->start.at_m - foot_m;  // held as it is
     stiffness_n_per_m = held->plane_as_placed.stiffness_n_per_m;
   } else if (p.is_elastic() && !(held && now.state == PrimitiveState::slip && held->can_break)) {
-    now.offset_m = way_to_foot_m(set_.primitives(), row, proxy_m);
+    now.offset_m = way_to_footing_m(set_.primitives(), row, foot_m);
     stiffness_n_per_m = p.stiffness_n_per_m;
   }
   if (now.offset_m != Vec3{}) now.held_j = 0.5 * stiffness_n_per_m * norm_squared(now.offset_m);
@@ -320,7 +325,7 @@ double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {
   double furthest_m = 0.0;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
-    const LevelEstimate at = estimate_at(contact, foot_m(contact, end_m));
+    const LevelEstimate at = estimate_at(contact, footing_m(contact, end_m));
     if (std::abs(at.signed_distance_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
     const std::size_t first = first_row(contact);
     for (std::size_t row = first; row < first + contact.facets; ++row)
@@ -335,10 +340,10 @@ bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
   for (std::size_t c = contacts_.size(); c-- > 0;) {  // backwards: the law's forces are by row, and earlier rows stay
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
-    const LevelEstimate at = estimate_at(contact, foot_m(contact, end_m));
+    const LevelEstimate at = estimate_at(contact, footing_m(contact, end_m));
     if (at.signed_distance_m >= 0.0) continue;
     // A facet that excludes less than half the depth of this end is not added: a nearer end yields a better one.
-    const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_of(contact))) * at.normal;
+    const Vec3 position_m = at.nearest_m - std::max(0.0, dot(at.normal, at.nearest_m - witness_of(contact))) * at.normal;
     if (!(dot(at.normal, position_m - at.at_m) >= std::max(new_plane_min * spacing_m_, -0.5 * at.signed_distance_m))) continue;
     if (contact.facets == most_facets) forget_idle(contact);
     if (!add_facet(contact, position_m, at.normal)) continue;
@@ -376,7 +381,7 @@ bool ContactProblem::shut() noexcept {
   bool any = false;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) ||
-        !(estimate_at(contact, foot_m(contact, refused_m_)).signed_distance_m < -contact_tolerance * spacing_m_))
+        !(estimate_at(contact, footing_m(contact, refused_m_)).signed_distance_m < -contact_tolerance * spacing_m_))
       continue;
     close(contact);
     any = true;
@@ -384,30 +389,33 @@ bool ContactProblem::shut() noexcept {
   return any;
 }
 
-// Every P that contains the witness is valid (theory.md 8.7), and the witness alone is the smallest. Deep in the level the
-// proxy is held in place: the direction to the free side is unknown.
+// Every P that contains the witness is valid (theory.md 8.7), and the witness alone is the smallest. Deep in the level the foot
+// is held in place: the direction to the free side is unknown.
 void ContactProblem::close(LevelContact& contact) noexcept {
   contact.is_shut = true;
   const std::size_t first = first_row(contact);
   while (contact.facets > 1) remove_facet(contact, first + contact.facets - 1);
-  const Vec3 here_m = start_m_ + modes_.carried_m(contact.id.mode);
+  const Vec3 here_m = foot_m(contact.id, start_m_) + modes_.carried_m(contact.id);
   set_.replace(first, {PrimitiveKind::point, contact.id, here_m, {}, contact.plane_as_placed.strength_n}, contact.level);
 }
 
-void ContactProblem::configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
+void ContactProblem::configure_events(std::size_t foot, const Crossings& crossings, const Vec3& end_m,
+                                      EventPolicy& policy) noexcept {
   using CrossingRule = EventPolicy::CrossingRule;
   // Both ends are free, and no point between is further from both than half the length: too short to pierce a level.
   const bool is_short = 0.5 * distance(start_m_, end_m) <= piercing * spacing_m_;
   for (const LevelContact& contact : contacts_) {
+    if (contact.id.foot != foot) continue;
     const Threshold level{contact.level.field, contact.level.value};
     const bool high = contact.solid_is_high;
     if (contact.state == PrimitiveState::stick) crossings.configure_events(policy, level, CrossingRule::held);
     if (contact.state == PrimitiveState::off)
       crossings.configure_events(policy, level, high ? CrossingRule::leaves_down : CrossingRule::leaves_up);
     if (is_short || !holds(contact) || !contact.is_rigid()) continue;
-    const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
+    Samples& samples = modes_.samples(foot);
+    const ScalarSample& here = samples.scalar(level.field, foot_m(contact.id, start_m_));
     // In flat data values do not determine the depth; only differences above rounding count.
-    const double margin = piercing * spacing_m_ * norm(here.gradient) + modes_.samples().rounding(level.field);
+    const double margin = piercing * spacing_m_ * norm(here.gradient) + samples.rounding(level.field);
     ValueRange& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
     if (high) allowed.max = std::min(allowed.max, std::max(level.value, here.value) + margin);
     if (!high) allowed.min = std::max(allowed.min, std::min(level.value, here.value) - margin);

@@ -17,7 +17,7 @@
 
 namespace palpa {
 
-/// Contact with a level that holds the proxy in one move: a plane, or the facets of a corner.
+/// Contact with a level that holds a foot in one move: a plane, or the facets of a corner.
 struct LevelContact {
   PrimitiveId id;
   HeldLevel level;
@@ -28,23 +28,23 @@ struct LevelContact {
   bool bounds = true;                            ///< a constraint; false while fading
   bool can_break = true;                         ///< may break through; false where the level ends because data end nearby
   bool breaks_at_step_end = false;               ///< holds up to the end of the sub-step and yields beyond
-  bool is_shut = false;                          ///< its feasible set is the proxy's position alone: a point of its strength
+  bool is_shut = false;                          ///< its feasible set is the foot's position alone: a point of its strength
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive plane_as_placed{};                   ///< its plane as the mode placed it
-  LevelEstimate start{};  ///< at the start of the move: at the proxy, or at its foot if the level is elastic
+  LevelEstimate start{};  ///< at the start of the move: at the foot, or at its footing if the level is elastic
   LevelEstimate last{};   ///< of the most recent sample
   bool is_rigid() const noexcept { return !plane_as_placed.is_elastic(); }
 };
 
 /// Primitives of a move and their balance. The modes' primitives stay unchanged during the move. A level is sampled again
 /// wherever a move would end; its plane there becomes a further facet of its corner. P, the polyhedron of points known to be
-/// feasible, always contains the *witness*, the proxy's own position: so no wrong facet can press the proxy through a level
+/// feasible, always contains the *witness*, the foot's own position: so no wrong facet can press the foot through a level
 /// (docs/theory.md). A predicted plane may exclude the witness by `shallow`; it is reverted before its level breaks. On an
-/// elastic level, which lets the proxy in, the *foot* is the witness, and must be free at the end. A level that blocks without
-/// an explaining facet is *shut*: its P is the proxy's position alone, a point of its strength, so that it bears no more, and
-/// yields. Facets live for one move. The input of the next balance is kept in a StateArena; allocates at construction only; one
-/// thread.
+/// elastic level, which lets the foot in, the *footing* is the witness, and must be free at the end. A level that blocks
+/// without an explaining facet is *shut*: its P is the foot's position alone, a point of its strength, so that it bears no
+/// more, and yields. Facets live for one move. Positions of moves are those of the proxy, which carries the feet. The input of
+/// the next balance is kept in a StateArena; allocates at construction only; one thread.
 class ContactProblem {
  public:
   static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
@@ -86,9 +86,9 @@ class ContactProblem {
   /// Upper bound on the further motion from an accepted end if the levels that hold the proxy were sampled again there [m];
   /// infinity off any of them. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
-  /// Configures the event search from the start to `end_m` [m]: levels that hold the proxy are not crossed, nor entered deeper
-  /// than `piercing` or the start. Samples.
-  void configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
+  /// Configures the event search of a foot from the start to `end_m` [m]: levels that hold it are not crossed, nor entered
+  /// deeper than `piercing` or the start. Samples.
+  void configure_events(std::size_t foot, const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
   /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step.
   void stop_at_bound() noexcept {
@@ -124,18 +124,20 @@ class ContactProblem {
 
   const LevelEstimate& estimate_at(LevelContact& contact, const Vec3& x_m) noexcept;
   LevelEstimate seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
-    work_.spend(modes_.samples().work_of_look(contact.level.field));
-    return estimate_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
+    Samples& samples = modes_.samples(contact.id.foot);
+    work_.spend(samples.work_of_look(contact.level.field));
+    return estimate_level(samples, contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
-  Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
+  Vec3 foot_m(const PrimitiveId& id, const Vec3& proxy_m) const noexcept { return modes_.tool().foot_m(proxy_m, id.foot); }
+  Vec3 footing_m(const LevelContact& contact, const Vec3& proxy_m) const noexcept;
   Vec3 witness_of(const LevelContact& contact) const noexcept;
   bool holds(const LevelContact& contact) const noexcept {
     return contact.bounds && !contact.is_shut && contact.state != PrimitiveState::slip;
   }
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   bool turn_line(const LevelContact& contact, const Vec3& direction) noexcept;
-  double depth_m(const Vec3& x_m) noexcept;
-  Vec3 put_back(const Vec3& x_m) noexcept;
+  double depth_m(const Vec3& proxy_m) noexcept;
+  Vec3 put_back(const Vec3& proxy_m) noexcept;
   const Vec3& find_feasible_point() noexcept;
   void find_contacts() noexcept;
   void add_learnt() noexcept;
@@ -162,7 +164,7 @@ class ContactProblem {
   std::vector<LevelContact> contacts_, before_;  // of this placement, and of the previous one
   std::vector<Facet> learnt_;                    // in this move
   Vec3 start_m_, placed_at_m_;
-  std::optional<Vec3> witness_m_;  // found on demand
+  std::optional<Vec3> witness_m_;  // of the proxy, found on demand
   Vec3 refused_m_;                 // the last rejected end
   double spacing_m_ = 0.0, start_depth_m_ = 0.0;
   Prediction prediction_ = Prediction::none;

@@ -6,8 +6,10 @@
 
 namespace palpa {
 
-ContactTable::ContactTable(StateArena& live, std::size_t modes, std::size_t capacity)
-    : contacts_(live.add<Contact>(capacity)), of_modes_(live.add<OfMode>(modes + 1)) {
+ContactTable::ContactTable(StateArena& live, std::size_t modes, std::size_t feet, std::size_t capacity)
+    : contacts_(live.add<Contact>(capacity)),
+      firsts_(live.add<std::uint32_t>(modes * feet + 1)),
+      reported_(live.add<Reported>(modes)) {
   before_.reserve(capacity);
   events_.reserve(max_events);
   event_ids_.reserve(max_events);
@@ -15,7 +17,7 @@ ContactTable::ContactTable(StateArena& live, std::size_t modes, std::size_t capa
 
 void ContactTable::clear() noexcept {
   begin_tick();
-  for (OfMode& mode : of_modes_) mode.first = 0;
+  std::ranges::fill(firsts_, 0);
 }
 
 void ContactTable::begin_tick() noexcept {
@@ -24,7 +26,7 @@ void ContactTable::begin_tick() noexcept {
 }
 
 Vec3 ContactTable::offset_m(const PrimitiveId& id) const noexcept {
-  for (const Contact& contact : of(id.mode)) {
+  for (const Contact& contact : of(id.mode, id.foot)) {
     if (contact.id == id) return contact.offset_m;
   }
   return {};
@@ -52,39 +54,44 @@ void ContactTable::warn(std::size_t mode, const char* sentence) noexcept {
 }
 
 void ContactTable::warn_held_back(std::size_t mode) noexcept {
-  if (!of_modes_[mode].held_back)
+  if (!reported_[mode].held_back)
     warn(mode, "a directed force changes faster than half the coupling's stiffness and is held back");
-  of_modes_[mode].held_back = true;
+  reported_[mode].held_back = true;
 }
 
-// Behind the contacts of its mode and of the modes before it. Almost always the last.
+// Behind the contacts of its foot and mode, and of those before. Almost always the last.
 void ContactTable::insert(const Contact& contact) noexcept {
-  std::uint32_t& size = of_modes_.back().first;
+  std::uint32_t& size = firsts_.back();
   if (size == contacts_.size()) return;
   std::uint32_t at = size++;
-  for (; at > 0 && contacts_[at - 1].id.mode > contact.id.mode; --at) contacts_[at] = contacts_[at - 1];
+  const auto comes_later = [&](const Contact& other) {
+    return part_of(other.id.mode, other.id.foot) > part_of(contact.id.mode, contact.id.foot);
+  };
+  for (; at > 0 && comes_later(contacts_[at - 1]); --at) contacts_[at] = contacts_[at - 1];
   contacts_[at] = contact;
 }
 
 void ContactTable::update(const ContactProblem& problem, const Vec3& proxy_m, const Balance& to, double depth_m,
                           Crossings& crossings) noexcept {
   before_.assign(all().begin(), all().end());
-  of_modes_.back().first = 0;
+  firsts_.back() = 0;
   const PrimitiveSet& set = problem.set();
   for (std::size_t i = 0; i < set.size(); ++i) {
     if (!problem.keeps_contact_at(i) || (i > 0 && set[i - 1].id == set[i].id)) continue;
     insert(problem.contact_at(i, proxy_m, to));
   }
   std::uint32_t first = 0;
-  for (std::size_t m = 0; m + 1 < of_modes_.size(); ++m) {
-    of_modes_[m].first = first;
-    while (first < of_modes_.back().first && contacts_[first].id.mode == m) follow(contacts_[first++], depth_m, crossings);
+  for (std::size_t part = 0; part + 1 < firsts_.size(); ++part) {
+    firsts_[part] = first;
+    while (first < firsts_.back() && part_of(contacts_[first].id.mode, contacts_[first].id.foot) == part)
+      follow(contacts_[first++], depth_m, crossings);
   }
   for (const LevelContact& held : problem.contacts()) {
-    if (held.state == PrimitiveState::slip) crossings.take_side({held.level.field, held.level.value}, held.solid_is_high);
+    if (held.state == PrimitiveState::slip)
+      crossings.take_side(held.id.foot, {held.level.field, held.level.value}, held.solid_is_high);
   }
   for (const Refused& refused : set.refused()) {
-    std::uint32_t& refusals = of_modes_[refused.id.mode].refusals;
+    std::uint32_t& refusals = reported_[refused.id.mode].refusals;
     const std::uint32_t bit = 1u << static_cast<unsigned>(refused.reason);
     if ((refusals & bit) == 0) emit({SessionEventKind::fault, refused.id.mode, 0.0, sentence_of(refused.reason)});
     refusals |= bit;

@@ -13,27 +13,29 @@ namespace palpa {
 
 class ContactProblem;
 
-/// Contacts with the levels, and with the primitives of modes with a memory, in the last sub-step, by mode; and the events of a
-/// tick. Their only owner. Emits onsets and
-/// break-throughs once a tick for each primitive, a break-through after its onset; refusals and warnings once a session. Keeps
-/// the contacts in a StateArena; allocates at construction only; one thread.
+/// Contacts with the levels, and with the primitives of modes with a memory, in the last sub-step, by foot and mode; and the
+/// events of a tick. Their only owner. Emits onsets and break-throughs once a tick for each primitive, a break-through after
+/// its onset; refusals and warnings once a session. Keeps the contacts in a StateArena; allocates at construction only; one
+/// thread.
 class ContactTable {
  public:
   /// \param modes     [1] their number
+  /// \param feet      [1] of the tool
   /// \param capacity  [1] of contacts; a surplus is dropped
-  ContactTable(StateArena& live, std::size_t modes, std::size_t capacity);
+  ContactTable(StateArena& live, std::size_t modes, std::size_t feet, std::size_t capacity);
 
   /// Removes all contacts; reported refusals stay reported.
   void clear() noexcept;
   void begin_tick() noexcept;
   std::span<const SessionEvent> events() const noexcept { return events_; }
 
-  std::span<const Contact> all() const noexcept { return contacts_.first(of_modes_.back().first); }
-  /// Contacts of a mode, in the order placed.
-  std::span<const Contact> of(std::size_t mode) const noexcept {
-    return contacts_.subspan(of_modes_[mode].first, of_modes_[mode + 1].first - of_modes_[mode].first);
+  std::span<const Contact> all() const noexcept { return contacts_.first(firsts_.back()); }
+  /// Contacts of a mode at a foot, in the order placed.
+  std::span<const Contact> of(std::size_t mode, std::size_t foot) const noexcept {
+    const std::size_t part = part_of(mode, foot);
+    return contacts_.subspan(firsts_[part], firsts_[part + 1] - firsts_[part]);
   }
-  /// Vector from the proxy to the foot on a primitive [m]; zero without contact.
+  /// Vector from its foot to the footing on a primitive [m]; zero without contact.
   Vec3 offset_m(const PrimitiveId& id) const noexcept;
   /// Whether the proxy presses an elastic level in.
   bool any_pressed_in() const noexcept;
@@ -51,19 +53,20 @@ class ContactTable {
 
  private:
   static constexpr std::size_t max_events = 16;  // [1] per tick; further events are dropped. More costs memory only
-  struct OfMode {
-    std::uint32_t first = 0;     // of its contacts
+  struct Reported {
     bool held_back = false;      // warned that its directed force changes too fast
     std::uint32_t refusals = 0;  // bit set of refusals reported
   };
+  std::size_t part_of(std::size_t mode, std::size_t foot) const noexcept { return foot * reported_.size() + mode; }
   void emit(const SessionEvent& event, const PrimitiveId& id = {}) noexcept;
   bool has_emitted(SessionEventKind kind, const PrimitiveId& id) const noexcept;
   void insert(const Contact& contact) noexcept;
   void follow(Contact& now, double depth_m, const Crossings& crossings) noexcept;
 
-  std::span<Contact> contacts_;  // by mode
-  std::span<OfMode> of_modes_;   // and the end
-  std::vector<Contact> before_;  // contacts of the sub-step before
+  std::span<Contact> contacts_;      // by foot, then mode
+  std::span<std::uint32_t> firsts_;  // first contact by foot, then mode; and the end
+  std::span<Reported> reported_;     // by mode
+  std::vector<Contact> before_;      // contacts of the sub-step before
   std::vector<SessionEvent> events_;
   std::vector<PrimitiveId> event_ids_;  // their primitives
 };

@@ -28,6 +28,7 @@ std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m
   // The force of a mode that places none any more decreases along the path within the limit.
   for (const Force& before : held()) {
     if (before.force_n == Vec3{} || is_placed(before)) continue;
+    set.begin_foot(before.id.foot, set.start_m());
     set.begin_mode(before.id.mode);
     set.directed(before.id.slot, normalized(before.force_n), 0.0);
   }

@@ -9,7 +9,7 @@ namespace palpa {
 struct LevelEstimate {
   Vec3 at_m;                       ///< sampled position; like the other vectors in the hand frame
   double signed_distance_m = 0.0;  ///< > 0 in front of the level; without data, or a gradient, 0
-  Vec3 foot_m, normal;             ///< nearest point on it, and its direction out of the solid [1]
+  Vec3 nearest_m, normal;          ///< nearest point on it, and its direction out of the solid [1]
   double behind = 0.0;             ///< difference from the level's value, in the field's own unit, > 0 in the solid
 };
 

@@ -8,21 +8,21 @@
 
 namespace palpa {
 
-ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const ContactTable& contacts)
-    : map_(map), modes_(scene.modes()), contacts_(contacts), most_n_(live.add<double>()) {
+ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const Tool& tool,
+                         const ContactTable& contacts)
+    : map_(map), tool_(tool), modes_(scene.modes()), contacts_(contacts), most_n_(live.add<double>()) {
   most_n_ = std::numeric_limits<double>::infinity();
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
   }
   parts_.resize(modes_.size());
   finest_m_ = std::numeric_limits<double>::infinity();
-  std::size_t memory_units = 0;
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     Part& part = parts_[m];
     part.inputs = resolve(modes_[m], scene, fields_);
-    part.memory = memory_units;
+    part.memory = memory_units_;
     part.has_memory = modes_[m].mode.memory_bytes() > 0;
-    memory_units += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
+    memory_units_ += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
     if (!enabled(m)) continue;
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
     for (const std::int32_t f : part.inputs.fields) {
@@ -32,132 +32,147 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
     }
     finest_m_ = std::min(finest_m_, part.finest_m);
   }
-  samples_ = std::make_unique<Samples>(fields_, map_);
-  live_ = live.add<Live>(modes_.size());
-  memories_ = live.add<MemoryUnit>(memory_units);
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) samples_.push_back(std::make_unique<Samples>(fields_, map_));
+  live_ = live.add<Live>(tool_.feet() * modes_.size());
+  memories_ = live.add<MemoryUnit>(tool_.feet() * memory_units_);
   start();
 }
 
 void ModeRuntime::start() noexcept {
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    modes_[m].mode.start(memory(m));
-    live_[m] = {};
-  }
+  for_each_part([&](std::size_t m, std::size_t foot) {
+    modes_[m].mode.start(memory(m, foot));
+    live_[part_of(m, foot)] = {};
+  });
 }
 
 void ModeRuntime::arrive() noexcept {
   if (furthest_carried_m_ == 0.0) return;
   furthest_carried_m_ = 0.0;
-  for (Part& part : parts_) part.carried_m = {};
+  for (Live& live : live_) live.carried_m = {};
 }
 
-double ModeRuntime::motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept {
+double ModeRuntime::motion_m(const Vec3& proxy_m, DataTime from, DataTime to) const noexcept {
   double furthest_m = 0.0;
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (!enabled(m)) continue;
-    const Vec3 by_m = carried_at(m, at_m);
-    furthest_m = std::max(furthest_m, distance(samples_->carried_m(parts_[m].inputs.main_field, by_m, from, to), by_m));
-  }
+  for_each_part([&](std::size_t m, std::size_t foot) {
+    if (!enabled(m)) return;
+    const Vec3 by_m = carried_at(m, foot, tool_.foot_m(proxy_m, foot));
+    furthest_m = std::max(furthest_m, distance(samples_[foot]->carried_m(parts_[m].inputs.main_field, by_m, from, to), by_m));
+  });
   return furthest_m;
 }
 
-void ModeRuntime::configure_events(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
+void ModeRuntime::configure_events(std::size_t foot, Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (parts_[m].inputs.main_field >= 0) live_[m].fade.configure_events(parts_[m].inputs.main_field, crossings, policy);
+    const std::int32_t field = parts_[m].inputs.main_field;
+    if (field >= 0) live_[part_of(m, foot)].fade.configure_events(foot, field, crossings, policy);
   }
-  const DataTime now = samples_->time(), before = samples_->came_from();
+  const DataTime now = samples(foot).time(), before = samples(foot).came_from();
   for (std::int32_t f = 0; now != before && f < static_cast<std::int32_t>(fields_.size()); ++f)
-    policy.fields[f].carried_m = samples_->carried_m(f, start_m, before, now) - start_m;
+    policy.fields[f].carried_m = samples(foot).carried_m(f, start_m, before, now) - start_m;
 }
 
-ModeContext ModeRuntime::here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept {
-  ModeContext here(*samples_, at_m, modes_[m].masks, parts_[m].inputs.fields);
+ModeContext ModeRuntime::here_at(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& start_m,
+                                 const Vec3& at_m) noexcept {
+  ModeContext here(samples(foot), at_m, modes_[m].masks, parts_[m].inputs.fields);
   here.proxy_m = start_m;
-  here.probe_m = context.probe_m;
+  here.probe_m = tool_.foot_m(context.probe_m, foot);
   here.time_step_s = context.time_step_s;
   here.stiffness_n_per_m = context.stiffness_n_per_m;
   here.finest_m = context.spacing_m;
   here.most_n = most_n_;
-  here.contacts = contacts_.of(m);
+  here.contacts = contacts_.of(m, foot);
   return here;
 }
 
 void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept {
   out.clear(context.start_m);
-  StepContext at_level = context;
-  at_level.data_fraction = 0.0;  // data as carried along with the contact
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (!enabled(m)) continue;
-    const std::size_t first = out.size();
-    const auto stands_at = [&](bool is_level) {
-      out.truncate(first);
-      is_level ? place_mode(m, at_level, live_[m].origin_m, level_m, out)
-               : place_mode(m, context, live_[m].origin_m, at_m, out);
-      bool stands = false;
-      for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
-      return stands;
-    };
-    // First guess: the mode stands on a level if it did last time.
-    const bool stood = live_[m].stands;
-    const bool stands = live_[m].stands = stands_at(stood);
-    if (stands != stood && (level_m != at_m || context.data_fraction > 0.0)) stands_at(stands);
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+    const Vec3 foot_at_m = tool_.foot_m(at_m, foot), foot_level_m = tool_.foot_m(level_m, foot);
+    out.begin_foot(static_cast<std::uint16_t>(foot), tool_.foot_m(context.start_m, foot));
+    for (std::size_t m = 0; m < modes_.size(); ++m) {
+      if (!enabled(m)) continue;
+      Live& live = live_[part_of(m, foot)];
+      const std::size_t first = out.size();
+      const auto stands_at = [&](bool is_level) {
+        out.truncate(first);
+        is_level ? place_mode(m, foot, context, live.origin_m, foot_level_m, carried_along, out)
+                 : place_mode(m, foot, context, live.origin_m, foot_at_m, context.data_fraction, out);
+        bool stands = false;
+        for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
+        return stands;
+      };
+      // First guess: the mode stands on a level if it did last time.
+      const bool stood = live.stands;
+      const bool stands = live.stands = stands_at(stood);
+      if (stands != stood && (level_m != at_m || context.data_fraction > 0.0)) stands_at(stands);
+    }
   }
 }
 
-void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
-                             PrimitiveSet& out) noexcept {
-  const ContactFade& fade = live_[m].fade;
+void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& origin_m,
+                             const Vec3& at_m, double data_fraction, PrimitiveSet& out) noexcept {
+  Live& live = live_[part_of(m, foot)];
   const std::size_t first = out.size();
   out.begin_mode(static_cast<std::uint16_t>(m), origin_m);
-  if (fade.is_leaving()) {
-    fade.place(origin_m, out);
+  if (live.fade.is_leaving()) {
+    live.fade.place(origin_m, out);
   } else {
-    const ModeContext here = here_at(m, context, origin_m, seen_by(m, at_m, context.data_fraction));
-    modes_[m].mode.place(here, memory(m), out);
-    live_[m].at_edge = false;
-    for (std::size_t i = first; i < out.size(); ++i) live_[m].at_edge = live_[m].at_edge || out.captured(i).limited;
+    const ModeContext here = here_at(m, foot, context, origin_m, seen_by(m, foot, at_m, data_fraction));
+    modes_[m].mode.place(here, memory(m, foot), out);
+    live.at_edge = false;
+    for (std::size_t i = first; i < out.size(); ++i) live.at_edge = live.at_edge || out.captured(i).limited;
   }
   for (std::size_t i = first; i < out.size(); ++i) {
-    if (fades(m)) out.fade(i, fade.share());
+    if (live.fade.share() < 1.0) out.fade(i, live.fade.share());
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
     // A level stronger than the force limit never yields: raise it above the spring's largest pull.
-    out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * distance(context.probe_m, at_m));
+    const double longest_m = distance(tool_.foot_m(context.probe_m, foot), at_m);
+    out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * longest_m);
   }
 }
 
 void ModeRuntime::on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
-                                   std::span<const Crossing> crossings) noexcept {
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (!enabled(m) || live_[m].fade.is_leaving()) continue;
-    if (samples_->any_timed()) live_[m].fade.keep(m, placed);
-    if (!has_memory(m)) continue;
-    const ModeContext here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
-    modes_[m].mode.on_step_accepted({here, here.contacts, crossings}, memory(m));
-  }
+                                   std::span<const Event> events) noexcept {
+  for_each_part([&](std::size_t m, std::size_t foot) {
+    ContactFade& fade = live_[part_of(m, foot)].fade;
+    if (!enabled(m) || fade.is_leaving()) return;
+    if (any_timed()) fade.keep(m, foot, placed);
+    if (!has_memory(m)) return;
+    const Vec3 foot_m = tool_.foot_m(proxy_m, foot);
+    const ModeContext here = here_at(m, foot, context, foot_m, seen_by(m, foot, foot_m, context.data_fraction));
+    modes_[m].mode.on_step_accepted({here, here.contacts, events[foot].crossings}, memory(m, foot));
+  });
 }
 
 bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept {
   entered.clear();
   scratch_.clear(context.start_m);
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (enabled(m)) place_mode(m, context, context.start_m + parts_[m].carried_m, context.start_m, scratch_);
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+    const Vec3 foot_m = tool_.foot_m(context.start_m, foot);
+    scratch_.begin_foot(static_cast<std::uint16_t>(foot), foot_m);
+    for (std::size_t m = 0; m < modes_.size(); ++m) {
+      const Vec3 origin_m = foot_m + live_[part_of(m, foot)].carried_m;
+      if (enabled(m)) place_mode(m, foot, context, origin_m, foot_m, carried_along, scratch_);
+    }
   }
   if (scratch_.can_pull()) return false;
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (enabled(m) && !silence_is_watched(m, context.start_m, entered)) return entered.clear(), false;
-  }
-  return true;
+  bool is_free = true;
+  for_each_part([&](std::size_t m, std::size_t foot) {
+    is_free = is_free && (!enabled(m) || silence_is_watched(m, foot, tool_.foot_m(context.start_m, foot), entered));
+  });
+  if (!is_free) entered.clear();
+  return is_free;
 }
 
 // Whether a mode that places nothing stays silent until a watched event: data of one of its fields begin, a mask or a strength
 // leaves an interval on which it is zero, or a level is met.
-bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept {
+bool ModeRuntime::silence_is_watched(std::size_t m, std::size_t foot, const Vec3& at_m,
+                                     std::vector<std::int32_t>& entered) noexcept {
   const ModeInputs& inputs = parts_[m].inputs;
-  const auto has_no_data = [&](std::int32_t f) {
-    return !samples_->scalar(f, at_m).inside && !samples_->vector(f, at_m).inside;
-  };
+  Samples& samples = this->samples(foot);
+  const auto has_no_data = [&](std::int32_t f) { return !samples.scalar(f, at_m).inside && !samples.vector(f, at_m).inside; };
   const auto stays_zero_at = [&](const FieldRef& of, const TransferFunction& curve) {
-    return curve.stays_zero_at(samples_->scalar(detail::field_numbers(of).field, at_m).value);
+    return curve.stays_zero_at(samples.scalar(detail::field_numbers(of).field, at_m).value);
   };
   const auto outside = std::find_if(inputs.fields.begin(), inputs.fields.end(), has_no_data);
   if (outside != inputs.fields.end()) {
@@ -173,13 +188,16 @@ bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vecto
 }
 
 double ModeRuntime::finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept {
-  const Vec3 a = map_.to_world(from_m), b = map_.to_world(to_m);
   double finest = std::numeric_limits<double>::infinity();
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
-    for (const std::int32_t f : parts_[m].inputs.fields) {
-      if (finest <= parts_[m].finest_m) break;
-      finest = std::min(finest, samples_->spacing_m(f, at_m));
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+    const Vec3 foot_m = tool_.foot_m(at_m, foot);
+    const Vec3 a = map_.to_world(tool_.foot_m(from_m, foot)), b = map_.to_world(tool_.foot_m(to_m, foot));
+    for (std::size_t m = 0; m < modes_.size(); ++m) {
+      if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
+      for (const std::int32_t f : parts_[m].inputs.fields) {
+        if (finest <= parts_[m].finest_m) break;
+        finest = std::min(finest, samples_[foot]->spacing_m(f, foot_m));
+      }
     }
   }
   return finest;

@@ -15,16 +15,18 @@
 #include "palpa/session/contact_fade.h"
 #include "palpa/session/contact_table.h"
 #include "palpa/session/sub_step.h"
+#include "palpa/solver/tool.h"
 
 namespace palpa {
 
-/// Modes of a session with their fields, samples, and memories, kept in a StateArena. Construction allocates and throws
-/// SceneError; nothing else does. One thread.
+/// Modes of a session at each foot of the tool, with their fields, samples, and memories, kept in a StateArena. A mode at a
+/// foot works in ignorance of the other feet. Construction allocates and throws SceneError; nothing else does. One thread.
 class ModeRuntime {
  public:
   /// \param map       hand to world
-  /// \param contacts  of the session; outlive this
-  ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const ContactTable& contacts);
+  /// \param tool      outlives this, like
+  /// \param contacts  of the session
+  ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const Tool& tool, const ContactTable& contacts);
   ModeRuntime(const ModeRuntime&) = delete;
   ModeRuntime& operator=(const ModeRuntime&) = delete;
 
@@ -32,7 +34,15 @@ class ModeRuntime {
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
   bool has_memory(std::size_t m) const noexcept { return parts_[m].has_memory; }
-  Samples& samples() noexcept { return *samples_; }
+  const Tool& tool() const noexcept { return tool_; }
+  /// Samples of a foot.
+  Samples& samples(std::size_t foot) noexcept { return *samples_[foot]; }
+  /// Sets the data's time.
+  void set_time(DataTime at) noexcept { set_time(at, at); }
+  /// Whether any field changes with time.
+  bool any_timed() const noexcept { return samples_[0]->any_timed(); }
+  /// Work of all modes at all feet [units of tick_work.h].
+  int work() const noexcept { return static_cast<int>(tool_.feet()) * samples_[0]->work_of_modes(modes_.size()); }
   /// Thresholds of strengths, masks and levels of all enabled modes.
   const std::vector<Threshold>& watches() const noexcept { return watches_; }
 
@@ -44,55 +54,60 @@ class ModeRuntime {
 
   void start() noexcept;
 
-  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the proxy from `start_m` [m], or its
-  /// foot on an elastic level, deep inside which the motion may be undefined. A mode whose level jumps before `tick_end` fades
-  /// instead (ContactFade); `jumped(m)` is called when a fade begins.
+  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the feet of the proxy at `start_m`
+  /// [m], or a footing on an elastic level, deep inside which the motion may be undefined. A mode whose level jumps before
+  /// `tick_end` fades instead (ContactFade); `jumped(m)` is called when a fade begins.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                Jumped&& jumped) noexcept {
-    samples_->set_time(to, from);
+    set_time(to, from);
     furthest_carried_m_ = 0.0;
-    for (std::size_t m = 0; m < modes_.size(); ++m) {
-      Part& part = parts_[m];
-      ContactFade& fade = live_[m].fade;
-      if (!enabled(m)) continue;
-      const Vec3 at_m = carried_at(m, start_m);
-      const Carried carried = samples_->carried(part.inputs.main_field, at_m, from, to);
-      const bool is_known = carried.known && samples_->carried(part.inputs.main_field, at_m, from, tick_end).known;
-      if (fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
-      if (!is_known && !fade.is_leaving() && fade.begin_fade_out(*samples_)) jumped(m);
-      part.carried_m = is_known && !fade.is_leaving() ? carried.position_m - at_m : Vec3{};
-      furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
-    }
+    for_each_part([&](std::size_t m, std::size_t foot) {
+      if (!enabled(m)) return;
+      const std::int32_t field = parts_[m].inputs.main_field;
+      Live& live = live_[part_of(m, foot)];
+      const Vec3 at_m = carried_at(m, foot, tool_.foot_m(start_m, foot));
+      const Carried carried = samples(foot).carried(field, at_m, from, to);
+      const bool is_known = carried.known && samples(foot).carried(field, at_m, from, tick_end).known;
+      if (live.fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m, foot));
+      if (!is_known && !live.fade.is_leaving() && live.fade.begin_fade_out(samples(foot))) jumped(m);
+      live.carried_m = is_known && !live.fade.is_leaving() ? carried.position_m - at_m : Vec3{};
+      furthest_carried_m_ = std::max(furthest_carried_m_, norm(live.carried_m));
+    });
   }
-  /// Begins a step at `start_m` [m], the origin of all resistance to motion, carried along by the data. The moves that settle
-  /// the step start elsewhere but keep this origin.
+  /// Begins a step of the proxy at `start_m` [m]: the feet there, carried along by the data, are the origins of all resistance
+  /// to motion. The moves that settle the step start elsewhere but keep these origins.
   void begin_step(const Vec3& start_m) noexcept {
-    for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
+    for_each_part([&](std::size_t m, std::size_t foot) {
+      Live& live = live_[part_of(m, foot)];
+      live.origin_m = tool_.foot_m(start_m, foot) + live.carried_m;
+    });
   }
-  /// Origin of a mode's step [m], carried along.
-  const Vec3& origin_m(std::size_t m) const noexcept { return live_[m].origin_m; }
+  // At the foot, and of the mode, of a primitive:
+  /// Origin of the step [m], carried along.
+  const Vec3& origin_m(const PrimitiveId& id) const noexcept { return live_at(id).origin_m; }
   /// Ends the sub-step: resets the carried motion to zero.
   void arrive() noexcept;
-  /// Motion of the proxy with a mode's data in this sub-step [m], and the longest of all modes [m].
-  const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
+  /// Motion with the data in this sub-step [m]; and the longest of all [m].
+  const Vec3& carried_m(const PrimitiveId& id) const noexcept { return live_at(id).carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   const ContactTable& contacts() const noexcept { return contacts_; }
-  /// Whether a mode's strengths are reduced because its level has jumped.
-  bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
-  /// Whether yielding of this mode's level is no break-through: the level has jumped, or data end nearby.
-  bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
-  /// Longest motion [m] with any mode's data of the position `at_m` [m] between two times.
-  double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
-  /// Adds the data's motion since the sub-step's start `start_m` [m], and jumped levels, to an event search.
-  void configure_events(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
+  /// Whether strengths are reduced because the level has jumped.
+  bool fades(const PrimitiveId& id) const noexcept { return live_at(id).fade.share() < 1.0; }
+  /// Whether yielding of the level is no break-through: the level has jumped, or data end nearby.
+  bool only_yields(const PrimitiveId& id) const noexcept { return fades(id) || live_at(id).at_edge; }
+  /// Longest motion [m] of a foot with any mode's data between two times, for the proxy at `proxy_m` [m].
+  double motion_m(const Vec3& proxy_m, DataTime from, DataTime to) const noexcept;
+  /// Adds the data's motion since the start of the sub-step, with the foot at `start_m` [m], and jumped levels, to the event
+  /// search of a foot.
+  void configure_events(std::size_t foot, Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
-  /// Lets every enabled mode place its primitives in the emptied set. A mode samples its data at `at_m` [m], or at `level_m`
-  /// [m] if one of its planes stands on a level.
+  /// Lets every enabled mode place its primitives for each foot in the emptied set. A mode samples its data with the proxy at
+  /// `at_m` [m], or at `level_m` [m] if one of its planes stands on a level.
   void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
-  /// Reports a sub-step that ended with the proxy at `proxy_m` [m], and its contacts, to the modes.
+  /// Reports a sub-step that ended with the proxy at `proxy_m` [m], its contacts, and the event of each foot, to the modes.
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
-                        std::span<const Crossing> crossings) noexcept;
+                        std::span<const Event> events) noexcept;
 
   /// Free flight: whether all forces stay zero from a step's start until a watched value is crossed or the data of a field in
   /// `entered` begin.
@@ -100,7 +115,8 @@ class ModeRuntime {
 
   /// Finest sample spacing of any enabled mode's data [hand m]; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
-  /// Finest spacing at `at_m` [hand m] of the modes whose data the path from `from_m` to `to_m` can meet, or infinity.
+  /// Finest spacing at a foot of the proxy at `at_m` [hand m] of the modes whose data the foot's path, with the proxy from
+  /// `from_m` to `to_m`, can meet, or infinity.
   double finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept;
 
  private:
@@ -111,43 +127,62 @@ class ModeRuntime {
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
     std::size_t memory = 0;                                     // offset in the memories
     bool has_memory = false;
-    Vec3 carried_m;
   };
+  // State of a mode at a foot.
   struct Live {
-    Vec3 origin_m;  // of the step
+    Vec3 origin_m;   // of the step
+    Vec3 carried_m;  // in this sub-step
     ContactFade fade;
     bool stands = false;   // on a level, in its last placement
     bool at_edge = false;  // strengths were reduced because data end
   };
   using MemoryUnit = std::max_align_t;
 
-  std::byte* memory(std::size_t m) noexcept { return reinterpret_cast<std::byte*>(memories_.data() + parts_[m].memory); }
-  ModeContext here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
-  void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
-                  PrimitiveSet& out) noexcept;
-  // Position carried by a mode's data: the foot of a proxy at `at_m`, or the proxy.
-  Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
-    for (const Contact& contact : contacts_.of(m)) {
+  std::size_t part_of(std::size_t m, std::size_t foot) const noexcept { return foot * modes_.size() + m; }
+  const Live& live_at(const PrimitiveId& id) const noexcept { return live_[part_of(id.mode, id.foot)]; }
+  // Calls `visit(m, foot)` for each mode at each foot.
+  template <class Visit>
+  void for_each_part(Visit&& visit) const {
+    for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+      for (std::size_t m = 0; m < modes_.size(); ++m) visit(m, foot);
+    }
+  }
+  std::byte* memory(std::size_t m, std::size_t foot) noexcept {
+    return reinterpret_cast<std::byte*>(memories_.data() + foot * memory_units_ + parts_[m].memory);
+  }
+  void set_time(DataTime at, DataTime came_from) noexcept {
+    for (const auto& of_foot : samples_) of_foot->set_time(at, came_from);
+  }
+  ModeContext here_at(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& start_m,
+                      const Vec3& at_m) noexcept;
+  static constexpr double carried_along = 0.0;  // `data_fraction` of a contact: the data as carried along with it
+  void place_mode(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
+                  double data_fraction, PrimitiveSet& out) noexcept;
+  // Position carried by a mode's data: the footing of a foot at `at_m`, or the foot.
+  Vec3 carried_at(std::size_t m, std::size_t foot, const Vec3& at_m) const noexcept {
+    for (const Contact& contact : contacts_.of(m, foot)) {
       if (contact.offset_m != Vec3{}) return at_m + contact.offset_m;
     }
     return at_m;
   }
   // Sample position of a mode, at the end of the sub-step, for a point carried to `at_m`.
-  Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
-    return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
+  Vec3 seen_by(std::size_t m, std::size_t foot, const Vec3& at_m, double data_fraction) const noexcept {
+    return at_m + (1.0 - data_fraction) * live_[part_of(m, foot)].carried_m;
   }
   bool is_level(const HeldLevel& at) const noexcept { return std::ranges::count(watches_, Threshold{at.field, at.value}) > 0; }
-  bool silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
+  bool silence_is_watched(std::size_t m, std::size_t foot, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
 
   Similarity map_;
+  const Tool& tool_;
   std::vector<FieldPtr> fields_;
-  std::unique_ptr<Samples> samples_;
-  std::vector<SceneMode> modes_;  // with resolved references
-  std::vector<Part> parts_;       // by mode
-  std::span<Live> live_;          // by mode
+  std::vector<std::unique_ptr<Samples>> samples_;  // by foot: each keeps its own positions
+  std::vector<SceneMode> modes_;                   // with resolved references
+  std::vector<Part> parts_;                        // by mode
+  std::span<Live> live_;                           // by foot, then mode
   const ContactTable& contacts_;
-  double& most_n_;  // force limit
-  std::span<MemoryUnit> memories_;
+  double& most_n_;                  // force limit
+  std::span<MemoryUnit> memories_;  // by foot, then mode
+  std::size_t memory_units_ = 0;    // of a foot
   std::vector<Threshold> watches_;
   PrimitiveSet scratch_;
   double finest_m_ = 0.0, furthest_carried_m_ = 0.0;

@@ -25,19 +25,20 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, Steps steps)
     : stiffness_n_per_m_(scene.coupling().stiffness_n_per_m),
       time_(scene.time()),
-      contacts_(live, scene.modes().size(), ContactProblem::max_primitives),
-      modes_(live, scene, map, contacts_),
-      crossings_(live, modes_.watches(), modes_.fields()),
+      contacts_(live, scene.modes().size(), tool_.feet(), ContactProblem::max_primitives),
+      modes_(live, scene, map, tool_, contacts_),
+      crossings_(live, modes_.watches(), modes_.fields(), tool_.feet()),
       policy_(crossings_.policy()),
-      event_(crossings_.event()),
       model_(live, std::move(law), modes_, scene.coupling().stiffness_n_per_m, work_),
       state_(live.add<PathState>()),
       queue_(live.add<ProbeQueue>()),
       steps_(steps),
       step_share_(steps == Steps::refined ? 0.5 : unbounded) {
-  entered_.reserve(modes_.size());
-  playing_ = modes_.samples().any_timed() && time_.play != TimeOptions::Play::hold;
-  modes_.samples().set_time(time_.at(0.0));
+  events_.reserve(tool_.feet());
+  while (events_.size() < tool_.feet()) events_.push_back(crossings_.event());
+  entered_.reserve(tool_.feet() * modes_.size());
+  playing_ = modes_.any_timed() && time_.play != TimeOptions::Play::hold;
+  modes_.set_time(time_.at(0.0));
   refine(1);
   reset();
 }
@@ -61,7 +62,7 @@ void ProxyPath::refine(int times) {
 
 void ProxyPath::after_state_copy() noexcept {
   model_.forget_warm_start();
-  modes_.samples().set_time(time_.at(state_.view_s));
+  modes_.set_time(time_.at(state_.view_s));
 }
 
 void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
@@ -70,7 +71,7 @@ void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
   state_.started = other.state_.started;
   queue_.start(other.queue_.processed_up_to_m());
   state_.followed_m = other.state_.followed_m;
-  modes_.samples().set_time(time_.at(state_.view_s));
+  modes_.set_time(time_.at(state_.view_s));
 }
 
 void ProxyPath::start(const Vec3& probe_m, double time_step_s) noexcept {
@@ -79,7 +80,7 @@ void ProxyPath::start(const Vec3& probe_m, double time_step_s) noexcept {
   c.proxy = c.followed_m = probe_m;
   queue_.start(probe_m);
   c.view_s = c.followed_s = c.elapsed_s - time_step_s;
-  modes_.samples().set_time(time_.at(c.view_s));
+  modes_.set_time(time_.at(c.view_s));
 }
 
 const Walk& ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
@@ -134,7 +135,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
 // Free flight: all forces are zero, and every onset is watched. Never after a move in which something could pull.
 bool ProxyPath::is_free() noexcept {
   if (state_.felt) return false;
-  work_.spend(modes_.samples().work_of_modes(modes_.size()));
+  work_.spend(modes_.work());
   const Vec3& here = state_.proxy;
   return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
@@ -144,7 +145,7 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
-  work_.spend(modes_.samples().work_of_modes(modes_.size()));
+  work_.spend(modes_.work());
   modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });
@@ -199,13 +200,16 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const Vec3& at = at_probe ? segment.to_m : start;
   model_.place(context, at, at, unbounded);
   const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
-  configure_events(start, false);
-  // No crossing stops the step. But a level whose plane holds the proxy stays held: on a round surface a step along that plane
+  // No crossing stops the step. But a level whose plane holds a foot stays held: on a round surface a step along that plane
   // ends off the level, which is no release.
   using CrossingRule = EventPolicy::CrossingRule;
-  std::ranges::replace_if(
-      policy_.passing, [](CrossingRule passing) { return passing != CrossingRule::held; }, CrossingRule::passes);
-  crossings_.first_event(start, made.to.position_m, policy_, modes_.samples(), work_, event_);
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+    configure_events(foot, start, false);
+    std::ranges::replace_if(
+        policy_.passing, [](CrossingRule passing) { return passing != CrossingRule::held; }, CrossingRule::passes);
+    crossings_.first_event(foot, tool_.foot_m(start, foot), tool_.foot_m(made.to.position_m, foot), policy_,
+                           modes_.samples(foot), work_, events_[foot]);
+  }
 
   advance(segment, made, follows_s, true);
   accept(segment, made, context, false);
@@ -225,12 +229,15 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   record_.add(step, settles, spacing_m_, model_, modes_);
   walk_.dropped += model_.set().dropped();
   state_.felt = model_.set().can_pull();
-  if (made.fraction > 0.0 || made.stop == Stop::event) crossings_.apply(event_);  // also where the proxy stands on one already
-  const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
-  state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
+  if (made.fraction > 0.0 || made.stop == Stop::event) {  // also where a foot stands on one already
+    for (std::size_t foot = 0; foot < tool_.feet(); ++foot) crossings_.apply(foot, events_[foot]);
+  }
+  const bool is_stopped = made.stop == Stop::event && !first_event().crossings.empty();
+  state_.stopped_by = is_stopped ? first_event().crossings.back() : Crossing{};
+  state_.stopped_foot = first_foot_;
   contacts_.update(model_, state_.proxy, made.to, distance(made.to.position_m, segment.to_m), crossings_);
   context.data_fraction = made.fraction;
-  modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings);
+  modes_.on_step_accepted(context, state_.proxy, model_.set(), events_);
 }
 
 // Moves the proxy. The pending rest of the segment continues where the move was stopped.
@@ -279,7 +286,7 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Pending::nothing;
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return !model_.set().empty() && !settled ? Pending::settling : Pending::nothing;
-  const bool crosses = move.stop == Stop::event && !event_.crossings.empty();  // else an event on the spot changes nothing
+  const bool crosses = move.stop == Stop::event && !first_event().crossings.empty();  // else nothing changes on the spot
   const bool gets_on = (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Pending::nothing;
   return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
@@ -356,12 +363,11 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   const Vec3& start = context.start_m;
   do {
     const Vec3 end = move.end_from(start);
-    configure_events(end, flies);
-    find_event(start, end);
+    find_events(start, end, flies);
     // Events nearer to the move's end are left to the next sub-step.
-    const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
-    if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
-      move.fraction *= event_.share;
+    const double left_m = (1.0 - first_event().share) * (distance(end, start) + modes_.furthest_carried_m());
+    if (first_event().kind != Event::Kind::none && left_m > rest * spacing_m_) {
+      move.fraction *= first_event().share;
       move.stop = Stop::event;
     }
     const Vec3 reached = move.end_from(start);
@@ -369,10 +375,10 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
       return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
     };
     if (accepts(still)) return true;
-    if (model_.repredict_once(reached) || model_.revert_prediction() || model_.add_cutting_planes(reached))
-      return event_.crossings.clear(), false;
-    if (accepts(shallow)) return true;
-    event_.crossings.clear();
+    const bool is_rejected = model_.repredict_once(reached) || model_.revert_prediction() || model_.add_cutting_planes(reached);
+    if (!is_rejected && accepts(shallow)) return true;
+    for (Event& event : events_) event.crossings.clear();
+    if (is_rejected) return false;
     move.fraction *= 0.5;
     move.stop = Stop::energy;
   } while (distance(move.end_from(start), start) > rest * spacing_m_ && work_.any());
@@ -380,17 +386,34 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   return false;
 }
 
-// Finds the first event of the move. Where a value jumps, both sides may drive the proxy across: an immediate reversal of the
-// last crossing does not stop it again, or it would be caught between the two.
-void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
-  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
-  if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
-  const Crossing& first = event_.crossings.front();
+// Finds the first event of each foot in the move.
+void ProxyPath::find_events(const Vec3& start_m, const Vec3& end_m, bool flies) noexcept {
+  first_foot_ = 0;
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+    Event& event = events_[foot];
+    const auto search = [&] {
+      crossings_.first_event(foot, tool_.foot_m(start_m, foot), tool_.foot_m(end_m, foot), policy_, modes_.samples(foot), work_,
+                             event);
+    };
+    configure_events(foot, end_m, flies);
+    search();
+    if (reverses_last_crossing(foot, start_m, end_m)) {
+      for (const Crossing& crossing : event.crossings)
+        crossings_.configure_events(policy_, {crossing.field, crossing.value}, EventPolicy::CrossingRule::passes);
+      search();
+    }
+    if (event.share < first_event().share) first_foot_ = foot;
+  }
+}
+
+// Where a value jumps, both sides may drive a foot across: an immediate reversal of the last crossing does not stop it again,
+// or it would be caught between the two.
+bool ProxyPath::reverses_last_crossing(std::size_t foot, const Vec3& start_m, const Vec3& end_m) const noexcept {
+  const Event& event = events_[foot];
+  if (event.kind != Event::Kind::crossing || event.share * distance(start_m, end_m) > rest * spacing_m_) return false;
+  const Crossing& first = event.crossings.front();
   const Crossing& last = state_.stopped_by;
-  if (first.field != last.field || first.value != last.value || first.up == last.up) return;
-  for (const Crossing& crossing : event_.crossings)
-    crossings_.configure_events(policy_, {crossing.field, crossing.value}, EventPolicy::CrossingRule::passes);
-  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
+  return foot == state_.stopped_foot && first.field == last.field && first.value == last.value && first.up != last.up;
 }
 
 // Ends the segment where a shell that held gives way. Located by bisection of the probe's path.
@@ -440,10 +463,10 @@ Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
 }
 
-void ProxyPath::configure_events(const Vec3& end_m, bool flies) noexcept {
+void ProxyPath::configure_events(std::size_t foot, const Vec3& end_m, bool flies) noexcept {
   policy_.clear();
-  if (playing_) modes_.configure_events(crossings_, policy_, state_.proxy);
-  model_.configure_events(crossings_, end_m, policy_);
+  if (playing_) modes_.configure_events(foot, crossings_, policy_, tool_.foot_m(state_.proxy, foot));
+  model_.configure_events(foot, crossings_, end_m, policy_);
   for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
 }
 

@@ -103,6 +103,7 @@ class ProxyPath {
     double elapsed_s = 0.0;                 // since the session began
     double view_s = 0.0, followed_s = 0.0;  // data time of samples, and of the proxy's advection
     Crossing stopped_by;                    // without a field if nothing was crossed
+    std::size_t stopped_foot = 0;           // that crossed it
     Vec3 followed_m;                        // point of the probe's path that the proxy has followed to
   };
 
@@ -124,7 +125,9 @@ class ProxyPath {
   double advance_data(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
-  void find_event(const Vec3& start_m, const Vec3& end_m) noexcept;
+  void find_events(const Vec3& start_m, const Vec3& end_m, bool flies) noexcept;
+  bool reverses_last_crossing(std::size_t foot, const Vec3& start_m, const Vec3& end_m) const noexcept;
+  const Event& first_event() const noexcept { return events_[first_foot_]; }
   void place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
@@ -134,17 +137,19 @@ class ProxyPath {
   void extrapolate_moves(const Vec3& before_m, bool fresh) noexcept;
   Vec3 expected_m(const ProbeSegment& segment) const noexcept;
   bool locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
-  void configure_events(const Vec3& end_m, bool flies) noexcept;
+  void configure_events(std::size_t foot, const Vec3& end_m, bool flies) noexcept;
 
   WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;
   TimeOptions time_;
   bool playing_ = false;  // the data change with time
+  Tool tool_;
   ContactTable contacts_;
   ModeRuntime modes_;
   Crossings crossings_;
-  EventPolicy policy_;
-  Event event_;
+  EventPolicy policy_;          // of one foot
+  std::vector<Event> events_;   // by foot
+  std::size_t first_foot_ = 0;  // whose event comes first
   ContactProblem model_;
   PathState& state_;
   ProbeQueue& queue_;

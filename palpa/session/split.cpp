@@ -79,12 +79,12 @@ detail::Face span_of(const Sharer& sharer) noexcept {
 }
 
 // Projection of λ on a sharer's span or cone.
-detail::CornerFoot projection(const Sharer& sharer, const WideVec3& lambda) noexcept {
-  detail::CornerFoot foot;
+detail::LeastWay projection(const Sharer& sharer, const WideVec3& lambda) noexcept {
+  detail::LeastWay way;
   if (!sharer.is_in_cone()) {
-    foot.face = span_of(sharer);
-    for (int i = 0; i < foot.face.size; ++i) foot.w += dot(lambda, foot.face.q[i]) * foot.face.q[i];
-    return foot;
+    way.face = span_of(sharer);
+    for (int i = 0; i < way.face.size; ++i) way.w += dot(lambda, way.face.q[i]) * way.face.q[i];
+    return way;
   }
   std::array<Vec3, most_facets> normals;
   double c[most_facets];
@@ -92,19 +92,19 @@ detail::CornerFoot projection(const Sharer& sharer, const WideVec3& lambda) noex
     normals[i] = sharer.normal(i);
     c[i] = dot(lambda, normals[i]);
   }
-  return detail::foot_of({normals.data(), sharer.whole.size()}, c);
+  return detail::least_way({normals.data(), sharer.whole.size()}, c);
 }
 
 // Writes s b(λ), of a corner by facet. Returns the sum.
 Vec3 exert(const Sharer& sharer, const WideVec3& lambda) noexcept {
-  const detail::CornerFoot foot = projection(sharer, lambda);
-  const double share = sharer.s / std::max(1.0, norm(foot.w));
-  if (!sharer.is_in_cone()) return sharer.forces_n[0] = share * foot.w;
+  const detail::LeastWay way = projection(sharer, lambda);
+  const double share = sharer.s / std::max(1.0, norm(way.w));
+  if (!sharer.is_in_cone()) return sharer.forces_n[0] = share * way.w;
   std::fill(sharer.forces_n.begin(), sharer.forces_n.end(), Vec3{});
   Vec3 sum_n;
-  for (int a = 0; a < foot.face.size; ++a) {
-    const auto i = static_cast<std::size_t>(foot.face.facet[a]);
-    sum_n += sharer.forces_n[i] = share * foot.t[a] * sharer.whole[i].direction;
+  for (int a = 0; a < way.face.size; ++a) {
+    const auto i = static_cast<std::size_t>(way.face.facet[a]);
+    sum_n += sharer.forces_n[i] = share * way.t[a] * sharer.whole[i].direction;
   }
   return sum_n;
 }
@@ -168,14 +168,14 @@ struct Rest {
   Root root;
 
   // Subtracts w b(λ), and adds w ∂b/∂λ: w along all of the face, or w/|v| across v if that is too long.
-  void take(const detail::CornerFoot& foot, double weight) noexcept {
-    const double length = norm(foot.w);
+  void take(const detail::LeastWay& way, double weight) noexcept {
+    const double length = norm(way.w);
     weight /= std::max(1.0, length);
-    e -= weight * foot.w;
+    e -= weight * way.w;
     size += weight * length;
     detail::Face left;
-    if (length > 1.0) left.take(0, foot.w / length);
-    for (int i = 0; i < foot.face.size && left.size < foot.face.size; ++i) left.take(0, foot.face.q[i]);
+    if (length > 1.0) left.take(0, way.w / length);
+    for (int i = 0; i < way.face.size && left.size < way.face.size; ++i) left.take(0, way.face.q[i]);
     for (int i = length > 1.0 ? 1 : 0; i < left.size; ++i) root.add(std::sqrt(weight), left.q[i]);
   }
 };

@@ -51,7 +51,7 @@ void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const Mode
       if (pressed > 0 ? forces[i] == Vec3{} : i != first) continue;
       if (pressed <= 1) p.kind = PrimitiveKind::plane;
     }
-    const Vec3 carried_m = begins_ ? modes.origin_m(p.id.mode) - step.start_m : Vec3{};
+    const Vec3 carried_m = begins_ ? modes.origin_m(p.id) - modes.tool().foot_m(step.start_m, p.id.foot) : Vec3{};
     const PrimitiveState state = contact ? contact->state : state_at(set.primitives(), i, step.balance);
     placed_.push_back({p, set.captured(i), forces[i], state, carried_m});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];

@@ -82,13 +82,13 @@ Solver::Work::Sides Solver::Work::take_sides() noexcept {
 
 // A corner acts within the span of the face found by a sweep: its R is the vector to that face's hull.
 void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
-  const detail::CornerFoot foot = p.pull(Z_, 1.0);
+  const detail::LeastWay way = p.pull(Z_, 1.0);
   double r[most_facets];
   for (std::size_t i = 0; i < p.normals.size(); ++i) r[i] = p.residual(i, Z_);
-  p.face = foot.face;
+  p.face = way.face;
   p.u = p.face.across(p.u);
   const Vec3 R = p.face.hull(r);
-  const double squared = norm_squared(foot.w);
+  const double squared = norm_squared(way.w);
   if (p.face.size == 0) {
     p.state = State::off;
   } else if (std::sqrt(squared) <= p.s * (1.0 + p.compliance)) {
@@ -99,7 +99,7 @@ void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
   } else {
     p.state = State::slip, p.R = R;
     const double asked = std::sqrt(squared);
-    const Vec3 e = (1.0 / asked) * foot.w;
+    const Vec3 e = (1.0 / asked) * way.w;
     const double across = std::min(spring, p.s / (asked - p.s));
     g += (p.s - across * dot(e, R)) * e + across * R;
     M.add(across, p.face);

@@ -95,11 +95,11 @@ bool Solver::Work::corner_in_closed_form() noexcept {
     const double t = std::min(behind / (1.0 + corner.compliance), corner.s);
     const Vec3 u = all_spans_ == 1 ? answer(spans_[0], spans_[0].residual(C_), 1.0) : Vec3{};
     const Vec3 Z = C_ + t * n + u;
-    const Vec3 foot = C_ + behind * n + u;
+    const Vec3 on_facet = C_ + behind * n + u;
     const double rounding = (16.0 + directed_terms_) * epsilon * size;
     bool left = true;
     for (std::size_t i = 0; i < corner.normals.size(); ++i) {
-      left = left && (i == j || corner.residual(i, foot) < -(rounding + detail::plane_rounding * std::abs(corner.b[i])));
+      left = left && (i == j || corner.residual(i, on_facet) < -(rounding + detail::plane_rounding * std::abs(corner.b[i])));
     }
     if (!left) continue;
     corner.face.size = 0;

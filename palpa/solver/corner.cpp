@@ -69,32 +69,32 @@ double Face::inverse_norm() const noexcept {
 
 namespace {
 
-// State of `foot_of` between its steps.
+// State of `least_way` between its steps.
 class Projection {
  public:
   Projection(std::span<const Vec3> normals, const double* c) noexcept : normals_(normals), c_(c) {
     for (std::size_t i = 0; i < normals.size(); ++i) largest_ = std::max(largest_, std::abs(c[i]));
   }
 
-  CornerFoot run() noexcept {
+  LeastWay run() noexcept {
     for (int j = furthest_behind(); j >= 0 && steps_ < max_steps; j = furthest_behind()) press(j);
     // Recomputed from the face alone: the steps have accumulated rounding.
-    foot_.w = face().hull(c_);
-    face().shares(foot_.w, foot_.t);
-    for (int a = 0; a < face().size; ++a) foot_.t[a] = std::max(0.0, foot_.t[a]);
-    return foot_;
+    least_.w = face().hull(c_);
+    face().shares(least_.w, least_.t);
+    for (int a = 0; a < face().size; ++a) least_.t[a] = std::max(0.0, least_.t[a]);
+    return least_;
   }
 
  private:
-  Face& face() noexcept { return foot_.face; }
+  Face& face() noexcept { return least_.face; }
   const Vec3& normal(int i) const noexcept { return normals_[static_cast<std::size_t>(i)]; }
 
   // Facet furthest from being satisfied, beyond rounding; -1: none.
   int furthest_behind() noexcept {
     int furthest = -1;
-    double most = 4.0 * epsilon * (largest_ + size_of(foot_.w));
+    double most = 4.0 * epsilon * (largest_ + size_of(least_.w));
     for (int i = 0; i < static_cast<int>(normals_.size()); ++i) {
-      const double behind = c_[i] - dot(normal(i), foot_.w);
+      const double behind = c_[i] - dot(normal(i), least_.w);
       if (behind > most && std::find(face().facet, face().facet + face().size, i) == face().facet + face().size) {
         most = behind, furthest = i;
       }
@@ -115,22 +115,22 @@ class Projection {
       double first = never;
       int blocking = -1;
       for (int a = 0; a < face().size; ++a) {
-        if (r[a] > 0.0 && foot_.t[a] < first * r[a]) first = foot_.t[a] / r[a], blocking = a;
+        if (r[a] > 0.0 && least_.t[a] < first * r[a]) first = least_.t[a] / r[a], blocking = a;
       }
       const double squared = norm_squared(z);
       const bool moves = face().size < 3 && squared > dependent * dependent;
-      const double whole = moves ? (c_[j] - dot(n, foot_.w)) / squared : never;
+      const double whole = moves ? (c_[j] - dot(n, least_.w)) / squared : never;
       if (!moves && blocking < 0) {
-        foot_.found = false;
+        least_.found = false;
         steps_ = max_steps;
         return;
       }
       const double step = std::max(0.0, std::min(first, whole));
-      for (int a = 0; a < face().size; ++a) foot_.t[a] -= step * r[a];
+      for (int a = 0; a < face().size; ++a) least_.t[a] -= step * r[a];
       pressed += step;
-      if (moves) foot_.w += step * z;
+      if (moves) least_.w += step * z;
       if (whole <= first) {
-        if (face().take(j, n)) foot_.t[face().size - 1] = pressed;
+        if (face().take(j, n)) least_.t[face().size - 1] = pressed;
         ++steps_;
         return;
       }
@@ -143,7 +143,7 @@ class Projection {
     int kept = 0;
     for (int a = 0; a < face().size; ++a) {
       if (a == blocking) continue;
-      foot_.t[kept++] = foot_.t[a];
+      least_.t[kept++] = least_.t[a];
       rest.take(face().facet[a], normal(face().facet[a]));
     }
     face() = rest;
@@ -152,20 +152,20 @@ class Projection {
   std::span<const Vec3> normals_;
   const double* c_;
   double largest_ = 0.0;
-  CornerFoot foot_;
+  LeastWay least_;
   int steps_ = 0;
 };
 
 }  // namespace
 
-CornerFoot foot_of(std::span<const Vec3> normals, const double* c) noexcept { return Projection(normals, c).run(); }
+LeastWay least_way(std::span<const Vec3> normals, const double* c) noexcept { return Projection(normals, c).run(); }
 
 double width_of(std::span<const Vec3> normals) noexcept {
   double ones[most_facets];
   std::fill_n(ones, normals.size(), 1.0);
-  const CornerFoot foot = foot_of(normals, ones);
-  if (!foot.found) return 0.0;
-  const Vec3 e = normalized(foot.w);
+  const LeastWay way = least_way(normals, ones);
+  if (!way.found) return 0.0;
+  const Vec3 e = normalized(way.w);
   double least = 1.0;
   for (const Vec3& n : normals) least = std::min(least, dot(n, e) - 4.0 * epsilon);
   return std::max(0.0, least);
@@ -186,7 +186,7 @@ Vec3 way_out(std::span<const Primitive> facets, const Vec3& x_m) noexcept {
     normals[i] = facets[i].direction;
     c[i] = slide(normals[i], facets[i].position_m, x_m).along;
   }
-  return foot_of({normals, facets.size()}, c).w;
+  return least_way({normals, facets.size()}, c).w;
 }
 
 }  // namespace palpa::detail

@@ -34,7 +34,7 @@ struct Face {
 };
 
 /// The least w with nᵢ·w ≥ cᵢ for all i: w = Σ tᵢ nᵢ with at most three tᵢ > 0, the facets of `face`.
-struct CornerFoot {
+struct LeastWay {
   Vec3 w;
   Face face;
   double t[3] = {};   // of the face's facets, ≥ 0
@@ -43,7 +43,7 @@ struct CornerFoot {
 
 /// Goldfarb and Idnani's dual active set (1983) in three dimensions. Needs no start; the error of w is a few roundings of the c
 /// of its face, times the inverse of T. For normals of unit length, at most `most_facets`, and any finite c.
-CornerFoot foot_of(std::span<const Vec3> normals, const double* c) noexcept;
+LeastWay least_way(std::span<const Vec3> normals, const double* c) noexcept;
 
 /// σ = max over unit vectors e of min nᵢ·e, or 0 if not positive.
 double width_of(std::span<const Vec3> normals) noexcept;

@@ -86,15 +86,15 @@ bool Solver::Work::minimise(double tau) noexcept {
     }
     for (std::size_t i = 0; i < corner_count_; ++i) {
       const Corner& p = corners_[i];
-      const detail::CornerFoot foot = p.pull(Z_, tau);
-      const double squared = norm_squared(foot.w);
+      const detail::LeastWay way = p.pull(Z_, tau);
+      const double squared = norm_squared(way.w);
       const double yields = 1.0 + p.compliance * tau;
       const bool slips = std::sqrt(squared) > p.s * yields;
       const double share = slips ? p.s / std::sqrt(squared) : 1.0 / yields;
-      g += share * foot.w;
+      g += share * way.w;
       size += size_of(p.u);
-      M.add(tau * share, foot.face);
-      if (slips) M.add(-tau * share, (1.0 / std::sqrt(squared)) * foot.w);
+      M.add(tau * share, way.face);
+      if (slips) M.add(-tau * share, (1.0 / std::sqrt(squared)) * way.w);
     }
     ++iterations_;
     // Up to a share of all forces that falls with τ, but not below rounding. Less: steps whose gain the next penalty replaces;

@@ -2,15 +2,15 @@
 
 namespace palpa::detail {
 
-CornerFoot Corner::pull(const Vec3& Z, double tau) const noexcept {
+LeastWay Corner::pull(const Vec3& Z, double tau) const noexcept {
   double c[most_facets];
   for (std::size_t i = 0; i < normals.size(); ++i) c[i] = tau * residual(i, Z) + dot(normals[i], u);
-  return foot_of(normals, c);
+  return least_way(normals, c);
 }
 
-void Corner::answer(const CornerFoot& foot, double tau) noexcept {
-  face = foot.face;
-  u = compliance > 0.0 ? foot.w / (1.0 + compliance * tau) : foot.w;
+void Corner::answer(const LeastWay& way, double tau) noexcept {
+  face = way.face;
+  u = compliance > 0.0 ? way.w / (1.0 + compliance * tau) : way.w;
   confine(norm_squared(u) > s * s);
 }
 
@@ -135,7 +135,7 @@ CornerGap gap_at(const Corner& p, const Vec3& Z, const Face& A) noexcept {
   return result;
 }
 
-// Largest inverse norm of all possible faces of these facets: the motion of the foot per shift of theirs.
+// Largest inverse norm of all possible faces of these facets: the motion of the least way per shift of theirs.
 double most_moved(std::span<const Vec3> normals, const bool* among) noexcept {
   double most = 0.0;
   const int m = static_cast<int>(normals.size());
@@ -162,19 +162,19 @@ double most_moved(std::span<const Vec3> normals, const bool* among) noexcept {
   return most;
 }
 
-// Off the corner, beyond its deflection, the exact force is s w*/|w*| with w* the exact foot; a nearby force may replace it. w
-// = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous in c and linear in each face, so w*
-// is within `reach` of it.
-Gap gap_off(const Corner& p, const Vec3& Z, const CornerFoot& foot) noexcept {
+// Off the corner, beyond its deflection, the exact force is s w*/|w*| with w* the exact least way; a nearby force may replace
+// it. w = Σ t n is the exact least way for c that are off by `shift` at most; the least way is continuous in c and linear in
+// each face, so w* is within `reach` of it.
+Gap gap_off(const Corner& p, const Vec3& Z, const LeastWay& way) noexcept {
   const std::size_t m = p.normals.size();
   Vec3 w;
   double pressed = 0.0, shift = 0.0;
   bool in_face[most_facets] = {}, near[most_facets] = {};
-  for (int a = 0; a < foot.face.size; ++a) {
-    const auto i = static_cast<std::size_t>(foot.face.facet[a]);
+  for (int a = 0; a < way.face.size; ++a) {
+    const auto i = static_cast<std::size_t>(way.face.facet[a]);
     in_face[i] = true;
-    w += foot.t[a] * p.normals[i];
-    pressed += foot.t[a];
+    w += way.t[a] * p.normals[i];
+    pressed += way.t[a];
   }
   const double rounding = 6.0 * epsilon * pressed;
   double beyond[most_facets];
@@ -205,12 +205,12 @@ Gap gap(const Corner& p, const Vec3& Z) noexcept {
   if (own.clear) return own.gap;
   double r[most_facets];
   for (std::size_t i = 0; i < p.normals.size(); ++i) r[i] = p.residual(i, Z);
-  const CornerFoot foot = foot_of(p.normals, r);
-  const CornerGap seen = gap_at(p, Z, foot.face);
+  const LeastWay way = least_way(p.normals, r);
+  const CornerGap seen = gap_at(p, Z, way.face);
   if (seen.clear) return seen.gap;
   const auto cost = [](const Gap& gap) { return gap.slack + std::sqrt(gap.rounded); };
   Gap best = cost(seen.gap) < cost(own.gap) ? seen.gap : own.gap;
-  if (Gap off = gap_off(p, Z, foot); cost(off) < cost(best)) {
+  if (Gap off = gap_off(p, Z, way); cost(off) < cost(best)) {
     off.plain = best.plain;
     best = off;
   }

@@ -209,10 +209,10 @@ struct Corner {
   Vec3 R = {};
 
   double residual(std::size_t i, const Vec3& Z) const noexcept { return b[i] - dot(normals[i], Z); }
-  /// Pull on it through a spring of stiffness τ that starts from u: the foot for c = τ r + n·u.
-  CornerFoot pull(const Vec3& Z, double tau) const noexcept;
-  /// Sets the force for the `foot` of such a pull: w/(1 + cτ) up to s, else s along w.
-  void answer(const CornerFoot& foot, double tau) noexcept;
+  /// Pull on it through a spring of stiffness τ that starts from u: the least way for c = τ r + n·u.
+  LeastWay pull(const Vec3& Z, double tau) const noexcept;
+  /// Sets the force for the least way of such a pull: w/(1 + cτ) up to s, else s along w.
+  void answer(const LeastWay& way, double tau) noexcept;
   /// Sets the t of the face from u, projected on the admissible forces; with full strength if `slips`.
   void confine(bool slips) noexcept;
   /// Sets u to the sum of t n, |u| ≤ s: |u| = s if `full`.

@@ -29,6 +29,9 @@ Vec3 unit_to_rounding(const Vec3& q) noexcept {
   return std::abs(off) <= 4.0 * std::numeric_limits<double>::epsilon() ? q : (1.0 - 0.5 * off) * q;
 }
 
+// Primitives of a mode at a foot are placed one after the other.
+bool is_beside(const PrimitiveId& a, const PrimitiveId& b) noexcept { return a.mode == b.mode && a.foot == b.foot; }
+
 }  // namespace
 
 const char* name_of(PrimitiveKind kind) noexcept {
@@ -88,6 +91,7 @@ Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept {
 }
 
 std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept {
+  if (primitives[i].kind != PrimitiveKind::corner) return primitives.subspan(i, 1);
   const auto is_facet_beside = [&](std::size_t j) {
     const Primitive &a = primitives[i], &b = primitives[j];
     return a.kind == PrimitiveKind::corner && b.kind == a.kind && b.id == a.id && b.strength_n == a.strength_n &&
@@ -104,7 +108,7 @@ Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& 
   return whole.size() > 1 && whole.size() <= most_facets ? detail::way_out(whole, x_m) : residual(primitives[i], x_m);
 }
 
-Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept {
+Vec3 way_to_footing_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept {
   const Vec3 offset_m = residual(primitives, i, x_m);
   const double longest_m = primitives[i].strength_n / primitives[i].stiffness_n_per_m;
   return std::min(1.0, longest_m / norm(offset_m)) * offset_m;
@@ -121,52 +125,53 @@ PrimitiveSet::PrimitiveSet(std::size_t capacity)
 
 void PrimitiveSet::clear(const Vec3& start_m) noexcept {
   size_ = facets_ = 0;
-  start_m_ = carried_start_m_ = start_m;
+  start_m_ = start_m;
+  begin_foot(0, start_m);
   mode_ = 0;
   refused_size_ = 0;
   dropped_ = 0;
 }
 
 void PrimitiveSet::point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m) noexcept {
-  add({PrimitiveKind::point, {mode_, slot}, position_m, {}, strength_n, drag_ns_per_m});
+  add({PrimitiveKind::point, id_of(slot), position_m, {}, strength_n, drag_ns_per_m});
 }
 
 void PrimitiveSet::line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
                         double drag_ns_per_m) noexcept {
-  add({PrimitiveKind::line, {mode_, slot}, position_m, direction, strength_n, drag_ns_per_m});
+  add({PrimitiveKind::line, id_of(slot), position_m, direction, strength_n, drag_ns_per_m});
 }
 
 void PrimitiveSet::plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
                          const HeldLevel& captured, double drag_ns_per_m) noexcept {
-  add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, drag_ns_per_m}, captured);
+  add({PrimitiveKind::plane, id_of(slot), position_m, normal, strength_n, drag_ns_per_m}, captured);
 }
 
 void PrimitiveSet::elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
                                  double stiffness_n_per_m, const HeldLevel& captured) noexcept {
-  add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, 0.0, stiffness_n_per_m}, captured);
+  add({PrimitiveKind::plane, id_of(slot), position_m, normal, strength_n, 0.0, stiffness_n_per_m}, captured);
 }
 
 void PrimitiveSet::directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept {
-  add({PrimitiveKind::directed, {mode_, slot}, {}, direction, strength_n, 0.0});
+  add({PrimitiveKind::directed, id_of(slot), {}, direction, strength_n, 0.0});
 }
 
 void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                             double drag_ns_per_m) noexcept {
-  const PrimitiveId plane_id{mode_, plane_slot};
+  const PrimitiveId plane_id = id_of(plane_slot);
   for (std::size_t handle = 0; handle < size_ - facets_; ++handle) {
     const Primitive& plane = primitives_[row(handle)];
     if (plane.id == plane_id && (plane.kind == PrimitiveKind::plane || plane.kind == PrimitiveKind::corner)) {
       // The strength follows from the plane's force; the coefficient is checked in its place.
-      Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, plane.direction, coefficient, drag_ns_per_m};
+      Primitive line{PrimitiveKind::line, id_of(slot), position_m, plane.direction, coefficient, drag_ns_per_m};
       add(line, {}, {static_cast<std::int32_t>(handle), coefficient});
       return;
     }
   }
-  refuse({mode_, slot}, Refusal::friction_without_plane);
+  refuse(id_of(slot), Refusal::friction_without_plane);
 }
 
 void PrimitiveSet::take(Primitive& p, const HeldLevel& captured, const Friction& friction) noexcept {
-  p.id.mode = mode_;
+  p.id.mode = mode_, p.id.foot = foot_;
   if (!(std::abs(p.strength_n) <= largest_strength_n)) return refuse(p.id, Refusal::strength_not_finite);
   if (p.strength_n < 0.0) return refuse(p.id, Refusal::strength_negative);
   if (!(std::abs(p.drag_ns_per_m) <= largest_drag_ns_per_m)) return refuse(p.id, Refusal::drag_not_finite);
@@ -202,7 +207,7 @@ void PrimitiveSet::take(Primitive& p, const HeldLevel& captured, const Friction&
     const std::size_t count = whole_of(primitives(), size_ - 1).size();
     if (!takes_facet(size_ - count, count, p.direction)) return;
   } else {
-    for (std::size_t i = size_; i-- > 0 && primitives_[i].id.mode == p.id.mode;) {
+    for (std::size_t i = size_; i-- > 0 && is_beside(primitives_[i].id, p.id);) {
       if (primitives_[i].id.slot == p.id.slot) return refuse(p.id, Refusal::slot_used_twice);
     }
   }

@@ -24,11 +24,12 @@ enum class PrimitiveState : std::uint8_t {
 const char* name_of(PrimitiveKind kind) noexcept;
 const char* name_of(PrimitiveState state) noexcept;
 
-/// Mode and slot of a primitive. A slot is a small number chosen by the mode, constant from tick to tick: the key of warm
-/// starts.
+/// Mode, slot and foot of a primitive. A slot is a small number chosen by the mode, constant from tick to tick: the key of warm
+/// starts. A foot is a contact point of the tool; a point tool has the foot 0 alone.
 struct PrimitiveId {
   std::uint16_t mode = 0;
   std::uint16_t slot = 0;
+  std::uint16_t foot = 0;
   friend constexpr bool operator==(const PrimitiveId&, const PrimitiveId&) = default;
 };
 
@@ -71,10 +72,10 @@ Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept;
 /// Residual of `primitives[i]`, or of the whole corner that it is a facet of. \param x_m  [m] the proxy
 Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
-/// Vector [m] from `x_m` [m] to the foot of the elastic `primitives[i]`, or of the whole corner that it is a facet of
+/// Vector [m] from `x_m` [m] to the footing of the elastic `primitives[i]`, or of the whole corner that it is a facet of
 /// (docs/theory.md 8.11). Its length is at most strength / stiffness, where the primitive slips; zero for a rigid primitive.
 /// Reads only its arguments.
-Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
+Vec3 way_to_footing_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
 /// Primitives that act together with `primitives[i]`: all facets of its corner, or itself alone.
 std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept;
@@ -158,16 +159,22 @@ class PrimitiveSet {
   /// Empties the set for a sub-step that starts at `start_m` [m]; a drag is accepted only with zero residual there (elsewhere
   /// it would be a spring, not a dissipation).
   void clear(const Vec3& start_m) noexcept;
+  /// Assigns later primitives to foot number `foot`, which starts at `start_m` [m].
+  void begin_foot(std::uint16_t foot, const Vec3& start_m) noexcept {
+    foot_ = foot;
+    foot_start_m_ = carried_start_m_ = start_m;
+  }
   /// Assigns later primitives to mode number `mode`.
-  void begin_mode(std::uint16_t mode) noexcept { begin_mode(mode, start_m_); }
-  /// Likewise for moving data: a drag is accepted with zero residual at `carried_start_m` [m], the start displaced with the
-  /// data.
+  void begin_mode(std::uint16_t mode) noexcept { begin_mode(mode, foot_start_m_); }
+  /// Likewise for moving data: a drag is accepted with zero residual at `carried_start_m` [m], the foot's start displaced with
+  /// the data.
   void begin_mode(std::uint16_t mode, const Vec3& carried_start_m) noexcept {
     mode_ = mode;
     carried_start_m_ = carried_start_m;
   }
 
-  // Each of these adds a primitive, or refuses it (`refused`). Strengths and drags are >= 0; a slot is used once per mode.
+  // Each of these adds a primitive, or refuses it (`refused`). Strengths and drags are >= 0; a slot is used once per mode and
+  // foot.
 
   /// Point primitive at `position_m`: holds the proxy in every direction.
   void point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m = 0.0) noexcept;
@@ -191,8 +198,8 @@ class PrimitiveSet {
   /// `position_m` with the unit vector `normal` [1] out of the solid. Refuses it and returns false if the set is full, the
   /// corner has `most_facets`, would be narrower than `narrowest_corner`, or has a drag.
   bool add_facet(std::size_t handle, const Vec3& position_m, const Vec3& normal) noexcept;
-  /// Adds any primitive, with the current mode in its id. A facet with the slot of the corner before it becomes a facet of that
-  /// corner.
+  /// Adds any primitive, with the current mode and foot in its id. A facet with the slot of the corner before it becomes a
+  /// facet of that corner.
   void add(Primitive primitive, const HeldLevel& captured = {}, const Friction& friction = {}) noexcept {
     take(primitive, captured, friction);
   }
@@ -242,6 +249,7 @@ class PrimitiveSet {
   int dropped() const noexcept { return dropped_; }
 
  private:
+  PrimitiveId id_of(std::uint16_t slot) const noexcept { return {mode_, slot, foot_}; }
   void take(Primitive& p, const HeldLevel& captured, const Friction& friction) noexcept;
   void refuse(PrimitiveId id, Refusal reason) noexcept;
   std::span<std::size_t> handles() noexcept { return {rows_.get(), size_ - facets_}; }
@@ -257,8 +265,8 @@ class PrimitiveSet {
   std::size_t size_ = 0;
   std::size_t facets_ = 0;  // rows without a handle
   Vec3 start_m_;
-  Vec3 carried_start_m_;
-  std::uint16_t mode_ = 0;
+  Vec3 foot_start_m_, carried_start_m_;
+  std::uint16_t mode_ = 0, foot_ = 0;
   Refused refused_[max_refused] = {};
   std::size_t refused_size_ = 0;
   int dropped_ = 0;

@@ -130,9 +130,9 @@ TEST(Shapes, KnowTheirDistanceAndTheirNormal) {
                           h_m;
       EXPECT_NEAR(norm(uphill), 1.0, 0.03) << description;
       // An edge has no single normal.
-      const Vec3 foot = x + depth_m * shape.outward(x);
+      const Vec3 nearest = x + depth_m * shape.outward(x);
       if (description["kind"] != "wedge" && description["kind"] != "groove") {
-        EXPECT_LT(std::abs(shape.depth_m(foot)), 0.05 * std::abs(depth_m) + 1e-9) << description;
+        EXPECT_LT(std::abs(shape.depth_m(nearest)), 0.05 * std::abs(depth_m) + 1e-9) << description;
       }
     }
     EXPECT_GT(near, 20) << description;

@@ -314,7 +314,7 @@ TEST(FirstCrossing, WorkIsBoundedWhereTheWayIsRounding) {
     for (const double length_m : {1e-3, 1e-9, 1e-12}) {
       const Vec3 from_m{far_m, 0.0, 0.0}, to_m{far_m, length_m, 0.0};
       WorkBudget pieces(most_pieces);
-      one.sides.first_event(from_m, to_m, one.policy, one.samples, pieces, one.event);
+      one.sides.first_event(0, from_m, to_m, one.policy, one.samples, pieces, one.event);
       EXPECT_EQ(one.event.kind, Event::Kind::out_of_work) << far_m << ", " << length_m;
       EXPECT_GE(pieces.left(), -most_pieces) << far_m << ", " << length_m;
       EXPECT_GT(one.event.share, 0.0) << far_m << ", " << length_m << ": it came somewhere";

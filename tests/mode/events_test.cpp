@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <random>
 
@@ -144,21 +145,59 @@ TEST(FirstEvent, IsTheSameWhateverIsRemembered) {
       for (const std::int32_t field : s.edges) s.policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
       Event fresh = s.sides.event();
       WorkBudget enough(most_pieces), left(most_pieces);
-      s.sides.first_event(at, to, s.policy, s.samples, enough, fresh);
-      s.sides.first_event(at, to, s.policy, s.samples, left, s.event);
+      s.sides.first_event(0, at, to, s.policy, s.samples, enough, fresh);
+      s.sides.first_event(0, at, to, s.policy, s.samples, left, s.event);
       ASSERT_EQ(s.event.kind, fresh.kind) << n;
       ASSERT_EQ(s.event.share, fresh.share) << n;
       ASSERT_EQ(s.event.crossings.size(), fresh.crossings.size());
       quiet += left.left() == most_pieces;
       crossed += s.event.kind == Event::Kind::crossing;
       edges += s.event.kind == Event::Kind::edge;
-      s.sides.apply(s.event);
+      s.sides.apply(0, s.event);
       at = at + s.event.share * (to - at);
     }
     EXPECT_GT(quiet, 5000);
     EXPECT_GT(crossed, 50);
     EXPECT_GE(edges, 3);
   }
+}
+
+// Feet of a tool meet what each of them would meet alone, in any order.
+TEST(FirstEvent, OfAFootIsThatOfAPointOnItsPath) {
+  std::mt19937 random(29);
+  const FieldPtr noise = grid_with(grid_field, {20, 20, 20}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
+  const std::vector<FieldPtr> fields{noise};
+  const std::vector<Threshold> watches{{0, 0.2}, {0, -0.4}};
+  constexpr std::size_t feet = 3;
+  StateArena live;
+  Crossings together(live, watches, 1, feet);
+  std::deque<Searched> alone;
+  std::vector<Event> events;
+  std::vector<Vec3> at;
+  for (std::size_t foot = 0; foot < feet; ++foot) {
+    alone.emplace_back(fields, watches);
+    events.push_back(together.event());
+    at.push_back(in_box(random, noise->bounds_m()));
+  }
+  EventPolicy policy = together.policy();
+  int crossed = 0;
+  for (int n = 0; n < 3000; ++n) {
+    const std::size_t foot = random() % feet;
+    const Vec3 to = at[foot] + 0.1 * (in_box(random, noise->bounds_m()) - at[foot]);
+    const Searched::Met met = alone[foot].search(at[foot], to);
+    policy.clear();
+    WorkBudget work(most_pieces);
+    together.first_event(foot, at[foot], to, policy, alone[foot].samples, work, events[foot]);
+    ASSERT_EQ(events[foot].share, met.share);
+    ASSERT_EQ(events[foot].crossings.size(), alone[foot].crossings.size());
+    // A search without a move, and a side taken by another foot, change nothing.
+    if (n % 2 == 0)
+      together.take_side((foot + 1) % feet, watches[0], alone[(foot + 1) % feet].above(at[(foot + 1) % feet], 0.2));
+    together.apply(foot, events[foot]);
+    at[foot] = at[foot] + met.share * (to - at[foot]);
+    crossed += events[foot].kind == Event::Kind::crossing;
+  }
+  EXPECT_GT(crossed, 300);
 }
 
 TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
@@ -200,8 +239,8 @@ TEST(FirstEvent, IsFoundWithAnyBudget) {
       for (int searches = 0; gone < 1.0 && searches < 2000; ++searches) {
         WorkBudget left(budget);
         const Vec3 at = from + gone * (to - from);
-        s.sides.first_event(at, to, s.policy, s.samples, left, s.event);
-        s.sides.apply(s.event);
+        s.sides.first_event(0, at, to, s.policy, s.samples, left, s.event);
+        s.sides.apply(0, s.event);
         ASSERT_GE(left.left(), -16);
         gone += s.event.share * (1.0 - gone);
         if (s.event.kind == Event::Kind::none) gone = 1.0;

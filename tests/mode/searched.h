@@ -80,8 +80,8 @@ struct Searched {
   Met search_as_configured(const Vec3& from_m, const Vec3& to_m) {
     for (const std::int32_t field : edges) policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
     WorkBudget pieces(most_pieces);
-    sides.first_event(from_m, to_m, policy, samples, pieces, event);
-    sides.apply(event);
+    sides.first_event(0, from_m, to_m, policy, samples, pieces, event);
+    sides.apply(0, event);
     crossings = event.crossings;
     const bool stopped = event.kind != Event::Kind::none;
     return {event.share, stopped, event.kind == Event::Kind::edge, event.kind == Event::Kind::out_of_work};

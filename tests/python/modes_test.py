@@ -345,7 +345,7 @@ class Shell(palpa.Mode):
         self.friction_coefficient, self.stiffness_n_per_m = friction_coefficient, stiffness_n_per_m
 
     def place(self, here, memory, out):
-        at_m = here.foot_m(0)
+        at_m = here.footing_m(0)
         sample = here.scalar(self.field, at_m)
         slope = np.linalg.norm(sample.gradient)
         if not memory["held"] or not sample.inside or slope == 0:
@@ -369,7 +369,7 @@ class Shell(palpa.Mode):
             if state == "slip" and not step.yields(0):
                 memory["held"] = 0
             elif state == "slip" or state == "off" and memory["pressed_to"] != self.level:
-                at = step.here.scalar(self.field, step.here.foot_m(0))
+                at = step.here.scalar(self.field, step.here.footing_m(0))
                 memory["pressed_to"] = max(self.level, at.value)
         for field, value, up in step.crossings:
             if (field, value) == (self.field, self.level):

@@ -56,7 +56,7 @@ class Shell(palpa.Mode):
     def place(self, here: palpa.ModeContext, memory: dict[str, float], out: palpa.PrimitiveSink) -> None:
         level = here.level(self.field, self.level)
         strength_n = here.newtons(self.strength_n, level)
-        if memory["held"] and here.scalar(self.field, here.foot_m(0)).inside:
+        if memory["held"] and here.scalar(self.field, here.footing_m(0)).inside:
             out.plane(0, here.proxy_m, (0, 0, 1), strength_n, level=level)
 
     def on_step_accepted(self, step: palpa.StepResult, memory: dict[str, float]) -> None:

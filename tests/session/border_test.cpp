@@ -220,9 +220,9 @@ TEST(Border, KeepsTheForceOfAHandAtRest) {
   EXPECT_GT(felt, 60);
 }
 
-// The foot of an elastic level is beside the proxy: at a cut-off edge that folds inwards it once left the data, its level was
-// lost and met again up to ten times a tick, and up to 0.8 N of a hand at rest were borne by nothing.
-TEST(Border, KeepsTheFeetOfElasticLevelsInTheData) {
+// The footing of an elastic level is beside the proxy: at a cut-off edge that folds inwards it once left the data, its level
+// was lost and met again up to ten times a tick, and up to 0.8 N of a hand at rest were borne by nothing.
+TEST(Border, KeepsTheFootingsOfElasticLevelsInTheData) {
   test::Random random(54);
   int felt = 0, resting = 0, unborne = 0;
   for (int run = 0; run < 80; ++run) {

@@ -175,9 +175,10 @@ TEST(ElasticLevel, BringsNothingIn) {
       const Energy& energy = tick.energy;
       const double rounding_j = 1e-9 + 2e-5 * (energy.stored_j + energy.elastic_j + before_j);
       if (i > 0) {
-        // A force of the tick's end along the chord of its foot's arc.
-        const double foot_step_m = norm(probe - probe_before) * radius_m / std::min(norm(probe), norm(probe_before));
-        EXPECT_LE(energy.injected_j, 1e-10 + strengths_n * foot_step_m * foot_step_m / (2 * radius_m)) << run << ", " << i;
+        // A force of the tick's end along the chord of its footing's arc.
+        const double footing_step_m = norm(probe - probe_before) * radius_m / std::min(norm(probe), norm(probe_before));
+        EXPECT_LE(energy.injected_j, 1e-10 + strengths_n * footing_step_m * footing_step_m / (2 * radius_m))
+            << run << ", " << i;
         const double now_j = energy.stored_j + energy.elastic_j;
         EXPECT_LE(dot(force_before, probe - probe_before),
                   before_j - now_j + 0.5 * k * norm_squared(probe - probe_before) + rounding_j)
@@ -193,7 +194,7 @@ TEST(ElasticLevel, BringsNothingIn) {
   }
 }
 
-// Folded data, with a foot between two walls of a groove: at most the level's strength, with its friction and the tick's own
+// Folded data, with a footing between two walls of a groove: at most the level's strength, with its friction and the tick's own
 // part.
 TEST(ElasticLevel, NeverHoldsMoreThanItBearsWhereItFolds) {
   constexpr double strength_n = 1.0, friction = 0.2;

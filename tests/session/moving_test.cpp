@@ -292,9 +292,9 @@ Scene wall_in_frames(const std::vector<double>& z_m, double edge_m, double perio
   return scene;
 }
 
-// The proxy is carried by its foot's data, as deep in the wall the data do not show its motion. An elastic level gives a rigid
-// level's force, reduced by its stiffness in series with the coupling's.
-TEST(ElasticWall, CarriesTheFootOfAProxyDeepInIt) {
+// The proxy is carried by its footing's data, as deep in the wall the data do not show its motion. An elastic level gives a
+// rigid level's force, reduced by its stiffness in series with the coupling's.
+TEST(ElasticWall, CarriesTheFootingOfAProxyDeepInIt) {
   constexpr double stiffness = 100.0, in_series = stiffness * k / (stiffness + k);
   std::vector<double> z_m;
   for (int frame = 0; frame < 40; ++frame) z_m.push_back(2e-3 * std::sin(2.0 * std::numbers::pi * frame / 40));

@@ -96,7 +96,7 @@ TEST(Texture, IsLookedAtOnlyWhereItIsOn) {
   }
 }
 
-// Placed friction: 1 + texture · t times the friction without, t at the step's start, or at the foot on an elastic level.
+// Placed friction: 1 + texture · t times the friction without, t at the step's start, or at the footing on an elastic level.
 TEST(Texture, IsAFactorOnWhatIsPlaced) {
   const FieldPtr field = rough(0.05, 2e-4, Filter::smooth).fields[0].field;
   const std::vector<FieldPtr> fields{field, derived(Derivation::detail, field)};
@@ -110,9 +110,9 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
     here.stiffness_n_per_m = stiffness_n_per_m;
     for (const bool coulomb : {false, true}) {
       SurfaceAndFriction mode = skin(coulomb ? 0.0 : 0.2, coulomb ? 0.3 : 0.0, texture);
-      const Contact foot{.offset_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
+      const Contact footing{.offset_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
       if (coulomb) mode.levels[0].stiffness_n_per_m = 300.0;
-      here.contacts = {&foot, coulomb ? 1u : 0u};
+      here.contacts = {&footing, coulomb ? 1u : 0u};
       mode.field = test::resolved("data", 0, 1);
       mode.static_friction_ratio = ratio;
       mode.friction_ns_per_m = 0.7;
@@ -131,7 +131,7 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
       EXPECT_EQ(with[0].strength_n, without[0].strength_n);
       EXPECT_EQ(with[1].direction, without[1].direction);
       EXPECT_EQ(with[1].drag_ns_per_m, without[1].drag_ns_per_m);
-      EXPECT_NEAR(with[1].strength_n, (1.0 + texture * fields[1]->scalar(at + foot.offset_m).value) * without[1].strength_n,
+      EXPECT_NEAR(with[1].strength_n, (1.0 + texture * fields[1]->scalar(at + footing.offset_m).value) * without[1].strength_n,
                   1e-12);
     }
   }

@@ -146,26 +146,26 @@ TEST(Elastic, GivesBackWhatItTook) {
   }
 }
 
-// Planes may turn and move between two ticks: while they leave the old foot free the stored energy does not grow, and hand and
-// level together inject only the hold's energy (theory.md 7.8).
-TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
+// Planes may turn and move between two ticks: while they leave the old footing free the stored energy does not grow, and hand
+// and level together inject only the hold's energy (theory.md 7.8).
+TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootingFree) {
   Random random(6);
   for (int run = 0; run < 200; ++run) {
     Problem problem = pressed(random, random.uniform(0.5, 5.0), random.uniform(50, 5000), 0.003);
     Primitive& plane = problem.primitives[0];
     const double k = problem.stiffness_n_per_m, level = plane.stiffness_n_per_m;
-    Vec3 proxy_m = problem.start_m, foot_m = proxy_m, probe_m = proxy_m;
+    Vec3 proxy_m = problem.start_m, footing_m = proxy_m, probe_m = proxy_m;
     double stored_j = 0.0;
     for (int tick = 0; tick < 200; ++tick) {
       plane.direction = normalized(plane.direction + 0.2 * random.in_cube(1.0));
-      plane.position_m = foot_m - random.uniform(0.0, 1e-4) * plane.direction;
+      plane.position_m = footing_m - random.uniform(0.0, 1e-4) * plane.direction;
       problem.start_m = proxy_m;
       problem.probe_m = probe_m + random.in_cube(0.0005);
       const Vec3 force_n = k * (proxy_m - probe_m);
       const test::Solved found = test::solved(problem);
       proxy_m = found.balance.position_m;
       const Vec3 way_m = residual(plane, proxy_m);
-      foot_m = proxy_m + shortened(way_m, plane.strength_n / level);
+      footing_m = proxy_m + shortened(way_m, plane.strength_n / level);
       const double held_n = std::min(level * norm(way_m), plane.strength_n);
       const double now_j = 0.5 * k * norm_squared(proxy_m - problem.probe_m) + 0.5 * held_n * held_n / level;
       const Vec3 step_m = problem.probe_m - probe_m;
@@ -176,8 +176,8 @@ TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
   }
 }
 
-// The foot is offset against its force by at most its largest deflection.
-TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
+// The footing is offset against its force by at most its largest deflection.
+TEST(Elastic, ItsFootingIsAsFarOffAsItsForceOverItsStiffness) {
   for (const char* name : {"elastic_random", "elastic_haptic", "elastic_corner", "elastic_groove"}) {
     int sunk = 0;
     test::for_each_problem(*test::family_named(name), false, {1, 3, 8}, 100, [&](const test::Recipe& recipe) {
@@ -187,7 +187,7 @@ TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
         const Primitive& p = problem.primitives[i];
         const std::span<const Primitive> whole = whole_of(problem.primitives, i);
         if (whole.data() != &p) continue;
-        const Vec3 way_m = way_to_foot_m(problem.primitives, i, found.balance.position_m);
+        const Vec3 way_m = way_to_footing_m(problem.primitives, i, found.balance.position_m);
         if (!p.is_elastic()) {
           EXPECT_EQ(way_m, Vec3{}) << recipe;
           continue;

@@ -95,7 +95,7 @@ struct Answer {
   V<T> e;
   T along{};
   T side{};
-  Foot<T> foot{};  // of a corner: e is within the span of its q, and so is `side`
+  LeastWay<T> least{};  // of a corner: e is within the span of its q, and so is `side`
 };
 
 template <class T>
@@ -105,17 +105,17 @@ Answer<T> answer_of_corner(const Item<T>& item, const V<T>& dz, T tau) {
     c.push_back(tau * (item.r[i] - dot(item.normals[i], dz)) + dot(item.normals[i], item.u));
   }
   Answer<T> a;
-  a.foot = Projection<T>(item.normals, c).foot();
+  a.least = Projection<T>(item.normals, c).least_way();
   const T yields = T(1) + item.compliance * tau;
-  for (T& t : a.foot.t) t = t / yields;
-  for (std::size_t i = 0; i < item.normals.size(); ++i) a.u = a.u + a.foot.t[i] * item.normals[i];
+  for (T& t : a.least.t) t = t / yields;
+  for (std::size_t i = 0; i < item.normals.size(); ++i) a.u = a.u + a.least.t[i] * item.normals[i];
   const T squared = dot(a.u, a.u);
   a.along = a.side = tau / yields;
   if (squared > item.s * item.s) {
     const T demanded = root(squared), share = item.s / demanded;
     a.e = (T(1) / demanded) * a.u;
     a.u = share * a.u;
-    for (T& t : a.foot.t) t = share * t;
+    for (T& t : a.least.t) t = share * t;
     a.along = T(0), a.side = tau / yields * share;
   }
   return a;
@@ -178,7 +178,7 @@ void add_stiffness(Stiffness<T>& H, const Item<T>& item, const Answer<T>& a) {
   }
   if (!(a.side > T(0))) return;
   if (item.kind == PrimitiveKind::corner) {
-    for (const V<T>& q : a.foot.q) H.add_outer(a.side, q);
+    for (const V<T>& q : a.least.q) H.add_outer(a.side, q);
     if (a.along != a.side) H.add_outer(a.along - a.side, a.e);
     return;
   }
@@ -260,7 +260,7 @@ void take_forces(State<T>& state, T tau) {
   for (Item<T>& item : state.items) {
     const Answer<T> a = answer(item, V<T>{}, tau);
     item.u = a.u;
-    item.t = a.foot.t;
+    item.t = a.least.t;
   }
 }
 

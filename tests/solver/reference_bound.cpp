@@ -74,7 +74,7 @@ Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::s
   const Quad size = length(sum), share = size > s ? s / size : Quad(1);
   sum = share * sum;
   for (std::size_t i = 0; i < facets.size(); ++i) t[i] *= share, u[i] = t[i] * normals[i];
-  const V<Quad> w = Projection<Quad>(normals, c).foot().w;
+  const V<Quad> w = Projection<Quad>(normals, c).least_way().w;
   const Quad reach = length(w), l = share * size;
   // Off the corner its force is s w/|w|. The t of doubles add up to that but for rounding, which counts as it: the rest is
   // residual.
@@ -99,7 +99,7 @@ Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::s
     lacking = std::max(lacking, c[i] - dot(normals[i], w));
   }
   const std::vector<Quad> ones(facets.size(), Quad(1));
-  return gap + s * length(Projection<Quad>(normals, ones).foot().w) * lacking;
+  return gap + s * length(Projection<Quad>(normals, ones).least_way().w) * lacking;
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ inline std::size_t end_of_corner(const Problem& problem, std::size_t i) {
 // The least w with n·w ≥ c for all facets, w = Σ t n, t ≥ 0, by a dual active set whose faces are orthonormal bases: q spans
 // the face, n_A = q T.
 template <class T>
-struct Foot {
+struct LeastWay {
   V<T> w;
   std::vector<T> t;
   std::vector<std::size_t> face;
@@ -106,7 +106,7 @@ class Projection {
  public:
   Projection(const std::vector<V<T>>& normals, const std::vector<T>& c) : n_(normals), c_(c), t_(normals.size(), T(0)) {}
 
-  Foot<T> foot() {
+  LeastWay<T> least_way() {
     for (int round = 0; round < 100; ++round) {
       const std::size_t j = furthest_behind();
       if (j == n_.size() || !press(j)) break;

@@ -474,6 +474,29 @@ TEST(PrimitiveSet, RefusesWhatCannotBeSolvedAndNamesIt) {
   EXPECT_EQ(set.size(), 2u);
 }
 
+// Modes place at each foot in ignorance of the others: slots, planes with friction and starts of drags are those of the foot.
+TEST(PrimitiveSet, KeepsFeetApart) {
+  PrimitiveSet set;
+  set.clear({});
+  for (const std::uint16_t foot : {std::uint16_t{0}, std::uint16_t{1}}) {
+    const Vec3 at_m{0.01 * foot, 0, 0};
+    set.begin_foot(foot, at_m);
+    set.begin_mode(3);
+    set.plane(0, at_m, {0, 0, 1}, 1.0);
+    set.friction(1, 0, at_m, 0.3);
+    set.point(2, at_m, 0.0, 5.0);
+    ASSERT_EQ(set.dropped(), 0);
+    ASSERT_EQ(set.size(), 3u * (foot + 1u));
+    EXPECT_EQ(set[set.size() - 1].id, (PrimitiveId{3, 2, foot}));
+    EXPECT_EQ(set.row(static_cast<std::size_t>(set.friction_of(set.size() - 2).plane)), 3u * foot);
+  }
+  set.point(2, {0.01, 0, 0}, 1.0);
+  set.begin_foot(2, {});
+  set.friction(1, 0, {}, 0.3);
+  EXPECT_EQ(set.refused().front().reason, Refusal::slot_used_twice);
+  EXPECT_EQ(set.refused().back().reason, Refusal::friction_without_plane);
+}
+
 TEST(PrimitiveSet, AcceptsADragOnlyWhereItDissipates) {
   PrimitiveSet set(4);
   const Vec3 start{0.02, 0.01, 0.03};
