@@ -95,9 +95,9 @@ class Crossings {
   /// Finds the first stop of the policy on a foot's straight path [m] of any length; else its end. No change of the interpolant
   /// is missed: a wall thinner than a voxel, a dip within a cell (Field::piece_along); touching a level is no crossing. The
   /// point lies just beyond the change, to 1e-9 of the field's spacing or as rounding permits: a sample there is on the other
-  /// side. A start on the other side with a return within a quarter of a spacing is no crossing. \param work  spent by pieces
-  /// of the path (PolynomialPiece; Samples::work_of_look). Even without work left, each search makes progress: it evaluates one
-  /// piece of each field, and slivers before that.
+  /// side. A start on the other side with a return within a quarter of a spacing is no crossing.
+  /// \param work  spent by pieces of the path (PolynomialPiece; Samples::work_of_look). Even without work left, each search
+  /// makes progress: it evaluates one piece of each field, and slivers before that.
   void first_event(std::size_t foot, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                    WorkBudget& work, Event& event) const noexcept;
   /// Moves a foot to its event.

@@ -64,10 +64,7 @@ void ContactTable::insert(const Contact& contact) noexcept {
   std::uint32_t& size = firsts_.back();
   if (size == contacts_.size()) return;
   std::uint32_t at = size++;
-  const auto comes_later = [&](const Contact& other) {
-    return part_of(other.id.mode, other.id.foot) > part_of(contact.id.mode, contact.id.foot);
-  };
-  for (; at > 0 && comes_later(contacts_[at - 1]); --at) contacts_[at] = contacts_[at - 1];
+  for (; at > 0 && part_of(contacts_[at - 1]) > part_of(contact); --at) contacts_[at] = contacts_[at - 1];
   contacts_[at] = contact;
 }
 
@@ -83,8 +80,7 @@ void ContactTable::update(const ContactProblem& problem, const Vec3& proxy_m, co
   std::uint32_t first = 0;
   for (std::size_t part = 0; part + 1 < firsts_.size(); ++part) {
     firsts_[part] = first;
-    while (first < firsts_.back() && part_of(contacts_[first].id.mode, contacts_[first].id.foot) == part)
-      follow(contacts_[first++], depth_m, crossings);
+    while (first < firsts_.back() && part_of(contacts_[first]) == part) follow(contacts_[first++], depth_m, crossings);
   }
   for (const LevelContact& held : problem.contacts()) {
     if (held.state == PrimitiveState::slip)

@@ -58,6 +58,7 @@ class ContactTable {
     std::uint32_t refusals = 0;  // bit set of refusals reported
   };
   std::size_t part_of(std::size_t mode, std::size_t foot) const noexcept { return foot * reported_.size() + mode; }
+  std::size_t part_of(const Contact& contact) const noexcept { return part_of(contact.id.mode, contact.id.foot); }
   void emit(const SessionEvent& event, const PrimitiveId& id = {}) noexcept;
   bool has_emitted(SessionEventKind kind, const PrimitiveId& id) const noexcept;
   void insert(const Contact& contact) noexcept;

@@ -24,8 +24,8 @@ namespace palpa {
 class ModeRuntime {
  public:
   /// \param map       hand to world
-  /// \param tool      outlives this, like
-  /// \param contacts  of the session
+  /// \param tool      outlives this
+  /// \param contacts  of the session; outlive this
   ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const Tool& tool, const ContactTable& contacts);
   ModeRuntime(const ModeRuntime&) = delete;
   ModeRuntime& operator=(const ModeRuntime&) = delete;
@@ -83,7 +83,7 @@ class ModeRuntime {
       live.origin_m = tool_.foot_m(start_m, foot) + live.carried_m;
     });
   }
-  // At the foot, and of the mode, of a primitive:
+  // Of a primitive's mode and foot:
   /// Origin of the step [m], carried along.
   const Vec3& origin_m(const PrimitiveId& id) const noexcept { return live_at(id).origin_m; }
   /// Ends the sub-step: resets the carried motion to zero.

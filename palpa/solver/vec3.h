@@ -61,7 +61,7 @@ inline double norm(const Vec3& a) noexcept {
   return squared > 1e-280 && squared < 1e280 ? std::sqrt(squared) : detail::rescaled_norm(a);
 }
 
-/// Called many times a tick from one place each: a call costs as much as the distance.
+/// Length of a − b, in their unit. Inlined: a call costs as much as the distance.
 [[gnu::always_inline]] inline double distance(const Vec3& a, const Vec3& b) noexcept { return norm(a - b); }
 
 /// Unit vector along `a`; zero where `a` is zero or not finite.

@@ -190,7 +190,7 @@ TEST(FirstEvent, OfAFootIsThatOfAPointOnItsPath) {
     together.first_event(foot, at[foot], to, policy, alone[foot].samples, work, events[foot]);
     ASSERT_EQ(events[foot].share, met.share);
     ASSERT_EQ(events[foot].crossings.size(), alone[foot].crossings.size());
-    // A search without a move, and a side taken by another foot, change nothing.
+    // Another foot takes the side that it is on: this one keeps its own.
     if (n % 2 == 0)
       together.take_side((foot + 1) % feet, watches[0], alone[(foot + 1) % feet].above(at[(foot + 1) % feet], 0.2));
     together.apply(foot, events[foot]);
