@@ -205,10 +205,9 @@ PolynomialPiece Samples::piece_along(std::int32_t field, const Vec3& from_hand_m
                     : slot.field->piece_along(from_m, to_m, begin, quiet);
 }
 
-double Samples::spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept {
+double Samples::local_spacing_m(std::int32_t field, const Vec3& world_m) const noexcept {
   if (!is_field(field)) return 0.0;
   const Slot& slot = (*plan_)[field];
-  const Vec3 world_m = map_.to_world(hand_m);
   const double spacing_m = slot.timed ? slot.timed->local_spacing_at(world_m, at_) : slot.field->local_spacing_m(world_m);
   return std::max(map_.length_to_hand(spacing_m), min_spacing_m);
 }
@@ -296,7 +295,7 @@ double ModeContext::border_share(double strength_n) const noexcept {
   const double steepest_n_per_m = 1.5 * stiffness_n_per_m;  // Less: a wide rim; more: a jerk
   double share = 1.0;
   for (const std::int32_t field : fields_) {
-    const double spacing_m = samples_->spacing_m(field, at_m);
+    const double spacing_m = samples_->local_spacing_m(field, samples_->hand_to_world().to_world(at_m));
     const double over_m = std::clamp(strength_n / steepest_n_per_m, reach * spacing_m, furthest * spacing_m);
     share = std::min(share, samples_->depth_m(field, at_m) / over_m);
   }

@@ -61,8 +61,8 @@ class Samples {
   double spacing_m(std::int32_t field) const noexcept {
     return is_field(field) ? spacings_m_[static_cast<std::size_t>(field)] : 0.0;
   }
-  /// Local sample spacing at a position in the hand frame [m] (Field::local_spacing_m).
-  double spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept;
+  /// Local sample spacing [hand m] at a position in the world [m] (Field::local_spacing_m).
+  double local_spacing_m(std::int32_t field, const Vec3& world_m) const noexcept;
   /// Range of a scalar field's values; 0 to 0 for others.
   const ValueRange& range(std::int32_t field) const noexcept;
   /// Largest difference of two samples of a scalar field by rounding alone, in the field's own unit; 0 for others.

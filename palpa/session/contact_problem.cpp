@@ -48,10 +48,10 @@ void ContactProblem::begin_move(const StepContext& context, double spacing_m) no
   learnt_.clear();
 }
 
-std::int32_t ContactProblem::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m,
+std::int32_t ContactProblem::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double data_fraction,
                                    double moved_n) noexcept {
   work_.spend(modes_.work());
-  modes_.place(context, middle_m, level_m, set_);
+  modes_.place(context, middle_m, level_m, data_fraction, set_);
   placed_at_m_ = middle_m;
   const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);
   before_.swap(contacts_);

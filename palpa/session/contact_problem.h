@@ -58,8 +58,10 @@ class ContactProblem {
   /// Begins a move: removes all facets.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
   /// Lets the modes place primitives from data at `middle_m` [m], or at `level_m` [m] for planes on a level. Keeps this move's
-  /// facets. `moved_n` [N]: see DirectedForceLimiter. Returns the mode whose force was limited, or -1.
-  std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
+  /// facets. `data_fraction` [1]: see ModeRuntime::place; `moved_n` [N]: see DirectedForceLimiter. Returns the mode whose force
+  /// was limited, or -1.
+  std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double data_fraction,
+                     double moved_n) noexcept;
   /// Linearises the levels at the expected end `end_m` [m] of the move instead of at the proxy, which saves a move. Skips
   /// levels that turn fast or whose plane would exclude the witness by more than `shallow`. Samples.
   void predict_planes(const Vec3& end_m) noexcept;

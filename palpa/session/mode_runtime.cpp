@@ -84,7 +84,8 @@ ModeContext ModeRuntime::here_at(std::size_t m, std::size_t foot, const StepCont
   return here;
 }
 
-void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept {
+void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, double data_fraction,
+                        PrimitiveSet& out) noexcept {
   out.clear(context.start_m);
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
     const Vec3 foot_at_m = tool_.foot_m(at_m, foot), foot_level_m = tool_.foot_m(level_m, foot);
@@ -96,7 +97,7 @@ void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3
       const auto stands_at = [&](bool is_level) {
         out.truncate(first);
         is_level ? place_mode(m, foot, context, live.origin_m, foot_level_m, carried_along, out)
-                 : place_mode(m, foot, context, live.origin_m, foot_at_m, context.data_fraction, out);
+                 : place_mode(m, foot, context, live.origin_m, foot_at_m, data_fraction, out);
         bool stands = false;
         for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
         return stands;
@@ -104,7 +105,7 @@ void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3
       // First guess: the mode stands on a level if it did last time.
       const bool stood = live.stands;
       const bool stands = live.stands = stands_at(stood);
-      if (stands != stood && (level_m != at_m || context.data_fraction > 0.0)) stands_at(stands);
+      if (stands != stood && (level_m != at_m || data_fraction > 0.0)) stands_at(stands);
     }
   }
 }
@@ -131,15 +132,15 @@ void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext&
   }
 }
 
-void ModeRuntime::on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
-                                   std::span<const Event> events) noexcept {
+void ModeRuntime::on_step_accepted(const StepContext& context, const Vec3& proxy_m, double data_fraction,
+                                   const PrimitiveSet& placed, std::span<const Event> events) noexcept {
   for_each_part([&](std::size_t m, std::size_t foot) {
     ContactFade& fade = live_[part_of(m, foot)].fade;
     if (!enabled(m) || fade.is_leaving()) return;
     if (any_timed()) fade.keep(m, foot, placed);
     if (!has_memory(m)) return;
     const Vec3 foot_m = tool_.foot_m(proxy_m, foot);
-    const ModeContext here = here_at(m, foot, context, foot_m, seen_by(m, foot, foot_m, context.data_fraction));
+    const ModeContext here = here_at(m, foot, context, foot_m, seen_by(m, foot, foot_m, data_fraction));
     modes_[m].mode.on_step_accepted({here, here.contacts, events[foot].crossings}, memory(m, foot));
   });
 }
@@ -189,14 +190,15 @@ bool ModeRuntime::silence_is_watched(std::size_t m, std::size_t foot, const Vec3
 
 double ModeRuntime::finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept {
   double finest = std::numeric_limits<double>::infinity();
+  if (finest_m_ == finest) return finest;  // no data anywhere
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
-    const Vec3 foot_m = tool_.foot_m(at_m, foot);
-    const Vec3 a = map_.to_world(tool_.foot_m(from_m, foot)), b = map_.to_world(tool_.foot_m(to_m, foot));
+    const Vec3 world_m = map_.to_world(tool_.foot_m(at_m, foot)), b = map_.to_world(tool_.foot_m(to_m, foot));
+    const Vec3 a = from_m == at_m ? world_m : map_.to_world(tool_.foot_m(from_m, foot));
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
       for (const std::int32_t f : parts_[m].inputs.fields) {
         if (finest <= parts_[m].finest_m) break;
-        finest = std::min(finest, samples_[foot]->spacing_m(f, foot_m));
+        finest = std::min(finest, samples_[foot]->local_spacing_m(f, world_m));
       }
     }
   }

@@ -103,10 +103,13 @@ class ModeRuntime {
   void configure_events(std::size_t foot, Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
   /// Lets every enabled mode place its primitives for each foot in the emptied set. A mode samples its data with the proxy at
-  /// `at_m` [m], or at `level_m` [m] if one of its planes stands on a level.
-  void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
-  /// Reports a sub-step that ended with the proxy at `proxy_m` [m], its contacts, and the event of each foot, to the modes.
-  void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
+  /// `at_m` [m], after the share `data_fraction` [1] of the data's motion in the sub-step; or, if one of its planes stands on a
+  /// level, at `level_m` [m], with the data carried along.
+  void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, double data_fraction,
+             PrimitiveSet& out) noexcept;
+  /// Reports a sub-step that ended with the proxy at `proxy_m` [m], after the share `data_fraction` [1] of the data's motion,
+  /// its contacts, and the event of each foot, to the modes.
+  void on_step_accepted(const StepContext& context, const Vec3& proxy_m, double data_fraction, const PrimitiveSet& placed,
                         std::span<const Event> events) noexcept;
 
   /// Free flight: whether all forces stay zero from a step's start until a watched value is crossed or the data of a field in

@@ -192,13 +192,13 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool at_probe = steps_ == Steps::one_at_probe;
   spacing_m_ = std::min(modes_.finest_m(start, start, segment.to_m), 1.0);
-  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_, at_probe ? 1.0 : 0.0};
+  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_};
   const double follows_s = playing_ ? advance_data(segment) : 0.0;
   modes_.begin_step(state_.step_start_m = start);
 
   model_.begin_move(context, spacing_m_);
   const Vec3& at = at_probe ? segment.to_m : start;
-  model_.place(context, at, at, unbounded);
+  model_.place(context, at, at, at_probe ? 1.0 : 0.0, unbounded);
   const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
   // No crossing stops the step. But a level whose plane holds a foot stays held: on a round surface a step along that plane
   // ends off the level, which is no release.
@@ -216,7 +216,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   modes_.arrive();
 }
 
-void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept {
+void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept {
   SubStep step;
   step.time_step_s = segment.time_s;
   step.start_m = context.start_m;
@@ -236,8 +236,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   state_.stopped_by = is_stopped ? first_event().crossings.back() : Crossing{};
   state_.stopped_foot = first_foot_;
   contacts_.update(model_, state_.proxy, made.to, distance(made.to.position_m, segment.to_m), crossings_);
-  context.data_fraction = made.fraction;
-  modes_.on_step_accepted(context, state_.proxy, model_.set(), events_);
+  modes_.on_step_accepted(context, state_.proxy, made.fraction, model_.set(), events_);
 }
 
 // Moves the proxy. The pending rest of the segment continues where the move was stopped.
@@ -294,9 +293,10 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
 
 // Lets the modes place primitives for a move of length `whole_m`, expected to end at `end_m`.
 void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
-  StepContext middle = context;
-  middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
-  const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), context.start_m, moved_n_);
+  const bool is_carried = modes_.furthest_carried_m() > 0.0 && whole_m > 0.0;
+  const double data_fraction = is_carried ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
+  const Vec3 middle_m = 0.5 * (state_.step_start_m + end_m);
+  const std::int32_t held_back = model_.place(context, middle_m, context.start_m, data_fraction, moved_n_);
   if (held_back >= 0) contacts_.warn_held_back(static_cast<std::size_t>(held_back));
   if (end_m != context.start_m) model_.predict_planes(end_m);
 }

@@ -123,7 +123,7 @@ class ProxyPath {
   bool is_free() noexcept;
   double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
   double advance_data(const ProbeSegment& segment) noexcept;
-  void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
+  void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
   void find_events(const Vec3& start_m, const Vec3& end_m, bool flies) noexcept;
   bool reverses_last_crossing(std::size_t foot, const Vec3& start_m, const Vec3& end_m) const noexcept;

@@ -13,8 +13,7 @@ struct StepContext {
   Vec3 probe_m;  ///< [m]
   double time_step_s = 0.0;
   double stiffness_n_per_m = 0.0;
-  double spacing_m = 0.0;      ///< [m] finest, of the data nearby
-  double data_fraction = 0.0;  ///< [1] of the data's motion in the sub-step, at the sample position
+  double spacing_m = 0.0;  ///< [m] finest, of the data nearby
 };
 
 /// Computes bound, status and energies from the recorded primitives; call once, last. Allocates nothing.

@@ -118,9 +118,9 @@ TEST_F(SamplesOfFields, CertificatesBoundThemInTheHandFrame) {
 TEST_F(SamplesOfFields, SpacingsAreOfTheHandFrame) {
   const Samples samples(fields_, map_);
   EXPECT_EQ(samples.spacing_m(0), map_.length_to_hand(fields_[0]->spacing_m()));
-  EXPECT_EQ(samples.spacing_m(0, Vec3{}), samples.spacing_m(0));
+  EXPECT_EQ(samples.local_spacing_m(0, Vec3{}), samples.spacing_m(0));
   EXPECT_EQ(samples.spacing_m(-1), 0.0);
-  EXPECT_EQ(samples.spacing_m(99, Vec3{}), 0.0);
+  EXPECT_EQ(samples.local_spacing_m(99, Vec3{}), 0.0);
 }
 
 }  // namespace samples_test
