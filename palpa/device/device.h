@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "palpa/solver/vec3.h"
+#include "palpa/solver/pose.h"
 
 namespace palpa {
 
@@ -20,6 +20,10 @@ struct DeviceLimits {
   double continuous_force_n = std::numeric_limits<double>::infinity();  ///< that its motors can hold permanently
   double max_damping_ns_per_m = std::numeric_limits<double>::infinity();
   double damping_ns_per_m = 0.0;  ///< of its own mechanics
+  bool senses_turn = false;       ///< reports the orientation of its handle
+  double max_torque_nm = 0.0;     ///< about its point; 0: it drives no torque
+  double max_turn_stiffness_nm_per_rad = std::numeric_limits<double>::infinity();
+  double max_turn_damping_nms_per_rad = std::numeric_limits<double>::infinity();
 };
 
 /// State of a device at a moment, in the hand frame.
@@ -30,6 +34,8 @@ struct DeviceState {
   std::uint32_t buttons = 0;
   double time_s = 0.0;
   const char* fault = nullptr;  ///< string literal: why there is no force or valid position; nullptr: no fault
+  /// Orientation of the handle, of unit length, no rotation in its reference pose (docs/devices.md); none: not sensed.
+  std::optional<Turn> turn{};
 };
 
 /// Haptic device, or a substitute. `read` and `write` are called from one thread and never allocate, lock, throw or block: a
@@ -46,6 +52,8 @@ class Device {
   virtual DeviceState read() noexcept = 0;
   /// Holds `force_n` on the hand until the next write. False: the link is lost.
   virtual bool write(const Vec3& force_n) noexcept = 0;
+  /// Likewise with `torque_nm` about the device's point; without motors for it the force alone.
+  virtual bool write(const Vec3& force_n, const Vec3& /*torque_nm*/) noexcept { return write(force_n); }
   /// Brakes the handle by shorting its motors, in place of any force, until called with false. Returns false if it has no such
   /// brake. Call from the thread of `read` and `write`.
   virtual bool brake(bool /*on*/) noexcept { return false; }

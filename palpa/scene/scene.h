@@ -15,6 +15,7 @@
 #include "palpa/mode/mode.h"
 #include "palpa/solver/coupling.h"
 #include "palpa/solver/similarity.h"
+#include "palpa/solver/tool.h"
 
 namespace palpa {
 
@@ -123,11 +124,13 @@ class Scene {
   const CouplingOptions& coupling() const noexcept { return std::get<CouplingOptions>(options_); }
   const Workspace& workspace() const noexcept { return std::get<Workspace>(options_); }
   const TimeOptions& time() const noexcept { return std::get<TimeOptions>(options_); }
+  const ToolOptions& tool() const noexcept { return std::get<ToolOptions>(options_); }
   const std::string& law() const noexcept { return law_; }
-  /// Replaces the coupling, the workspace or the progress of time. A workspace may name a volume that is added later.
+  /// Replaces the coupling, the workspace, the progress of time or the tool. A workspace may name a volume that is added later.
   void set(const CouplingOptions& coupling);
   void set(const Workspace& workspace);
   void set(const TimeOptions& time);
+  void set(const ToolOptions& tool);
   /// Replaces the law by the law of this name ("exact", …).
   void set_law(std::string name);
   /// Changes one of these structs: calls `change` with an Options&.
@@ -197,7 +200,7 @@ class Scene {
   static std::string not_of_type(const SceneMode& mode, std::string_view type);
   std::size_t number_of_mode(std::string_view name) const;
   void replace_mode(std::size_t number, SceneMode mode);
-  std::tuple<CouplingOptions, Workspace, TimeOptions> options_;
+  std::tuple<CouplingOptions, Workspace, TimeOptions, ToolOptions> options_;
   std::string law_ = "exact";
   std::vector<SceneVolume> volumes_;
   std::vector<SceneMode> modes_;

@@ -19,6 +19,7 @@ struct Probe {
   std::optional<Vec3> velocity_m_per_s{};  ///< none: derived from the positions
   bool valid = true;                       ///< false: the device has no position
   std::uint32_t buttons = 0;
+  Turn turn{};  ///< orientation of the handle, a unit quaternion to within 1e-3; unused by a point tool
 };
 
 enum class TickStatus : std::uint8_t {
@@ -48,6 +49,11 @@ struct Tick {
   double unborne_n = 0.0;
   Energy energy;
   int work = 0;  ///< [1] units, counted alike on every machine (docs/contracts/session.md)
+  // Of a tool with an orientation; else no rotation and zero:
+  Turn probe_turn;  ///< as given, of unit length; none if unusable
+  Turn proxy_turn;
+  Vec3 probe_turn_step_rad;  ///< rotation vector of the probe since the last tick
+  Vec3 torque_nm;            ///< about the device's point, before the guard
 };
 
 /// A mode's part in one tick.

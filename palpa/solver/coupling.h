@@ -1,6 +1,8 @@
 // Coupling of Eq. 1, f = k (x_proxy − x_probe) + D (v_proxy − v_probe): options and energy.
 #pragma once
 
+#include <optional>
+
 namespace palpa {
 
 /// Spring and damper between proxy and hand.
@@ -9,6 +11,9 @@ struct CouplingOptions {
   double damping_ns_per_m = 0.0;     ///< D of Eq. 1; [0, 100]
   double max_force_n = 3.3;          ///< force limit of the guard; (0, 100]
   double impact_ns_per_m = 0.0;      ///< contact transient: force per speed of the impact on a hard level; [0, 100]
+  double max_torque_nm = 0.3;        ///< torque limit of the guard, for a tool; (0, 10]
+  /// Torque per angular velocity of proxy − probe, for a tool; [0, 1]. None: D times its turning radius squared.
+  std::optional<double> turn_damping_nms_per_rad{};
 
   friend bool operator==(const CouplingOptions&, const CouplingOptions&) = default;
 };

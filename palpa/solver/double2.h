@@ -39,20 +39,22 @@ inline Double2 product(Double2 a, double b) noexcept {
 
 inline double rounded(Double2 a) noexcept { return a.high + a.low; }
 
-/// Components of a − o along q and across it, for q of unit length but for rounding: the error of each is about one rounding of
+/// Components of a vector, or of a − o, along q and across it, for q of unit length but for rounding: the error of each is about one rounding of
 /// itself and one of a rounding of |a − o|.
 struct Slide {
   double along = 0.0;
   Vec3 across;
 };
-inline Slide slide(const Vec3& q, const Vec3& a, const Vec3& o) noexcept {
-  const Double2 x = two_sum(a.x, -o.x), y = two_sum(a.y, -o.y), z = two_sum(a.z, -o.z);
+inline Slide slide(const Vec3& q, const Double2& x, const Double2& y, const Double2& z) noexcept {
   const Double2 along = sum(sum(product(x, q.x), product(y, q.y)), product(z, q.z));
   const Double2 squared = sum(sum(two_product(q.x, q.x), two_product(q.y, q.y)), two_product(q.z, q.z));
   const double longer = (squared.high - 1.0) + squared.low;  // |q|² − 1
   const Double2 back{-along.high, along.high * longer - along.low};
   return {rounded(along),
           {rounded(sum(x, product(back, q.x))), rounded(sum(y, product(back, q.y))), rounded(sum(z, product(back, q.z)))}};
+}
+inline Slide slide(const Vec3& q, const Vec3& a, const Vec3& o) noexcept {
+  return slide(q, two_sum(a.x, -o.x), two_sum(a.y, -o.y), two_sum(a.z, -o.z));
 }
 
 }  // namespace palpa::detail

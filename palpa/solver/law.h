@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "palpa/solver/pose.h"
 #include "palpa/solver/primitives.h"
 
 namespace palpa {
@@ -29,6 +30,7 @@ struct Balance {
   BalanceStatus status = BalanceStatus::exact;
   int stage = 0;       ///< stage of the law that found it (0: nothing to solve)
   int iterations = 0;  ///< passes over all primitives: proofs and Newton steps, in all stages
+  Vec3 turn_rad{};     ///< of a tool: rotation vector from its orientation at the start; zero for a point
 };
 
 /// Finds the balance: the minimiser over x of
@@ -101,6 +103,9 @@ struct SubStep {
   double energy_after_j = 0.0;
   std::uint32_t first_primitive = 0;  ///< in `Session::primitives()`
   std::uint32_t primitives = 0;
+  // Of a tool:
+  Turn start_turn{}, probe_turn{}, proxy_turn{};
+  double turning_radius_m = 0.0;  ///< ρ; 0: a point, without orientation
 };
 
 /// A primitive as placed in a sub-step, with its result.
@@ -110,6 +115,7 @@ struct PlacedPrimitive {
   Vec3 force_n;  ///< in the law's split; other splits of a shared load are as valid
   PrimitiveState state = PrimitiveState::off;
   Vec3 carried_m;  ///< motion of the proxy with moving data of its mode in the whole sub-step
+  Vec3 lever_m{};  ///< from the device's point of a tool to the foot, at the start of the sub-step; zero for a point
 };
 
 /// Energy [J] that a primitive injected over its sub-step, F·(proxy − start − move_fraction · carried); below zero: dissipated.

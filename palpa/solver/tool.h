@@ -2,33 +2,97 @@
 #pragma once
 
 #include <cstddef>
-#include <utility>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
-#include "palpa/solver/vec3.h"
+#include "palpa/solver/coupling.h"
+#include "palpa/solver/pose.h"
 
 namespace palpa {
 
-/// Contact points of the proxy with the data, its *feet*. Modes sample the data at each foot and place primitives that act
-/// there. A point tool, the default, has a single foot, at the proxy itself. Any thread.
+/// [1] Largest number of feet of a tool. More: longer worst ticks and more memory; fewer: coarser tools.
+inline constexpr std::size_t most_feet = 256;
+
+/// Shape of the tool in the hand ([tool] of a scene). Positions are in the axes of the handle, which are those of the hand
+/// frame for a device that is not turned: x right, y up, z towards the user.
+struct ToolOptions {
+  enum class Shape : std::uint8_t {
+    point,   ///< a single foot, at the device's point
+    points,  ///< the feet of `points_m`
+    rod,     ///< on a straight line along z of `length_m`; with a radius on rings of a cylinder about it
+    pad,     ///< on a disc of `radius_m` across z
+    ball,    ///< on a sphere of `radius_m`
+  };
+  Shape shape = Shape::point;
+  std::vector<Vec3> points_m{};  ///< [m] feet of the shape `points`: 1 to 256 within 1 m
+  double length_m = 0.0;         ///< of a rod; (0, 1]
+  double radius_m = 0.0;         ///< of a pad, a ball (0, 0.5], or a rod [0, 0.5]
+  int points = 16;               ///< [1] feet of a rod, pad or ball; 1 to 256
+  double share = 1.0;            ///< [1] of each primitive's strength and drag that a foot bears; (0, 1]
+  /// Position of the device's point in the shape [m], which the hand's force and torque act on.
+  Vec3 centre_m{};
+  /// ρ [m], (0, 1]: the coupling's rotational stiffness is its stiffness times ρ². None: from levers, stiffness and force
+  /// limit.
+  std::optional<double> turning_radius_m{};
+
+  friend bool operator==(const ToolOptions&, const ToolOptions&) = default;
+};
+
+/// First fault of the options, as half a sentence; nullptr if valid. Allocates nothing; any thread.
+const char* problem_with(const ToolOptions& options) noexcept;
+
+/// Contact points of the proxy with the data, its *feet*, rigidly joined. Modes sample the data at each foot and place
+/// primitives that act there. A point tool, the default, has a single foot, at the proxy itself, and no orientation. Any
+/// thread.
 class Tool {
  public:
-  Tool() : Tool({Vec3{}}) {}
-  /// \param points_m  [m] feet, from the proxy; at least one. Allocates.
-  explicit Tool(std::vector<Vec3> points_m) : points_m_(std::move(points_m)), feet_(points_m_.size()) {
-    is_point_ = feet_ == 1 && points_m_[0] == Vec3{};
+  Tool() = default;
+  /// Allocates. Throws std::invalid_argument for options or a coupling that are not valid.
+  Tool(const ToolOptions& options, const CouplingOptions& coupling);
+
+  std::size_t feet() const noexcept { return levers_m_.size(); }
+  bool is_point() const noexcept { return is_point_; }
+  /// [1] of each primitive's strength and drag that a foot bears.
+  double share() const noexcept { return share_; }
+  /// ρ [m].
+  double turning_radius_m() const noexcept { return turning_radius_m_; }
+  /// Largest distance of a foot from the device's point [m].
+  double reach_m() const noexcept { return reach_m_; }
+
+  // These allocate nothing.
+
+  /// Vector [m] from the device's point to a foot of a tool with this orientation.
+  Vec3 lever_m(const Turn& turn, std::size_t foot) const noexcept {
+    return is_point_ ? Vec3{} : rotated(turn, levers_m_[foot]);
+  }
+  /// Position of a foot [m] of a tool in this pose; of a point tool the position of the pose to the bit.
+  Vec3 foot_m(const Pose& pose, std::size_t foot) const noexcept {
+    return is_point_ ? pose.position_m : pose.position_m + rotated(pose.turn, levers_m_[foot]);
+  }
+  Vec3 foot_m(const Vec3& proxy_m, std::size_t) const noexcept { return proxy_m; }
+  Vec3 proxy_m(const Vec3& foot_m, std::size_t) const noexcept { return foot_m; }
+  /// Motion between two poses.
+  Motion motion(const Pose& from, const Pose& to) const noexcept {
+    return {to.position_m - from.position_m, is_point_ ? Vec3{} : turning_radius_m_ * rotation_between_rad(from.turn, to.turn)};
+  }
+  /// `from`, moved.
+  Pose moved(const Pose& from, const Motion& motion) const noexcept {
+    return {from.position_m + motion.way_m, is_point_ ? from.turn : turned_further(from.turn, motion.arc_m / turning_radius_m_)};
+  }
+  /// Upper bound [m] on the way of any foot in a motion; of a point its length.
+  double way_m(const Motion& motion) const noexcept {
+    return is_point_ ? norm(motion.way_m) : norm(motion.way_m) + reach_m_ / turning_radius_m_ * norm(motion.arc_m);
+  }
+  /// Likewise between two poses.
+  double way_m(const Pose& from, const Pose& to) const noexcept {
+    return is_point_ ? distance(from.position_m, to.position_m) : way_m(motion(from, to));
   }
 
-  std::size_t feet() const noexcept { return feet_; }
-  /// Position of a foot [m] for the proxy at `proxy_m` [m]; of a point tool the proxy to the bit. Allocates nothing.
-  Vec3 foot_m(const Vec3& proxy_m, std::size_t foot) const noexcept { return is_point_ ? proxy_m : proxy_m + points_m_[foot]; }
-  /// Position of the proxy [m] with this foot at `foot_m` [m]. Allocates nothing.
-  Vec3 proxy_m(const Vec3& foot_m, std::size_t foot) const noexcept { return is_point_ ? foot_m : foot_m - points_m_[foot]; }
-
  private:
-  std::vector<Vec3> points_m_;
-  std::size_t feet_;
-  bool is_point_;
+  std::vector<Vec3> levers_m_{1};  // in the handle's axes
+  bool is_point_ = true;
+  double share_ = 1.0, turning_radius_m_ = 1.0, reach_m_ = 0.0;
 };
 
 }  // namespace palpa

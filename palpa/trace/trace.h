@@ -65,6 +65,10 @@ struct Command {
   double snap_n = 0.0;  ///< step of the force as the proxy is released by something other than a level, if spread over time
   double work_on_hand_j = 0.0;  ///< work of the last tick's command until this tick
   double withheld_j = 0.0;      ///< likewise of the last tick's force less its command
+  Vec3 torque_nm{};             ///< sent to the device; zero where it drives no torque
+  /// Work that the last tick's torque would have done on the hand, had a device that senses turns drawn it: energy that turning
+  /// brings in where it cannot be felt (docs/theory.md 10.8).
+  double unfelt_j = 0.0;
 };
 
 /// Tick in the loop: the session's result, and the command made of it.

@@ -1,0 +1,336 @@
+// Poses a tool's problem in newtons, and proves iterates.
+#include <limits>
+
+#include "palpa/solver/pose_work.h"
+
+namespace palpa {
+
+using namespace detail::solving;
+using namespace detail::posing;
+
+PoseSolver::Work::Work(std::size_t capacity, std::size_t feet)
+    : numbers_(std::make_unique<std::uint16_t[]>(feet)),
+      feet_(std::make_unique<Foot[]>(feet)),
+      plane_(std::make_unique<AtFoot<Plane>[]>(capacity)),
+      span_(std::make_unique<AtFoot<Span>[]>(capacity)),
+      corner_(std::make_unique<AtFoot<Corner>[]>(capacity / 2)),
+      normals_(std::make_unique<Vec3[]>(capacity)),
+      offsets_n_(std::make_unique<double[]>(capacity)),
+      all_feet_(feet),
+      kept_planes_n_(std::make_unique<double[]>(capacity)),
+      kept_spans_n_(std::make_unique<Vec3[]>(capacity)),
+      kept_corners_(std::make_unique<Corner[]>(capacity / 2)),
+      best_forces_n_(std::make_unique<Vec3[]>(capacity)) {}
+
+// Place in feet_ of a primitive's foot, added if it has none.
+std::uint16_t PoseSolver::Work::foot_of(const Primitive& primitive, const ToolStep& step) noexcept {
+  constexpr auto none = std::numeric_limits<std::uint16_t>::max();
+  std::uint16_t& number = numbers_[primitive.id.foot];
+  if (number != none) return number;
+  number = static_cast<std::uint16_t>(feet_count_++);
+  Foot& foot = feet_[number];
+  foot.beta = step.levers_m[primitive.id.foot] / step.turning_radius_m;
+  foot.start_m = step.foot_m(primitive.id.foot);
+  foot.gain = 1.0 + norm_squared(foot.beta);
+  foot.size = detail::size_of(foot.beta);
+  return number;
+}
+
+void PoseSolver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const ToolStep& step) noexcept {
+  primitives_ = primitives;
+  step_ = step;
+  k_ = step.stiffness_n_per_m, by_k_ = 1.0 / k_;
+  wanted_n_ = k_ * wanted_bound_m;
+  balanced_n_ = refined_share * wanted_n_;
+  shown_n2_ = 0.1 * wanted_n_ * wanted_n_ / static_cast<double>(std::max<std::size_t>(1, primitives.size()));
+  precise_ = anchored_precisely_ = warm_ = false;
+  best_bound_n_ = std::numeric_limits<double>::max();
+  best_m_ = best_rest_n_ = origin_m_ = {};
+  iterations_ = rows_ = 0;
+  feet_count_ = planes_ = spans_ = corners_ = facets_ = 0;
+  std::fill_n(numbers_.get(), all_feet_, std::numeric_limits<std::uint16_t>::max());
+
+  way_n_ = {k_ * (step.probe.position_m - step.start.position_m),
+            k_ * (step.turning_radius_m * rotation_between_rad(step.start.turn, step.probe.turn))};
+  directed_n_ = {};
+  directed_size_n_ = directed_terms_ = 0.0;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    const std::uint16_t foot = foot_of(p, step);
+    if (p.kind == PrimitiveKind::directed) {
+      directed_n_ += wrench(p.strength_n * p.direction, feet_[foot].beta);
+      directed_size_n_ += 4.0 * p.strength_n * (1.0 + feet_[foot].size);
+      directed_terms_ += 1.0;
+      continue;
+    }
+    const double gamma = detail::gamma_of(p, k_, step.time_step_s);
+    const double longest = gamma > 0.0 ? std::numeric_limits<double>::infinity() : p.strength_n;
+    const std::size_t facets = whole_of(primitives, i).size();
+    if (facets > 1) {
+      corner_[corners_].foot = foot, corner_[corners_].gain = feet_[foot].gain;
+      pose_corner(i, facets, warm_n);
+      i += facets - 1;
+    } else if (p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner) {
+      AtFoot<Plane>& plane = plane_[planes_++];
+      plane.q = p.direction, plane.s = p.strength_n, plane.gamma = gamma, plane.index = static_cast<std::uint32_t>(i);
+      plane.compliance = detail::compliance_of(p, k_);
+      plane.rest = rest_of_spring(plane.compliance);
+      plane.t = std::clamp(dot(p.direction, warm_n[i]), 0.0, longest);
+      plane.foot = foot, plane.gain = 1.0 + norm_squared(cross(feet_[foot].beta, plane.q));
+      warm_ = warm_ || plane.t > 0.0;
+    } else {
+      AtFoot<Span>& span = span_[spans_++];
+      span.q = p.kind == PrimitiveKind::line ? p.direction : Vec3{};
+      span.s = p.strength_n, span.gamma = gamma, span.index = static_cast<std::uint32_t>(i);
+      span.u = shortened(span.across(warm_n[i]), longest);
+      span.foot = foot, span.gain = feet_[foot].gain;
+      warm_ = warm_ || span.u != Vec3{};
+    }
+  }
+  anchor_all();
+}
+
+void PoseSolver::Work::pose_corner(std::size_t first, std::size_t facets, const Vec3* warm_n) noexcept {
+  AtFoot<Corner>& corner = corner_[corners_++];
+  corner.normals = {&normals_[facets_], facets};
+  corner.b = &offsets_n_[facets_];
+  corner.s = primitives_[first].strength_n;
+  corner.compliance = detail::compliance_of(primitives_[first], k_);
+  corner.rest = rest_of_spring(corner.compliance);
+  corner.index = static_cast<std::uint32_t>(first);
+  corner.face.size = 0;
+  corner.u = {};
+  for (std::size_t i = first; i < first + facets; ++i) {
+    normals_[facets_++] = primitives_[i].direction;
+    corner.u += std::max(0.0, dot(primitives_[i].direction, warm_n[i])) * primitives_[i].direction;
+  }
+  corner.u = shortened(corner.u, corner.s);
+  warm_ = warm_ || corner.u != Vec3{};
+}
+
+namespace {
+
+// Component of the distance from a foot, displaced by the origin (o, arc), to an anchor.
+detail::Double2 component(double anchor_m, double foot_m, double o_m, double arc_a, double beta_a, double arc_b,
+                          double beta_b) noexcept {
+  using detail::two_product, detail::two_sum;
+  detail::Double2 turned = detail::sum(two_product(arc_a, beta_a), two_product(-arc_b, beta_b));
+  turned = detail::sum(turned, {o_m, 0.0});
+  return detail::sum(two_sum(anchor_m, -foot_m), {-turned.high, -turned.low});
+}
+
+struct Distance {
+  detail::Double2 x, y, z;
+};
+Distance distance_to(const Vec3& a, const Foot& foot, const Six& o) noexcept {
+  const Vec3 &f = foot.start_m, &b = foot.beta;
+  return {component(a.x, f.x, o.way.x, o.arc.y, b.z, o.arc.z, b.y), component(a.y, f.y, o.way.y, o.arc.z, b.x, o.arc.x, b.z),
+          component(a.z, f.z, o.way.z, o.arc.x, b.y, o.arc.y, b.x)};
+}
+
+detail::Slide slide_from(const Foot& foot, const Six& origin_m, const Vec3& q, const Vec3& a) noexcept {
+  const Distance d = distance_to(a, foot, origin_m);
+  return detail::slide(q, d.x, d.y, d.z);
+}
+
+}  // namespace
+
+// Anchors relative to the foot, displaced by the origin. Rounding of B shifts the anchor: where that would show in the bound,
+// with its root, the difference and its component along q are computed in double-double.
+bool PoseSolver::Work::is_at_origin(const Primitive& primitive, const Foot& foot) const noexcept {
+  return primitive.position_m == foot.start_m && origin_m_.way == Vec3{} && origin_m_.arc == Vec3{};
+}
+
+void PoseSolver::Work::anchor(AtFoot<Plane>& p) const noexcept {
+  const Primitive& primitive = primitives_[p.index];
+  const Foot& foot = feet_[p.foot];
+  p.b = p.size = 0.0;
+  if (is_at_origin(primitive, foot)) return;
+  const Vec3 offset_m = primitive.position_m - foot.start_m, o_m = at_foot(origin_m_, foot.beta);
+  const Vec3 B = k_ * (offset_m - o_m);
+  p.b = dot(p.q, B);
+  p.size = k_ * (size_of(offset_m) + size_of(o_m));
+  if (precise_ || p.s * p.size * epsilon > shown_n2_) {
+    p.b = k_ * slide_from(foot, origin_m_, p.q, primitive.position_m).along;
+    p.size = std::abs(p.b);
+  }
+}
+
+void PoseSolver::Work::anchor(AtFoot<Span>& p) const noexcept {
+  const Primitive& primitive = primitives_[p.index];
+  const Foot& foot = feet_[p.foot];
+  p.B = {}, p.size = 0.0;
+  if (is_at_origin(primitive, foot)) return;
+  const Vec3 offset_m = primitive.position_m - foot.start_m, o_m = at_foot(origin_m_, foot.beta);
+  p.B = p.across(k_ * (offset_m - o_m));
+  p.size = k_ * (size_of(offset_m) + size_of(o_m));
+  if (precise_ || p.s * p.size * epsilon > shown_n2_) {
+    p.B = k_ * slide_from(foot, origin_m_, p.q, primitive.position_m).across;
+    p.size = size_of(p.B);
+  }
+}
+
+void PoseSolver::Work::anchor(const AtFoot<Corner>& corner) noexcept {
+  double* const b = &offsets_n_[static_cast<std::size_t>(corner.b - offsets_n_.get())];
+  for (std::size_t i = 0; i < corner.normals.size(); ++i) {
+    const Vec3& a = primitives_[corner.index + i].position_m;
+    b[i] = k_ * slide_from(feet_[corner.foot], origin_m_, corner.normals[i], a).along;
+  }
+}
+
+void PoseSolver::Work::anchor_all() noexcept {
+  const Six back_n = k_ * origin_m_;
+  C_ = way_n_ - back_n + directed_n_;
+  // The last term is the rounding of the rotation vector between the turns.
+  C_size_ = 2.0 * size_of(way_n_) + 2.0 * size_of(back_n) + directed_size_n_ + 2.0 * k_ * step_.turning_radius_m;
+  anchored_precisely_ = precise_;
+  for (std::size_t i = 0; i < planes_; ++i) anchor(plane_[i]);
+  for (std::size_t i = 0; i < spans_; ++i) anchor(span_[i]);
+  for (std::size_t i = 0; i < corners_; ++i) anchor(corner_[i]);
+}
+
+// Moves the origin to the tool. Residuals of primitives that a foot rests on are then differences of nearby doubles.
+void PoseSolver::Work::recentre() noexcept {
+  const Six z_m = by_k_ * Z_;
+  const Six origin_m = origin_m_ + z_m;
+  Z_ = k_ * ((origin_m_ - origin_m) + z_m);
+  origin_m_ = origin_m;
+  anchor_all();
+}
+
+// Sets J Z of all feet.
+void PoseSolver::Work::look() noexcept {
+  for (std::size_t f = 0; f < feet_count_; ++f) feet_[f].Z = at_foot(Z_, feet_[f].beta);
+}
+
+// Wrench of all forces.
+Six PoseSolver::Work::gathered() noexcept {
+  for (std::size_t f = 0; f < feet_count_; ++f) feet_[f].u = {};
+  for (std::size_t i = 0; i < planes_; ++i) feet_[plane_[i].foot].u += plane_[i].t * plane_[i].q;
+  for (std::size_t i = 0; i < spans_; ++i) feet_[span_[i].foot].u += span_[i].u;
+  for (std::size_t i = 0; i < corners_; ++i) feet_[corner_[i].foot].u += corner_[i].u;
+  Six all;
+  for (std::size_t f = 0; f < feet_count_; ++f) all += wrench(feet_[f].u, feet_[f].beta);
+  return all;
+}
+
+// Z at which these forces balance.
+Six PoseSolver::Work::sum() noexcept { return C_ + gathered(); }
+
+// Bound of the iterate, rounding included, by docs/theory.md 10.2; `plain_n` is without rounding, `left_n` the residual wrench.
+double PoseSolver::Work::bound_n(double& plain_n, double& left_n, double& rounding_n) noexcept {
+  look();
+  count();
+  const double origin_size_n = k_ * size_of(origin_m_.arc);
+  double plain = 0.0, rounded = 0.0, slack = 0.0, size = size_of(Z_) + C_size_, terms = directed_terms_ + 1.0;
+  // J Z is off by its own rounding, and by that of β at the origin.
+  const auto off_n = [&](const Foot& foot) {
+    const double turned_n = (5.0 * size_of(Z_.arc) + origin_size_n) * foot.size;
+    return epsilon * (size_of(Z_.way) + turned_n);
+  };
+  const auto add = [&](const detail::Gap& gap, const Vec3& u, double s, double gamma, const Foot& foot) {
+    plain += gap.plain;
+    // A primitive's term falls by at most s + γ|R| per newton of residual, and u·R by |u|.
+    const double off = off_n(foot);
+    rounded += gap.rounded + (s + 2.0 * size_of(u) + gamma * off) * off;
+    slack += gap.slack * (1.0 + foot.size);
+    size += size_of(u) * (1.0 + 2.0 * foot.size);
+    terms += 1.0;
+  };
+  for (std::size_t i = 0; i < planes_; ++i) {
+    const AtFoot<Plane>& p = plane_[i];
+    const Foot& foot = feet_[p.foot];
+    const detail::Gap one = gap(p, foot.Z, size_of(foot.Z));
+    const double behind = std::max(0.0, p.residual(foot.Z));
+    add(one, p.t * p.q, p.s + p.gamma * behind, p.gamma, foot);
+  }
+  for (std::size_t i = 0; i < spans_; ++i) {
+    const AtFoot<Span>& p = span_[i];
+    const Foot& foot = feet_[p.foot];
+    const double reach = p.gamma > 0.0 ? norm(p.residual(foot.Z)) : 0.0;
+    add(gap(p, foot.Z), p.u, p.s + p.gamma * reach, p.gamma, foot);
+  }
+  for (std::size_t i = 0; i < corners_; ++i) {
+    const Foot& foot = feet_[corner_[i].foot];
+    add(gap(corner_[i], foot.Z), corner_[i].u, corner_[i].s, 0.0, foot);
+  }
+  const Six left = Z_ - C_ - gathered();
+  left_n = std::hypot(norm(left.way), norm(left.arc));
+  rounding_n = (8.0 + terms) * epsilon * size + 1e-140;
+  const auto bound = [](double rho, double gap) { return 0.5 * (rho + std::sqrt(rho * rho + 4.0 * gap)); };
+  plain_n = bound(left_n, plain);
+  return bound(left_n + slack + rounding_n, rounded) * (1.0 + (8.0 + terms) * epsilon);
+}
+
+// Whether the iterate is good enough; stores it if its bound is the best so far. See Solver::Work::certify for the acceptance.
+bool PoseSolver::Work::certify(int stage) noexcept {
+  double plain_n = 0.0, left_n = 0.0, rounding_n = 0.0;
+  const double bound = bound_n(plain_n, left_n, rounding_n);
+  bool proven = bound <= wanted_n_;
+  if (!proven && plain_n <= 0.5 * wanted_n_) {
+    proven = bound <= 4.0 * wanted_n_ || anchored_precisely_;
+    precise_ = true;
+  }
+  const bool done = proven && left_n <= seen_share * wanted_n_ + rounding_n;
+  if (done || bound < best_bound_n_) {
+    best_bound_n_ = bound;
+    best_m_ = origin_m_ + by_k_ * Z_;
+    best_rest_n_ = Z_ - k_ * (best_m_ - origin_m_);
+    best_stage_ = stage;
+    for (std::size_t i = 0; i < planes_; ++i) best_forces_n_[plane_[i].index] = plane_[i].t * plane_[i].q;
+    for (std::size_t i = 0; i < spans_; ++i) best_forces_n_[span_[i].index] = span_[i].across(span_[i].u);
+    for (std::size_t i = 0; i < corners_; ++i) corner_[i].give(best_forces_n_.get());
+  }
+  return done;
+}
+
+void PoseSolver::Work::give(Balance& balance, Vec3* forces_n) noexcept {
+  const bool any = best_bound_n_ < std::numeric_limits<double>::max();
+  bool free = true;
+  for (std::size_t i = 0; i < primitives_.size(); ++i) {
+    const Primitive& p = primitives_[i];
+    forces_n[i] = p.kind == PrimitiveKind::directed ? p.strength_n * p.direction : any ? best_forces_n_[i] : Vec3{};
+    free = free && forces_n[i] == Vec3{};
+  }
+  // In free space the tool is at the device, to the bit: the damper detects free space by that.
+  const Vec3& start_m = step_.start.position_m;
+  balance.position_m = free && any ? step_.probe.position_m : start_m + best_m_.way;
+  balance.turn_rad =
+      free && any ? rotation_between_rad(step_.start.turn, step_.probe.turn) : best_m_.arc / step_.turning_radius_m;
+  moved_m_ = {balance.position_m - start_m, step_.turning_radius_m * balance.turn_rad};
+  const Vec3 remainder_m = (start_m - balance.position_m) + best_m_.way;
+  const double bound_m = best_bound_n_ * by_k_ * (1.0 + 2.0 * epsilon) + by_k_ * size_of(best_rest_n_) + size_of(remainder_m) +
+                         4.0 * epsilon * size_of(best_m_);
+  balance.error_bound_m = bound_m < std::numeric_limits<double>::max() ? bound_m : std::numeric_limits<double>::max();
+  balance.status = balance.error_bound_m <= exact_bound_m ? BalanceStatus::exact : BalanceStatus::capped;
+  balance.stage = best_stage_;
+  balance.iterations = iterations_;
+}
+
+double PoseSolver::Work::bound_m(const Motion& at) noexcept {
+  // About the place itself, in double-double: Z = 0.
+  precise_ = true;
+  origin_m_ = {at.way_m, at.arc_m};
+  Z_ = {};
+  anchor_all();
+  double plain_n = 0.0, left_n = 0.0, rounding_n = 0.0;
+  const double bound =
+      bound_n(plain_n, left_n, rounding_n) * by_k_ * (1.0 + 2.0 * epsilon) + 4.0 * epsilon * size_of(origin_m_);
+  return std::isfinite(bound) ? bound : std::numeric_limits<double>::max();
+}
+
+void PoseSolver::Work::keep() noexcept {
+  kept_Z_ = Z_;
+  for (std::size_t i = 0; i < planes_; ++i) kept_planes_n_[i] = plane_[i].t;
+  for (std::size_t i = 0; i < spans_; ++i) kept_spans_n_[i] = span_[i].u;
+  for (std::size_t i = 0; i < corners_; ++i) kept_corners_[i] = corner_[i];
+}
+
+void PoseSolver::Work::restore() noexcept {
+  Z_ = kept_Z_;
+  for (std::size_t i = 0; i < planes_; ++i) plane_[i].t = kept_planes_n_[i];
+  for (std::size_t i = 0; i < spans_; ++i) span_[i].u = kept_spans_n_[i];
+  for (std::size_t i = 0; i < corners_; ++i) static_cast<Corner&>(corner_[i]) = kept_corners_[i];
+}
+
+}  // namespace palpa
