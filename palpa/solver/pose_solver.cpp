@@ -52,11 +52,13 @@ Balance PoseSolver::solve(const PrimitiveSet& set, const ToolStep& step) noexcep
   if (!fits || !is_solvable(primitives, step, feet_)) {
     std::fill_n(forces_.get(), size_, Vec3{});
     const Vec3& start_m = step.start.position_m;
-    return {is_within(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0, {}};
+    return {is_within(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
   // Without primitives the tool is at the device.
   if (primitives.empty())
-    return {step.probe.position_m, 0.0, BalanceStatus::exact, 0, 0, rotation_between_rad(step.start.turn, step.probe.turn)};
+    return {.position_m = step.probe.position_m,
+            .way_m = step.probe.position_m - step.start.position_m,
+            .turn_rad = rotation_between_rad(step.start.turn, step.probe.turn)};
   work_->pose(primitives, forces_.get(), step);
   work_->solve();
   Balance balance;
