@@ -239,18 +239,33 @@ Six PoseSolver::Work::gathered() noexcept {
 // Z at which these forces balance.
 Six PoseSolver::Work::sum() noexcept { return C_ + gathered(); }
 
+namespace {
+
+// Gap of a corner whose foot's Z is off by `off`: about an origin so far away that rounding there is as large.
+detail::Gap gap_at(const Corner& corner, const Vec3& Z, double off) noexcept {
+  if (off == 0.0) return gap(corner, Z);
+  double b[most_facets];
+  Corner moved = corner;
+  moved.b = b;
+  const double away = off / epsilon;
+  for (std::size_t i = 0; i < corner.normals.size(); ++i) b[i] = corner.b[i] + away * corner.normals[i].x;
+  return gap(moved, Z + Vec3{away, 0.0, 0.0});
+}
+
+}  // namespace
+
 // Bound of the iterate, rounding included, by docs/theory.md 10.2; `plain_n` is without rounding, `left_n` the residual wrench.
 double PoseSolver::Work::bound_n(double& plain_n, double& left_n, double& rounding_n) noexcept {
   look();
   count();
   double plain = 0.0, rounded = 0.0, slack = 0.0, size = size_of(Z_) + C_size_, terms = directed_terms_ + 1.0;
   // J Z is off by its own rounding and that of β.
-  const auto off_n = [&](const Foot& foot) { return epsilon * (size_of(Z_.way) + 5.0 * size_of(Z_.arc) * foot.size); };
-  const auto add = [&](const detail::Gap& gap, const Vec3& u, double s, double gamma, const Foot& foot) {
+  const auto off_n = [&](const Foot& foot) {
+    return foot.size > 0.0 ? epsilon * (size_of(foot.Z) + 2.0 * size_of(Z_.arc) * foot.size) : 0.0;
+  };
+  const auto add = [&](const detail::Gap& gap, const Vec3& u, const Foot& foot) {
     plain += gap.plain;
-    // A primitive's term falls by at most s + γ|R| per newton of residual, and u·R by |u|.
-    const double off = off_n(foot);
-    rounded += gap.rounded + (s + 2.0 * size_of(u) + gamma * off) * off;
+    rounded += gap.rounded;
     slack += gap.slack * (1.0 + foot.size);
     size += size_of(u) * (1.0 + 2.0 * foot.size);
     terms += 1.0;
@@ -258,19 +273,19 @@ double PoseSolver::Work::bound_n(double& plain_n, double& left_n, double& roundi
   for (std::size_t i = 0; i < planes_; ++i) {
     const AtFoot<Plane>& p = plane_[i];
     const Foot& foot = feet_[p.foot];
-    const detail::Gap one = gap(p, foot.Z, size_of(foot.Z));
-    const double behind = std::max(0.0, p.residual(foot.Z));
-    add(one, p.t * p.q, p.s + p.gamma * behind, p.gamma, foot);
+    add(gap(p, foot.Z, size_of(foot.Z) + off_n(foot) / detail::plane_rounding), p.t * p.q, foot);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    const AtFoot<Span>& p = span_[i];
+    AtFoot<Span>& p = span_[i];
     const Foot& foot = feet_[p.foot];
-    const double reach = p.gamma > 0.0 ? norm(p.residual(foot.Z)) : 0.0;
-    add(gap(p, foot.Z), p.u, p.s + p.gamma * reach, p.gamma, foot);
+    const double size_of_anchor = p.size;
+    p.size += off_n(foot) / detail::span_rounding;
+    add(gap(p, foot.Z), p.u, foot);
+    p.size = size_of_anchor;
   }
   for (std::size_t i = 0; i < corners_; ++i) {
     const Foot& foot = feet_[corner_[i].foot];
-    add(gap(corner_[i], foot.Z), corner_[i].u, corner_[i].s, 0.0, foot);
+    add(gap_at(corner_[i], foot.Z, off_n(foot)), corner_[i].u, foot);
   }
   const Six left = Z_ - C_ - gathered();
   left_n = std::hypot(norm(left.way), norm(left.arc));
