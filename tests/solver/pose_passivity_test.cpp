@@ -1,4 +1,4 @@
-// Statements of docs/theory.md 10.5 on the energy of finite rotations. PALPA_PROBLEMS_TIMES=100 in the environment takes 100
+// Statements of docs/theory.md 10.4 to 10.8 on finite rotations. PALPA_PROBLEMS_TIMES=100 in the environment takes 100
 // times as many triples, ten million.
 #include <gtest/gtest.h>
 
@@ -77,6 +77,105 @@ double dissipated_j(const PoseProblem& problem, const Balance& balance) {
     sum_j += p.strength_n * r_m + 0.5 * p.drag_ns_per_m / problem.time_step_s * r_m * r_m;
   }
   return sum_j;
+}
+
+// Force and torque on the hand are the slope of the true spring, at any angle.
+TEST(Hinge, OfTheHandTouchesTheSpringAtRest) {
+  Random random(5);
+  PoseProblem problem;
+  const double k = problem.stiffness_n_per_m, kappa = k * problem.turning_radius_m * problem.turning_radius_m;
+  for (int i = 0; i < 1000; ++i) {
+    const Pose tool{random.in_cube(0.01), any_turn(random)};
+    const Pose device{random.in_cube(0.01), turned_further(tool.turn, random.uniform(0, 2.9) * random.direction())};
+    const Vec3 force_n = k * (tool.position_m - device.position_m);
+    const Vec3 torque_nm = kappa * rotation_between_rad(device.turn, tool.turn);
+    const Vec3 way_m = 1e-5 * random.direction(), turn_rad = 1e-5 * random.direction();
+    const Pose after{device.position_m + way_m, turned_further(device.turn, turn_rad)};
+    const Pose before{device.position_m - way_m, turned_further(device.turn, -turn_rad)};
+    const double fall_j = 0.5 * (spring_j(problem, tool, before) - spring_j(problem, tool, after));
+    EXPECT_NEAR(fall_j, dot(force_n, way_m) + dot(torque_nm, turn_rad), 1e-11);
+  }
+}
+
+// A tool with a foot on the floor z = 0, without friction, whose device is led about quasi-statically.
+struct OnFloor {
+  PoseProblem problem;
+  Vec3 in_tool_m;
+  PoseSolver solver{2, 1};
+  PrimitiveSet set{2};
+
+  OnFloor(double length_m, double kappa) : in_tool_m{0, 0, -length_m} {
+    problem.stiffness_n_per_m = 500;
+    problem.turning_radius_m = std::sqrt(kappa / problem.stiffness_n_per_m);
+    problem.levers_m.resize(1);
+  }
+  void balance(const Pose& device) {
+    problem.levers_m[0] = rotated(problem.start.turn, in_tool_m);
+    problem.probe = device;
+    const Vec3 foot_m = problem.step().foot_m(0);
+    problem.primitives = {{PrimitiveKind::plane, {}, {foot_m.x, foot_m.y, 0}, {0, 0, 1}, 1e3}};
+    const Balance balance = solved(problem, solver, set).balance;
+    problem.start = {balance.position_m, turned_further(problem.start.turn, balance.turn_rad)};
+  }
+};
+
+// A stick pushed along itself: the moves of a still device's sub-steps shrink by the ratio of F b to κ; beyond 1 it tips.
+TEST(Buckling, IsTheRatioOfForceTimesLengthToTheRotationalStiffness) {
+  constexpr double length_m = 0.1, kappa = 0.5;
+  for (const double wanted : {0.05, 0.2, 0.6, 0.9, 1.2}) {
+    OnFloor stick(length_m, kappa);
+    const double force_n = wanted * kappa / length_m, depth_m = force_n / 500;
+    const Pose device{{0, 0, length_m - depth_m}, {}};
+    stick.problem.start = {{0, 0, length_m}, turn_by({1e-5, 0, 0})};
+    stick.balance(device);
+    const double first_rad = norm(rotation_rad(stick.problem.start.turn));
+    stick.balance(device);
+    EXPECT_NEAR(norm(rotation_rad(stick.problem.start.turn)) / first_rad, wanted, 1e-6);
+    for (int i = 0; i < 300; ++i) stick.balance(device);
+    const double rest_rad = norm(rotation_rad(stick.problem.start.turn));
+    if (wanted < 1.0) {
+      EXPECT_LE(rest_rad, 1e-10);
+    } else {
+      EXPECT_GE(rest_rad, 0.1);
+    }
+  }
+}
+
+// Pressed with a tilt, turned upright, let go: with force and torque the loop gives nothing, with the force alone the torque
+// that is not felt.
+TEST(Unfelt, TorqueIsTheWorkThatAHandIsGivenForNothing) {
+  OnFloor stylus(0.1, 5.0);
+  const double kappa = 5.0, k = 500;
+  double force_j = 0.0, torque_j = 0.0;
+  Pose device;
+  const auto lead = [&](const Vec3& to_m, double to_rad) {
+    const Vec3 from_m = device.position_m;
+    const double from_rad = rotation_rad(device.turn).x;
+    constexpr int steps = 4000;
+    for (int i = 1; i <= steps; ++i) {
+      const Pose before = device, tool = stylus.problem.start;
+      const double share = static_cast<double>(i) / steps;
+      device = {from_m + share * (to_m - from_m), turn_by({from_rad + share * (to_rad - from_rad), 0, 0})};
+      stylus.balance(device);
+      stylus.balance(device);
+      const auto mean = [](const Vec3& a, const Vec3& b) { return 0.5 * (a + b); };
+      const Pose& now = stylus.problem.start;
+      const Vec3 force_n = k * mean(tool.position_m - before.position_m, now.position_m - device.position_m);
+      const Vec3 torque_nm =
+          kappa * mean(rotation_between_rad(before.turn, tool.turn), rotation_between_rad(device.turn, now.turn));
+      force_j += dot(force_n, device.position_m - before.position_m);
+      torque_j += dot(torque_nm, rotation_between_rad(before.turn, device.turn));
+    }
+  };
+  const double tilted_m = 0.1 * std::cos(0.3);
+  device = {{0, 0, 0.15}, turn_by({0.3, 0, 0})};
+  stylus.problem.start = device;
+  lead({0, 0, tilted_m - 0.005}, 0.3);
+  lead({0, 0, tilted_m - 0.005}, 0.0);
+  lead({0, 0, 0.15}, 0.0);
+  lead({0, 0, 0.15}, 0.3);
+  EXPECT_NEAR(force_j + torque_j, 0.0, 1e-5);
+  EXPECT_GE(force_j, 0.005);
 }
 
 // In each step other primitives, all through their feet, of any direction, strength and drag:

@@ -296,22 +296,14 @@ PoseProblem spread(Random& random, int feet) {
 }
 
 constexpr PoseFamily all[] = {
-    {"pad", pad},
-    {"pad_friction", pad_friction},
-    {"groove", groove},
-    {"peg", peg},
-    {"bumps", bumps},
-    {"rails", rails},
-    {"drags", drags},
-    {"corners", corners},
-    {"elastic", elastic},
-    {"directed", directed},
-    {"points", points},
-    {"nearly_parallel", nearly_parallel},
-    {"jammed", jammed},
-    {"coincident", coincident},
-    {"mixed", mixed, true},
-    {"spread", spread, true},
+    {"pad", pad},           {"pad_friction", pad_friction},
+    {"groove", groove},     {"peg", peg},
+    {"bumps", bumps},       {"rails", rails},
+    {"drags", drags},       {"corners", corners},
+    {"elastic", elastic},   {"directed", directed},
+    {"points", points},     {"nearly_parallel", nearly_parallel},
+    {"jammed", jammed},     {"coincident", coincident},
+    {"mixed", mixed, true}, {"spread", spread, true},
 };
 
 }  // namespace

@@ -367,6 +367,21 @@ TEST(PoseSolver, SpinsARingAgainstTheStrengthOfAllFeetTimesItsRadius) {
   EXPECT_NEAR(500 * (0.02 - slid.position_m.x), n * strength_n, 500 * slid.error_bound_m + 1e-15);
 }
 
+// Feet move on arcs: a foot ends at most |ω|²|b|/2 off its linear way, at most |ω|h/4 where no foot moves further than h/2.
+TEST(PoseSolver, HasFeetOnArcsNearTheirLinearWays) {
+  Random random(13);
+  double tightest = 0.0;
+  for (int i = 0; i < 10000; ++i) {
+    const Vec3 lever_m = random.in_cube(0.1), turn_rad = random.log_uniform(1e-6, 1.0) * random.direction();
+    const double off_m = distance(rotated(turn_by(turn_rad), lever_m), lever_m + cross(turn_rad, lever_m));
+    const double across_m = norm(cross(normalized(turn_rad), lever_m));
+    EXPECT_LE(off_m, 0.5 * norm_squared(turn_rad) * across_m + 2e-16);
+    EXPECT_LE(off_m, 0.5 * norm(turn_rad) * norm(cross(turn_rad, lever_m)) + 2e-16) << "half the angle times its way";
+    if (norm(turn_rad) > 1e-3) tightest = std::max(tightest, off_m / (0.5 * norm_squared(turn_rad) * across_m));
+  }
+  EXPECT_GE(tightest, 0.999);
+}
+
 TEST(PoseSolver, RefusesWhatIsNoProblem) {
   Random random(10);
   const PoseProblem good = pose_families()[0].make(random, 4);
