@@ -55,10 +55,14 @@ Balance PoseSolver::solve(const PrimitiveSet& set, const ToolStep& step) noexcep
     return {is_within(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
   // Without primitives the tool is at the device.
-  if (primitives.empty())
+  if (primitives.empty()) {
+    const Vec3 turn_rad = rotation_between_rad(step.start.turn, step.probe.turn);
+    const double rounding_rad = turn_rad == Vec3{} ? 0.0 : detail::epsilon * (12.0 + 4.0 * norm(turn_rad));
     return {.position_m = step.probe.position_m,
+            .error_bound_m = step.turning_radius_m * rounding_rad,
             .way_m = step.probe.position_m - step.start.position_m,
-            .turn_rad = rotation_between_rad(step.start.turn, step.probe.turn)};
+            .turn_rad = turn_rad};
+  }
   work_->pose(primitives, forces_.get(), step);
   work_->solve();
   Balance balance;
@@ -92,6 +96,10 @@ Balance balance_at_foot(const Balance& balance, const Vec3& lever_m, double turn
   Balance at = balance;
   at.position_m = balance.position_m + lever_m + cross(balance.turn_rad, lever_m);
   at.error_bound_m *= std::sqrt(1.0 + norm_squared(lever_m / turning_radius_m));
+  // The rounding of the sums above and of the foot's start.
+  at.error_bound_m +=
+      4.0 * detail::epsilon *
+      (detail::size_of(balance.position_m) + (1.0 + detail::size_of(balance.turn_rad)) * detail::size_of(lever_m));
   at.error_bound_m = std::min(at.error_bound_m, std::numeric_limits<double>::max());
   return at;
 }
