@@ -26,6 +26,7 @@ const char* name_of(ParameterKind kind) {
     case ParameterKind::strength: return "strength";
     case ParameterKind::level: return "level";
     case ParameterKind::vector: return "vector";
+    case ParameterKind::vectors: return "vectors";
     case ParameterKind::list: return "list";
     case ParameterKind::whole_number: return "whole number";
     case ParameterKind::texts: return "texts";
