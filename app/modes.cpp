@@ -65,6 +65,7 @@ class JsonOfParameters final : public ParameterVisitor {
   }
   void numbers(const ParameterInfo& info, std::vector<double>& value) override { add(info)["default"] = value; }
   void texts(const ParameterInfo& info, std::vector<std::string>& value) override { add(info)["default"] = value; }
+  void vectors(const ParameterInfo& info, std::vector<Vec3>&) override { add(info); }
   void strength(const ParameterInfo& info, Strength& value) override {
     Json& entry = add(info);
     entry["default"] = value.constant_n;
