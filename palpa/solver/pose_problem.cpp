@@ -22,6 +22,16 @@ PoseSolver::Work::Work(std::size_t capacity, std::size_t feet)
       kept_corners_(std::make_unique<Corner[]>(capacity / 2)),
       best_forces_n_(std::make_unique<Vec3[]>(capacity)) {}
 
+namespace {
+
+// b/ρ − β of a component.
+double rest_of(double b_m, double radius_m, double beta) noexcept {
+  const detail::Double2 product = detail::two_product(beta, radius_m);
+  return ((b_m - product.high) - product.low) / radius_m;
+}
+
+}  // namespace
+
 // Place in feet_ of a primitive's foot, added if it has none.
 std::uint16_t PoseSolver::Work::foot_of(const Primitive& primitive, const ToolStep& step) noexcept {
   constexpr auto none = std::numeric_limits<std::uint16_t>::max();
@@ -29,7 +39,11 @@ std::uint16_t PoseSolver::Work::foot_of(const Primitive& primitive, const ToolSt
   if (number != none) return number;
   number = static_cast<std::uint16_t>(feet_count_++);
   Foot& foot = feet_[number];
-  foot.beta = step.levers_m[primitive.id.foot] / step.turning_radius_m;
+  const Vec3& lever_m = step.levers_m[primitive.id.foot];
+  const double radius_m = step.turning_radius_m;
+  foot.beta = lever_m / radius_m;
+  foot.beta_rest = {rest_of(lever_m.x, radius_m, foot.beta.x), rest_of(lever_m.y, radius_m, foot.beta.y),
+                    rest_of(lever_m.z, radius_m, foot.beta.z)};
   foot.start_m = step.foot_m(primitive.id.foot);
   foot.gain = 1.0 + norm_squared(foot.beta);
   foot.size = detail::size_of(foot.beta);
@@ -99,23 +113,25 @@ void PoseSolver::Work::pose_corner(std::size_t first, std::size_t facets, const 
   corner.rest = rest_of_spring(corner.compliance);
   corner.index = static_cast<std::uint32_t>(first);
   corner.face.size = 0;
-  corner.u = {};
-  for (std::size_t i = first; i < first + facets; ++i) {
-    normals_[facets_++] = primitives_[i].direction;
-    corner.u += std::max(0.0, dot(primitives_[i].direction, warm_n[i])) * primitives_[i].direction;
+  for (std::size_t i = 0; i < facets; ++i) {
+    const Vec3& normal = normals_[facets_++] = primitives_[first + i].direction;
+    const double t = dot(normal, warm_n[first + i]);
+    if (t > 0.0 && corner.face.take(static_cast<int>(i), normal)) corner.t[corner.face.size - 1] = t;
   }
-  corner.u = shortened(corner.u, corner.s);
+  corner.gather(false);
   warm_ = warm_ || corner.u != Vec3{};
 }
 
 namespace {
 
-// Component of the distance from a foot, displaced by the origin (o, arc), to an anchor.
-detail::Double2 component(double anchor_m, double foot_m, double o_m, double arc_a, double beta_a, double arc_b,
-                          double beta_b) noexcept {
+// Component of the distance from a foot to an anchor. The foot is displaced by `o_m` and by a component of arc × β, whose β is
+// off by a rounding: `turned_rest`.
+detail::Double2 component(double anchor_m, double foot_m, double o_m, double arc_a, double beta_a, double arc_b, double beta_b,
+                          double turned_rest) noexcept {
   using detail::two_product, detail::two_sum;
   detail::Double2 turned = detail::sum(two_product(arc_a, beta_a), two_product(-arc_b, beta_b));
   turned = detail::sum(turned, {o_m, 0.0});
+  turned = detail::sum(turned, {turned_rest, 0.0});
   return detail::sum(two_sum(anchor_m, -foot_m), {-turned.high, -turned.low});
 }
 
@@ -123,9 +139,15 @@ struct Distance {
   detail::Double2 x, y, z;
 };
 Distance distance_to(const Vec3& a, const Foot& foot, const Six& o) noexcept {
-  const Vec3 &f = foot.start_m, &b = foot.beta;
-  return {component(a.x, f.x, o.way.x, o.arc.y, b.z, o.arc.z, b.y), component(a.y, f.y, o.way.y, o.arc.z, b.x, o.arc.x, b.z),
-          component(a.z, f.z, o.way.z, o.arc.x, b.y, o.arc.y, b.x)};
+  const Vec3 &f = foot.start_m, &b = foot.beta, rest = cross(o.arc, foot.beta_rest);
+  return {component(a.x, f.x, o.way.x, o.arc.y, b.z, o.arc.z, b.y, rest.x),
+          component(a.y, f.y, o.way.y, o.arc.z, b.x, o.arc.x, b.z, rest.y),
+          component(a.z, f.z, o.way.z, o.arc.x, b.y, o.arc.y, b.x, rest.z)};
+}
+
+// Size of the terms of k (a − o), o being the displacement of the foot at the origin with its own rounding and that of β.
+double size_of_anchor(const Vec3& offset_m, const Six& o, const Foot& foot) noexcept {
+  return size_of(offset_m) + size_of(o.way) + 2.0 * size_of(o.arc) * foot.size;
 }
 
 detail::Slide slide_from(const Foot& foot, const Six& origin_m, const Vec3& q, const Vec3& a) noexcept {
@@ -149,7 +171,7 @@ void PoseSolver::Work::anchor(AtFoot<Plane>& p) const noexcept {
   const Vec3 offset_m = primitive.position_m - foot.start_m, o_m = at_foot(origin_m_, foot.beta);
   const Vec3 B = k_ * (offset_m - o_m);
   p.b = dot(p.q, B);
-  p.size = k_ * (size_of(offset_m) + size_of(o_m));
+  p.size = k_ * size_of_anchor(offset_m, origin_m_, foot);
   if (precise_ || p.s * p.size * epsilon > shown_n2_) {
     p.b = k_ * slide_from(foot, origin_m_, p.q, primitive.position_m).along;
     p.size = std::abs(p.b);
@@ -163,7 +185,7 @@ void PoseSolver::Work::anchor(AtFoot<Span>& p) const noexcept {
   if (is_at_origin(primitive, foot)) return;
   const Vec3 offset_m = primitive.position_m - foot.start_m, o_m = at_foot(origin_m_, foot.beta);
   p.B = p.across(k_ * (offset_m - o_m));
-  p.size = k_ * (size_of(offset_m) + size_of(o_m));
+  p.size = k_ * size_of_anchor(offset_m, origin_m_, foot);
   if (precise_ || p.s * p.size * epsilon > shown_n2_) {
     p.B = k_ * slide_from(foot, origin_m_, p.q, primitive.position_m).across;
     p.size = size_of(p.B);
@@ -217,22 +239,33 @@ Six PoseSolver::Work::gathered() noexcept {
 // Z at which these forces balance.
 Six PoseSolver::Work::sum() noexcept { return C_ + gathered(); }
 
+namespace {
+
+// Gap of a corner whose foot's Z is off by `off`: about an origin so far away that rounding there is as large.
+detail::Gap gap_at(const Corner& corner, const Vec3& Z, double off) noexcept {
+  if (off == 0.0) return gap(corner, Z);
+  double b[most_facets];
+  Corner moved = corner;
+  moved.b = b;
+  const double away = off / epsilon;
+  for (std::size_t i = 0; i < corner.normals.size(); ++i) b[i] = corner.b[i] + away * corner.normals[i].x;
+  return gap(moved, Z + Vec3{away, 0.0, 0.0});
+}
+
+}  // namespace
+
 // Bound of the iterate, rounding included, by docs/theory.md 10.2; `plain_n` is without rounding, `left_n` the residual wrench.
 double PoseSolver::Work::bound_n(double& plain_n, double& left_n, double& rounding_n) noexcept {
   look();
   count();
-  const double origin_size_n = k_ * size_of(origin_m_.arc);
   double plain = 0.0, rounded = 0.0, slack = 0.0, size = size_of(Z_) + C_size_, terms = directed_terms_ + 1.0;
-  // J Z is off by its own rounding, and by that of β at the origin.
+  // J Z is off by its own rounding and that of β.
   const auto off_n = [&](const Foot& foot) {
-    const double turned_n = (5.0 * size_of(Z_.arc) + origin_size_n) * foot.size;
-    return epsilon * (size_of(Z_.way) + turned_n);
+    return foot.size > 0.0 ? epsilon * (size_of(foot.Z) + 2.0 * size_of(Z_.arc) * foot.size) : 0.0;
   };
-  const auto add = [&](const detail::Gap& gap, const Vec3& u, double s, double gamma, const Foot& foot) {
+  const auto add = [&](const detail::Gap& gap, const Vec3& u, const Foot& foot) {
     plain += gap.plain;
-    // A primitive's term falls by at most s + γ|R| per newton of residual, and u·R by |u|.
-    const double off = off_n(foot);
-    rounded += gap.rounded + (s + 2.0 * size_of(u) + gamma * off) * off;
+    rounded += gap.rounded;
     slack += gap.slack * (1.0 + foot.size);
     size += size_of(u) * (1.0 + 2.0 * foot.size);
     terms += 1.0;
@@ -240,19 +273,19 @@ double PoseSolver::Work::bound_n(double& plain_n, double& left_n, double& roundi
   for (std::size_t i = 0; i < planes_; ++i) {
     const AtFoot<Plane>& p = plane_[i];
     const Foot& foot = feet_[p.foot];
-    const detail::Gap one = gap(p, foot.Z, size_of(foot.Z));
-    const double behind = std::max(0.0, p.residual(foot.Z));
-    add(one, p.t * p.q, p.s + p.gamma * behind, p.gamma, foot);
+    add(gap(p, foot.Z, size_of(foot.Z) + off_n(foot) / detail::plane_rounding), p.t * p.q, foot);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    const AtFoot<Span>& p = span_[i];
+    AtFoot<Span>& p = span_[i];
     const Foot& foot = feet_[p.foot];
-    const double reach = p.gamma > 0.0 ? norm(p.residual(foot.Z)) : 0.0;
-    add(gap(p, foot.Z), p.u, p.s + p.gamma * reach, p.gamma, foot);
+    const double size_of_anchor = p.size;
+    p.size += off_n(foot) / detail::span_rounding;
+    add(gap(p, foot.Z), p.u, foot);
+    p.size = size_of_anchor;
   }
   for (std::size_t i = 0; i < corners_; ++i) {
     const Foot& foot = feet_[corner_[i].foot];
-    add(gap(corner_[i], foot.Z), corner_[i].u, corner_[i].s, 0.0, foot);
+    add(gap_at(corner_[i], foot.Z, off_n(foot)), corner_[i].u, foot);
   }
   const Six left = Z_ - C_ - gathered();
   left_n = std::hypot(norm(left.way), norm(left.arc));
@@ -295,6 +328,7 @@ void PoseSolver::Work::give(Balance& balance, Vec3* forces_n) noexcept {
   // In free space the tool is at the device, to the bit: the damper detects free space by that.
   const Vec3& start_m = step_.start.position_m;
   balance.position_m = free && any ? step_.probe.position_m : start_m + best_m_.way;
+  balance.way_m = free && any ? step_.probe.position_m - start_m : best_m_.way;
   balance.turn_rad =
       free && any ? rotation_between_rad(step_.start.turn, step_.probe.turn) : best_m_.arc / step_.turning_radius_m;
   moved_m_ = {balance.position_m - start_m, step_.turning_radius_m * balance.turn_rad};

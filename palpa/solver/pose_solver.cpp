@@ -52,11 +52,17 @@ Balance PoseSolver::solve(const PrimitiveSet& set, const ToolStep& step) noexcep
   if (!fits || !is_solvable(primitives, step, feet_)) {
     std::fill_n(forces_.get(), size_, Vec3{});
     const Vec3& start_m = step.start.position_m;
-    return {is_within(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0, {}};
+    return {is_within(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
   // Without primitives the tool is at the device.
-  if (primitives.empty())
-    return {step.probe.position_m, 0.0, BalanceStatus::exact, 0, 0, rotation_between_rad(step.start.turn, step.probe.turn)};
+  if (primitives.empty()) {
+    const Vec3 turn_rad = rotation_between_rad(step.start.turn, step.probe.turn);
+    const double rounding_rad = turn_rad == Vec3{} ? 0.0 : detail::epsilon * (12.0 + 4.0 * norm(turn_rad));
+    return {.position_m = step.probe.position_m,
+            .error_bound_m = step.turning_radius_m * rounding_rad,
+            .way_m = step.probe.position_m - step.start.position_m,
+            .turn_rad = turn_rad};
+  }
   work_->pose(primitives, forces_.get(), step);
   work_->solve();
   Balance balance;
@@ -90,6 +96,10 @@ Balance balance_at_foot(const Balance& balance, const Vec3& lever_m, double turn
   Balance at = balance;
   at.position_m = balance.position_m + lever_m + cross(balance.turn_rad, lever_m);
   at.error_bound_m *= std::sqrt(1.0 + norm_squared(lever_m / turning_radius_m));
+  // The rounding of the sums above and of the foot's start.
+  at.error_bound_m +=
+      4.0 * detail::epsilon *
+      (detail::size_of(balance.position_m) + (1.0 + detail::size_of(balance.turn_rad)) * detail::size_of(lever_m));
   at.error_bound_m = std::min(at.error_bound_m, std::numeric_limits<double>::max());
   return at;
 }

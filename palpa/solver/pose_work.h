@@ -52,6 +52,7 @@ class Factor6 {
 /// A foot with primitives.
 struct Foot {
   Vec3 beta;          // b/ρ
+  Vec3 beta_rest;     // its rounding
   Vec3 start_m;       // in space
   double gain = 1.0;  // 1 + |β|²: the largest compliance of the coupling at the foot, times k
   double size = 0.0;  // of β

@@ -23,7 +23,6 @@ struct Maker {
 };
 
 double strength(Random& random) { return random.uniform(0, 5); }
-double log_uniform(Random& random, double low, double high) { return std::exp(random.uniform(std::log(low), std::log(high))); }
 PrimitiveKind kind_that_holds(Random& random) { return static_cast<PrimitiveKind>(random.below(3)); }
 PrimitiveKind any_kind(Random& random) { return random.below(12) == 0 ? PrimitiveKind::directed : kind_that_holds(random); }
 
@@ -68,7 +67,7 @@ Vec3 force_in_span(Random& random, PrimitiveKind kind, const Vec3& direction, do
 
 void begin(Maker& m, double softest_n_per_m, double stiffest_n_per_m, double reach_m) {
   m.problem.start_m = m.random.in_cube(0.05);
-  m.problem.stiffness_n_per_m = log_uniform(m.random, softest_n_per_m, stiffest_n_per_m);
+  m.problem.stiffness_n_per_m = m.random.log_uniform(softest_n_per_m, stiffest_n_per_m);
   m.problem.probe_m = m.problem.start_m + m.random.in_cube(reach_m);
   for (Vec3& place_m : m.places_m) place_m = near_start(m, 0.003);
   m.balance_m = m.problem.start_m + (m.drags || m.random.below(2) == 0 ? Vec3{} : m.random.in_cube(0.002));
@@ -118,7 +117,7 @@ void add_coincident(Maker& m) {
   const Vec3 q = m.random.below(2) == 0 ? m.axis : -m.axis;
   add(m, m.random.below(2) == 0 ? PrimitiveKind::point : PrimitiveKind::line, place_m, q, strength(m.random));
 }
-Vec3 nearly_along_axis(Maker& m) { return normalized(m.axis + log_uniform(m.random, 1e-9, 1e-2) * m.random.direction()); }
+Vec3 nearly_along_axis(Maker& m) { return normalized(m.axis + m.random.log_uniform(1e-9, 1e-2) * m.random.direction()); }
 void add_nearly_parallel_line(Maker& m) {
   add(m, PrimitiveKind::line, near_start(m, 0.003), nearly_along_axis(m), strength(m.random));
 }
@@ -132,7 +131,7 @@ void add_zero_or_not(Maker& m) {
 }
 void add_zero(Maker& m) { add(m, any_kind(m.random), near_start(m, 0.003), m.random.direction(), 0.0); }
 void add_wide(Maker& m) {
-  add(m, any_kind(m.random), near_start(m, 0.003), m.random.direction(), log_uniform(m.random, 1e-6, 1e3));
+  add(m, any_kind(m.random), near_start(m, 0.003), m.random.direction(), m.random.log_uniform(1e-6, 1e3));
 }
 void add_through_probe(Maker& m) {
   const PrimitiveKind kind = kind_that_holds(m.random);
@@ -148,7 +147,7 @@ void add_stiff(Maker& m) {
 void add_far(Maker& m) {
   const PrimitiveKind kind = any_kind(m.random);
   const Vec3 q = m.random.direction();
-  const double far_m = log_uniform(m.random, 1e-3, 1e3);
+  const double far_m = m.random.log_uniform(1e-3, 1e3);
   Vec3 away = m.random.direction();
   if (m.random.below(2) == 0) {  // its anchor alone is far; it passes close by
     if (kind == PrimitiveKind::line) away = q;
@@ -164,7 +163,7 @@ void add_at_threshold(Maker& m) {
   add_holding(m, kind, q, s, force_in_span(m.random, kind, q, s * (1.0 + offs[m.random.below(3)])));
 }
 void add_conflicting(Maker& m) {
-  const Vec3 q = normalized(m.axis + log_uniform(m.random, 1e-3, 0.5) * m.random.direction());
+  const Vec3 q = normalized(m.axis + m.random.log_uniform(1e-3, 0.5) * m.random.direction());
   const bool even = m.problem.primitives.size() % 2 == 0;
   // Each of the two sides demands a proxy beyond itself, by up to some millimetres.
   const double beyond_m = m.random.uniform(-0.0005, 0.003);
@@ -313,7 +312,7 @@ class CornerMaker {
   std::vector<Vec3> normals_;
 };
 
-Vec3 about(Maker& m, const Vec3& axis) { return normalized(axis + log_uniform(m.random, 0.3, 10.0) * m.random.direction()); }
+Vec3 about(Maker& m, const Vec3& axis) { return normalized(axis + m.random.log_uniform(0.3, 10.0) * m.random.direction()); }
 int facets_of(Maker& m, int least) { return least + m.random.below(static_cast<int>(most_facets) + 1 - least); }
 
 void add_random_corner_of(Maker& m, int most, double strength_n) {
@@ -322,7 +321,7 @@ void add_random_corner_of(Maker& m, int most, double strength_n) {
   for (int i = facets_of(m, 1); i > 0; --i) corner.add(near_start(m, 0.001), about(m, axis));
 }
 void add_random_corner(Maker& m, int most) { add_random_corner_of(m, most, strength(m.random)); }
-void add_wide_corner(Maker& m, int most) { add_random_corner_of(m, most, log_uniform(m.random, 1e-5, 1e3)); }
+void add_wide_corner(Maker& m, int most) { add_random_corner_of(m, most, m.random.log_uniform(1e-5, 1e3)); }
 
 void add_groove_of(Maker& m, int most, double opening_rad) {
   CornerMaker corner(m, most, strength(m.random));
@@ -335,7 +334,7 @@ void add_groove_of(Maker& m, int most, double opening_rad) {
 }
 constexpr double degree = 3.14159265358979323846 / 180.0;
 void add_groove(Maker& m, int most) { add_groove_of(m, most, m.random.uniform(1.0, 150.0) * degree); }
-void add_narrow(Maker& m, int most) { add_groove_of(m, most, log_uniform(m.random, 0.12, 3.0) * degree); }
+void add_narrow(Maker& m, int most) { add_groove_of(m, most, m.random.log_uniform(0.12, 3.0) * degree); }
 
 void add_pit(Maker& m, int most) {
   CornerMaker corner(m, most, strength(m.random));
@@ -418,7 +417,7 @@ void add_elastic_at_yield(Maker& m) {
   if (m.random.below(2) == 0) return add_sticking(m);
   constexpr double offs[] = {-1e-12, 0.0, 1e-12};
   const Vec3 direction = m.random.direction();
-  const double s = strength(m.random), stiffness_n_per_m = m.problem.stiffness_n_per_m * log_uniform(m.random, 0.05, 20.0);
+  const double s = strength(m.random), stiffness_n_per_m = m.problem.stiffness_n_per_m * m.random.log_uniform(0.05, 20.0);
   const double way_m = s / stiffness_n_per_m * (1.0 + offs[m.random.below(3)]);
   add_holding(m, PrimitiveKind::plane, direction, s, s * direction, way_m * direction);
   Primitive& plane = m.problem.primitives.back();
@@ -432,7 +431,7 @@ Problem make_elastic(Random& random, int n, bool drags) {
   for (std::size_t i = 0; i < problem.primitives.size();) {
     const bool is_soft = random.below(4) > 0;
     const double reach = random.below(5) == 0 ? 1e9 : 20.0;
-    const double stiffness_n_per_m = problem.stiffness_n_per_m * log_uniform(random, 1.0 / reach, reach);
+    const double stiffness_n_per_m = problem.stiffness_n_per_m * random.log_uniform(1.0 / reach, reach);
     const PrimitiveKind kind = problem.primitives[i].kind;
     const std::size_t end = kind == PrimitiveKind::corner ? i + whole_of(problem.primitives, i).size() : i + 1;
     for (; i < end; ++i) {

@@ -1,6 +1,7 @@
 // Random balance problems for the tests, identical on every machine.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -17,6 +18,7 @@ class Random {
     return state_ * 0x2545F4914F6CDD1Dull;
   }
   double uniform(double low, double high) { return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53; }
+  double log_uniform(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
   int below(int n) { return static_cast<int>(bits() % static_cast<std::uint64_t>(n)); }
   Vec3 in_cube(double half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
   Vec3 direction() {

@@ -3,7 +3,8 @@
 include_guard(GLOBAL)
 include(CheckCXXSourceCompiles)
 
-add_library(palpa_problems STATIC EXCLUDE_FROM_ALL ${CMAKE_CURRENT_LIST_DIR}/problem_families.cpp)
+add_library(palpa_problems STATIC EXCLUDE_FROM_ALL ${CMAKE_CURRENT_LIST_DIR}/problem_families.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/pose_problems.cpp)
 target_link_libraries(palpa_problems PRIVATE palpa_rules PUBLIC palpa_solver)
 
 check_cxx_source_compiles("__float128 a = 1; int main() { return a * a > 2; }" PALPA_HAS_FLOAT128)
@@ -15,5 +16,6 @@ if(NOT PALPA_HAS_FLOAT128 AND NOT PALPA_HAS_QUAD_LONG_DOUBLE)
   return()
 endif()
 add_library(palpa_balance_reference STATIC EXCLUDE_FROM_ALL
-  ${CMAKE_CURRENT_LIST_DIR}/reference.cpp ${CMAKE_CURRENT_LIST_DIR}/reference_bound.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/reference.cpp ${CMAKE_CURRENT_LIST_DIR}/reference_bound.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/pose_reference.cpp)
 target_link_libraries(palpa_balance_reference PRIVATE palpa_rules PUBLIC palpa_problems)

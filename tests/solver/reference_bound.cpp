@@ -104,24 +104,27 @@ Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::s
 
 }  // namespace
 
+Quad gap_of(std::span<const Primitive> whole, const V<Quad>& x_m, Quad time_step_s, std::span<V<Quad>> u) {
+  const Primitive& p = whole[0];
+  if (p.kind == PrimitiveKind::corner) return gap_of_corner(whole, x_m, u);
+  if (p.kind != PrimitiveKind::directed) return gap_of(p, unit<Quad>(p), x_m, time_step_s, u[0]);
+  u[0] = Quad(p.strength_n) * unit<Quad>(p);
+  return 0;
+}
+
+std::size_t size_of_whole(const std::vector<Primitive>& primitives, std::size_t i) {
+  return primitives[i].kind == PrimitiveKind::corner ? end_of_corner(primitives, i) - i : 1;
+}
+
 Quad bound_of(const Problem& problem, const V<Quad>& x_m, std::vector<V<Quad>> forces) {
   const Quad k = problem.stiffness_n_per_m;
   V<Quad> left = k * (x_m - V<Quad>(problem.probe_m));
   Quad gap = 0;
-  for (std::size_t i = 0; i < problem.primitives.size(); ++i) {
-    const Primitive& p = problem.primitives[i];
-    std::size_t end = i + 1;
-    if (p.kind == PrimitiveKind::directed) {
-      forces[i] = Quad(p.strength_n) * unit<Quad>(p);
-    } else if (p.kind == PrimitiveKind::corner) {
-      end = end_of_corner(problem, i);
-      gap += gap_of_corner(std::span(problem.primitives).subspan(i, end - i), x_m, std::span(forces).subspan(i, end - i));
-    } else {
-      gap += gap_of(p, unit<Quad>(p), x_m, problem.time_step_s, forces[i]);
-    }
-    for (; i < end; ++i) left = left - forces[i];
-    --i;
+  for (std::size_t i = 0, size = 0; i < problem.primitives.size(); i += size) {
+    size = size_of_whole(problem.primitives, i);
+    gap += gap_of(std::span(problem.primitives).subspan(i, size), x_m, problem.time_step_s, std::span(forces).subspan(i, size));
   }
+  for (const V<Quad>& force : forces) left = left - force;
   const Quad squared = dot(left, left);
   return (root(squared) + root(squared + 4 * k * gap)) / (2 * k);
 }
@@ -134,7 +137,7 @@ double plain_bound_m(const Problem& problem, std::span<const Vec3> forces_n, con
   std::vector<reference::V<Quad>> forces(forces_n.begin(), forces_n.end());
   for (std::size_t i = 0; i < forces.size(); ++i) {
     const Primitive& p = problem.primitives[i];
-    const std::size_t end = p.kind == PrimitiveKind::corner ? reference::end_of_corner(problem, i) : i + 1;
+    const std::size_t end = i + reference::size_of_whole(problem.primitives, i);
     reference::V<Quad> sum;
     Quad sizes = 0;
     for (std::size_t j = i; j < end; ++j) sum = sum + forces[j], sizes += reference::root(dot(forces[j], forces[j]));

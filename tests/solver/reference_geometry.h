@@ -74,9 +74,9 @@ V<T> across(const V<T>& q, const V<T>& a) {
   return a - dot(q, a) * q;
 }
 
-inline std::size_t end_of_corner(const Problem& problem, std::size_t i) {
-  const Primitive& first = problem.primitives[i];
-  while (i < problem.primitives.size() && problem.primitives[i].kind == first.kind && problem.primitives[i].id == first.id) ++i;
+inline std::size_t end_of_corner(const std::vector<Primitive>& primitives, std::size_t i) {
+  const Primitive& first = primitives[i];
+  while (i < primitives.size() && primitives[i].kind == first.kind && primitives[i].id == first.id) ++i;
   return i;
 }
 
