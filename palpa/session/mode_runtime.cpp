@@ -22,6 +22,7 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
     part.inputs = resolve(modes_[m], scene, fields_);
     part.memory = memory_units_;
     part.has_memory = modes_[m].mode.memory_bytes() > 0;
+    part.at_all_feet = modes_[m].acts_at(1);
     memory_units_ += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
     if (!enabled(m)) continue;
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
@@ -54,7 +55,7 @@ void ModeRuntime::arrive() noexcept {
 double ModeRuntime::motion_m(const Pose& proxy, DataTime from, DataTime to) const noexcept {
   double furthest_m = 0.0;
   for_each_part([&](std::size_t m, std::size_t foot) {
-    if (!enabled(m)) return;
+    if (!acts(m, foot)) return;
     const Vec3 by_m = carried_at(m, foot, tool_.foot_m(proxy, foot));
     furthest_m = std::max(furthest_m, distance(samples_[foot]->carried_m(parts_[m].inputs.main_field, by_m, from, to), by_m));
   });
@@ -91,7 +92,7 @@ void ModeRuntime::place(const StepContext& context, const Pose& at, const Pose& 
     const Vec3 foot_at_m = tool_.foot_m(at, foot), foot_level_m = tool_.foot_m(level, foot);
     out.begin_foot(static_cast<std::uint16_t>(foot), tool_.foot_m(context.start, foot));
     for (std::size_t m = 0; m < modes_.size(); ++m) {
-      if (!enabled(m)) continue;
+      if (!acts(m, foot)) continue;
       Live& live = live_[part_of(m, foot)];
       const std::size_t first = out.size();
       const auto stands_at = [&](bool is_level) {
@@ -125,7 +126,7 @@ void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext&
   }
   for (std::size_t i = first; i < out.size(); ++i) {
     if (live.fade.share() < 1.0) out.fade(i, live.fade.share());
-    if (tool_.share() < 1.0 && !live.fade.is_leaving()) out.bear(i, tool_.share());
+    if (tool_.share() < 1.0 && parts_[m].at_all_feet && !live.fade.is_leaving()) out.bear(i, tool_.share());
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
     // A level stronger than the force limit never yields: raise it above the spring's largest pull.
     double longest_m = distance(tool_.foot_m(context.probe, foot), at_m);
@@ -138,7 +139,7 @@ void ModeRuntime::on_step_accepted(const StepContext& context, const Pose& proxy
                                    const PrimitiveSet& placed, std::span<const Event> events) noexcept {
   for_each_part([&](std::size_t m, std::size_t foot) {
     ContactFade& fade = live_[part_of(m, foot)].fade;
-    if (!enabled(m) || fade.is_leaving()) return;
+    if (!acts(m, foot) || fade.is_leaving()) return;
     if (any_timed()) fade.keep(m, foot, placed);
     if (!has_memory(m)) return;
     const Vec3 foot_m = tool_.foot_m(proxy, foot);
@@ -155,13 +156,13 @@ bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_
     scratch_.begin_foot(static_cast<std::uint16_t>(foot), foot_m);
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       const Vec3 origin_m = foot_m + live_[part_of(m, foot)].carried_m;
-      if (enabled(m)) place_mode(m, foot, context, origin_m, foot_m, carried_along, scratch_);
+      if (acts(m, foot)) place_mode(m, foot, context, origin_m, foot_m, carried_along, scratch_);
     }
   }
   if (scratch_.can_pull()) return false;
   bool is_free = true;
   for_each_part([&](std::size_t m, std::size_t foot) {
-    is_free = is_free && (!enabled(m) || silence_is_watched(m, foot, tool_.foot_m(context.start, foot), entered));
+    is_free = is_free && (!acts(m, foot) || silence_is_watched(m, foot, tool_.foot_m(context.start, foot), entered));
   });
   if (!is_free) entered.clear();
   return is_free;
@@ -197,7 +198,7 @@ double ModeRuntime::finest_m(const Pose& at, const Pose& from, const Pose& to) c
     const Vec3 world_m = map_.to_world(tool_.foot_m(at, foot)), b = map_.to_world(tool_.foot_m(to, foot));
     const Vec3 a = from == at ? world_m : map_.to_world(tool_.foot_m(from, foot));
     for (std::size_t m = 0; m < modes_.size(); ++m) {
-      if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
+      if ((foot > 0 && !parts_[m].at_all_feet) || finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
       for (const std::int32_t f : parts_[m].inputs.fields) {
         if (finest <= parts_[m].finest_m) break;
         finest = std::min(finest, samples_[foot]->local_spacing_m(f, world_m));

@@ -33,6 +33,8 @@ class ModeRuntime {
   std::size_t size() const noexcept { return modes_.size(); }
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
+  /// Whether a mode is enabled and acts at a foot.
+  bool acts(std::size_t m, std::size_t foot) const noexcept { return enabled(m) && (foot == 0 || parts_[m].at_all_feet); }
   bool has_memory(std::size_t m) const noexcept { return parts_[m].has_memory; }
   const Tool& tool() const noexcept { return tool_; }
   /// Samples of a foot.
@@ -62,7 +64,7 @@ class ModeRuntime {
     set_time(to, from);
     furthest_carried_m_ = 0.0;
     for_each_part([&](std::size_t m, std::size_t foot) {
-      if (!enabled(m)) return;
+      if (!acts(m, foot)) return;
       const std::int32_t field = parts_[m].inputs.main_field;
       Live& live = live_[part_of(m, foot)];
       const Vec3 at_m = carried_at(m, foot, tool_.foot_m(start, foot));
@@ -128,6 +130,7 @@ class ModeRuntime {
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
     std::size_t memory = 0;                                     // offset in the memories
     bool has_memory = false;
+    bool at_all_feet = true;
   };
   // State of a mode at a foot.
   struct Live {

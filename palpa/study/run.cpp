@@ -24,13 +24,6 @@ std::string format_limit(const Summary& summary) {
       summary.asked_force_max_n, summary.force_max_n);
 }
 
-std::string format_unfelt(double unfelt_j) {
-  return detail::text(
-      "Turning the tool brought in %.3g mJ: the device senses the orientation of its handle and drives no torque, so the hand "
-      "does not feel how the tool resists turning.",
-      1e3 * unfelt_j);
-}
-
 /// Positions of a path, evenly spread in time at any length: above the maximum, every other one is dropped.
 class ThinnedPath {
  public:
@@ -61,7 +54,6 @@ class Telling {
   /// Allocates nothing, except by `options.progress`.
   void add(const TickFrame& frame, const Session& felt) {
     builder_.add(frame, felt);
-    unfelt_j_ += frame.command.unfelt_j;
     if (frame.result.probe_valid && is_finite(frame.result.probe_m)) path_.add(frame.result.probe_m);
     if (options_.progress && frame.tick % 1000 == 0) {
       const double before = prepared_.reach ? reach_progress : 0.0;
@@ -77,8 +69,11 @@ class Telling {
       if (writer) writer->add_note(sentence);
     };
     if (prepared_.is_rigid_hand && often_limited(summary)) note(format_limit(summary));
-    constexpr double told_j = 1e-3;  // less is hardly felt
-    if (unfelt_j_ > told_j) note(format_unfelt(unfelt_j_));
+    if (summary.unfelt_j > told_unfelt_j)
+      note(
+          detail::text("Turning the handle brought in %.1f mJ that no motor resists: the device senses turns and drives no "
+                       "torque against them.",
+                       1e3 * summary.unfelt_j));
     if (const double share = summary.contact_share; share < little_contact) {
       const std::string lead =
           share > 0.0 ? detail::text("Little was felt: in %.1f %% of the ticks.", 100.0 * share) : "Nothing was felt.";
@@ -93,7 +88,6 @@ class Telling {
   PreparedRun& prepared_;
   SummaryBuilder builder_;
   ThinnedPath path_;
-  double unfelt_j_ = 0.0;  // brought in by turning, over all ticks
 };
 
 RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {

@@ -64,12 +64,16 @@ struct Command {
   GuardCause cause = GuardCause::none;
   double snap_n = 0.0;  ///< step of the force as the proxy is released by something other than a level, if spread over time
   double work_on_hand_j = 0.0;  ///< work of the last tick's command until this tick
-  double withheld_j = 0.0;      ///< likewise of the last tick's force less its command
+  double withheld_j = 0.0;      ///< likewise of the last tick's force and torque less its command
   Vec3 torque_nm{};             ///< sent to the device; zero where it drives no torque
-  /// Work that the last tick's torque would have done on the hand, had a device that senses turns drawn it: energy that turning
-  /// brings in where it cannot be felt (docs/theory.md 10.8).
+  /// Energy that the hand's turning brought in since the last tick without feeling it, where the device drives no torque: minus
+  /// the work of the last tick's torque on the turn, and minus its part of `withheld_j` (docs/theory.md 10.8).
   double unfelt_j = 0.0;
 };
+
+/// Energy [J] brought in by turning that a run reports (Command::unfelt_j). Less: rounding of a grip's turns counts; more: a
+/// hand feels it before.
+inline constexpr double told_unfelt_j = 1e-3;
 
 /// Tick in the loop: the session's result, and the command made of it.
 struct TickFrame {

@@ -168,6 +168,8 @@ class TraceWriter::Files {
   TraceHeader header;
   std::vector<std::string> mode_names;
   std::unique_ptr<OutputFile> ticks, modes, events, break_throughs, timing, balances, primitives, works;
+  double unfelt_j = 0.0;  // since the begin
+  bool has_told_unfelt = false;
   GuardState last_guard = GuardState::pass;
   GuardCause last_cause = GuardCause::none;
   std::optional<std::string> failure;
@@ -248,6 +250,11 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
       std::string value;
       detail::put_number(value, frame.command.snap_n);
       files.put_event(frame.tick, frame.t_s, "snap", "proxy", value);
+    }
+    files.unfelt_j += frame.command.unfelt_j;
+    if (files.unfelt_j > told_unfelt_j && !std::exchange(files.has_told_unfelt, true)) {
+      files.put_event(frame.tick, frame.t_s, "warning", "session",
+                      "turning the handle brings in energy: the device senses turns and drives no torque against them");
     }
     if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
       files.put_event(frame.tick, frame.t_s, "scene", "session", "another scene is felt from here on");
