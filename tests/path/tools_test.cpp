@@ -368,7 +368,7 @@ TEST(Tools, NoFootPassesAWall) {
   Random random(5);
   for (const auto& [solid, start] : {std::pair{plane(), Vec3{0, 0.08, 0}}, std::pair{ball(0.05), Vec3{0, 0.13, 0}},
                                      std::pair{hole(0.02), Vec3{}}, std::pair{ridge(), Vec3{0, 0.08, 0}}}) {
-    for (const auto& options : {rod(0.03, 8), pad(0.01, 16), points({{0.03, 0, 0}, {0, -0.03, 0.01}})}) {
+    for (const auto& options : {rod(0.03, 8), pad(0.01, 16), points({{0.015, 0, 0}, {0, -0.012, 0.01}})}) {
       for (const double speed_m_per_s : {0.1, 1.0, 10.0}) {
         const Scene scene = tool_scene(solid, options);
         const Tool tool(scene.tool(), scene.coupling());
