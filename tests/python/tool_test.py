@@ -1,6 +1,7 @@
 """Tools: their keys, the feet of modes, turns and torques of ticks."""
 
 import pickle
+import time
 
 import numpy as np
 import pytest
@@ -114,3 +115,61 @@ def test_a_point_has_neither_turn_nor_torque():
     step, primitive = session.sub_steps()[-1], session.primitives()[-1]
     assert step["turning_radius_m"] == 0 and (step["turn_rad"] == 0).all() and (step["start_turn"] == (1, 0, 0, 0)).all()
     assert primitive["foot"] == 0 and (primitive["lever_m"] == 0).all()
+
+
+def test_force_and_torque_of_a_flat_rod_follow_the_lever_rule():
+    # A rod of two feet 60 mm apart, held 10 mm off its middle: the torque of equal depth is the force times that lever.
+    scene = floor_scene(tool=palpa.ToolOptions(points_m=[(-0.03, 0, 0), (0.03, 0, 0)], centre_m=(0.01, 0, 0), turning_radius_m=0.1),
+                        max_torque_nm=1)
+    session = palpa.Session(scene)
+    for depth_m in (-0.001, 0.001, 0.002, 0.004):
+        tick = session.tick((0, 0, -depth_m), 1e-3)
+    assert tick.status == palpa.TickStatus.resting and tick.error_bound_m <= 1e-9
+    np.testing.assert_allclose(tick.force_n, (0, 0, 2), atol=1e-8)
+    np.testing.assert_allclose(tick.torque_nm, 0, atol=1e-8)
+    tilted = (np.cos(0.002), 0, np.sin(0.002), 0)
+    for _ in range(3):
+        tick = session.tick((0, 0, -0.004), 1e-3, turn=tilted)
+    turned = 2 * np.arctan2(tick.proxy_turn[2], tick.proxy_turn[0])
+    np.testing.assert_allclose(tick.torque_nm, (0, 500 * 0.1**2 * (turned - 0.004), 0), atol=1e-9)
+    assert abs(turned) < 1e-6, "both feet stay on the floor"
+    steps = session.sub_steps()
+    assert all(step["turning_radius_m"] == 0.1 for step in steps)
+    placed = session.primitives()[slice(*steps[-1]["primitives"])]
+    assert {each["foot"] for each in placed} == {0, 1}
+    np.testing.assert_allclose(sorted(each["lever_m"][0] for each in placed), (-0.04, 0.02), atol=1e-5)
+
+
+def test_a_turn_that_is_no_rotation_is_bad_input():
+    session = palpa.Session(floor_scene(tool=palpa.ToolOptions(**ROD)))
+    for wrong in ((0, 0, 0, 0), (1, 1, 0, 0), (np.nan, 0, 0, 0), (np.inf, 0, 0, 0)):
+        tick = session.tick((0, 0, 0.05), 1e-3, turn=wrong)
+        assert tick.status == palpa.TickStatus.bad_input and (tick.force_n == 0).all() and (tick.torque_nm == 0).all()
+    assert session.tick((0, 0, 0.05), 1e-3, turn=(0.9995, 0, 0, 0)).status == palpa.TickStatus.resting, "rounded digits"
+
+
+def test_a_device_of_ones_own_is_turned_and_drives_torque():
+    class Held(palpa.Device):
+        limits = palpa.DeviceLimits(max_force_n=3, max_torque_nm=0.1)
+
+        def __init__(self):
+            self.written, self.reads = [], 0
+
+        def read(self):
+            self.reads += 1
+            depth_m = min(1e-5 * self.reads, 0.01) - 0.005
+            return palpa.DeviceState((0, 0, -depth_m), turn=(np.cos(0.05), 0, np.sin(0.05), 0))
+
+        def write(self, force_n, torque_nm):
+            self.written.append((force_n.copy(), torque_nm.copy()))
+
+    device = Held()
+    with palpa.live(floor_scene(tool=palpa.ToolOptions(**ROD)), device=device, duration_s=3) as live:
+        while live.is_running:
+            time.sleep(0.05)
+    torques = np.array([np.linalg.norm(torque) for _, torque in device.written])
+    assert torques.max() > 1e-3 and torques.max() <= 0.1 + 1e-12
+    assert (device.written[-1][0] == 0).all() and (device.written[-1][1] == 0).all(), "zero at the end"
+    assert palpa.DeviceState((0, 0, 0)).turn is None and palpa.DeviceState((0, 0, 0), turn=(0, 1, 0, 0)).turn[1] == 1
+    guarded = palpa.GuardedSession(floor_scene(tool=palpa.ToolOptions(**ROD)), palpa.DeviceLimits(max_force_n=3, max_torque_nm=0.1))
+    assert guarded.tick((0, 0, 0.05), 1e-3, turn=(0, 1, 0, 0)).command_torque_nm.shape == (3,)
