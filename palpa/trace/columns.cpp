@@ -184,7 +184,8 @@ const Table<TickFrame>& ticks_table() {
       later(COLUMN(
           TickFrame, "circumstances", "", circumstances,
           "what the loop knew, one bit each from 1 on: device fault, link lost, late, view moves, panic, resume, new scene")),
-      of_tool(COLUMN(TickFrame, "probe_turn", "", result.probe_turn, "orientation of the handle, a unit quaternion")),
+      of_tool(COLUMN(TickFrame, "probe_turn", "", result.probe_turn,
+                     "orientation of the handle, a unit quaternion, as the device reports it")),
       of_tool(COLUMN(TickFrame, "proxy_turn", "", result.proxy_turn, "that of the tool in the data")),
       of_tool(COLUMN(TickFrame, "torque", "nm", result.torque_nm, "about the probe, unlimited")),
       of_tool(COLUMN(TickFrame, "command_torque", "nm", command.torque_nm, "sent to the device: the torque after the guard")),

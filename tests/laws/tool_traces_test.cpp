@@ -24,7 +24,7 @@ class ToolTraces : public testing::Test {
     options.scene = test::scene_file("head_phantom");
     options.out = folder_;
     options.primitives = true;
-    options.duration_s = 3.0;
+    options.duration_s = 1.0;
     options.hand = hand;
     options.scene_options.sets = tool;
     run(options);
@@ -50,12 +50,13 @@ TEST_F(ToolTraces, ProveEachOfTheirBalances) {
       }
       ASSERT_LE(b.bound_m, b.claimed_m + b.rounding_m) << hand << ": tick " << b.tick << ", sub-step " << b.sub_step;
     });
-    EXPECT_GE(balances, 2900) << hand;
+    EXPECT_GE(balances, 950) << hand;
     EXPECT_LE(capped, balances / 100) << hand;
   }
 }
 
-// Force and torque of each tick without damper are those of the spring between both poses of its row.
+// Force and torque of each tick without damper are those of the spring between both poses of its row, but for the time after a
+// waiting row, in which what was withheld returns.
 TEST_F(ToolTraces, HaveTheForceAndTorqueOfTheSpring) {
   Sets sets = stylus;
   sets.emplace_back("coupling.damping_ns_per_m", "0");
@@ -64,8 +65,10 @@ TEST_F(ToolTraces, HaveTheForceAndTorqueOfTheSpring) {
   ASSERT_TRUE(balances.next());
   const double k = balances.number("k_n_per_m"), radius_m = balances.number("turning_radius_m");
   double largest_nm = 0.0;
+  std::int64_t returned_at = 0;
   while (ticks.next()) {
-    if (ticks.text("status") != "resting") continue;
+    if (ticks.text("status") == "waiting") returned_at = ticks.integer("tick") + 40;
+    if (ticks.text("status") != "resting" || ticks.integer("tick") < returned_at) continue;
     const Vec3 force_n = k * (ticks.vector("proxy", "m") - ticks.vector("probe", "m"));
     const Vec3 torque_nm = k * radius_m * radius_m * rotation_between_rad(ticks.turn("probe_turn"), ticks.turn("proxy_turn"));
     EXPECT_LE(distance(ticks.vector("force", "n"), force_n), 1e-9) << ticks.place();
@@ -102,7 +105,7 @@ TEST_F(ToolTraces, HaveStepsThatFollowOneAnother) {
     last = proxy;
     first = false;
   }
-  EXPECT_GT(moved, 1000);
+  EXPECT_GT(moved, 500);
 }
 
 }  // namespace tool_traces_test
