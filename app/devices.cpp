@@ -62,6 +62,14 @@ void print_limits(const DeviceLimits& limits) {
     say("stiffness", limits.max_stiffness_n_per_m, "N/m");
     say("damping", limits.max_damping_ns_per_m, "N·s/m");
   }
+  print(limits.senses_turn ? "  senses   position and orientation\n" : "  senses   position\n");
+  if (limits.max_torque_nm > 0.0) {
+    say("torque", limits.max_torque_nm, "N·m");
+    say("stiffness of turning", limits.max_turn_stiffness_nm_per_rad, "N·m/rad");
+    say("damping of turning", limits.max_turn_damping_nms_per_rad, "N·m·s/rad");
+  } else if (limits.senses_turn) {
+    print("  limit    no motors for a torque: a tool turns freely in the hand\n");
+  }
   say("workspace, about its middle", 1e3 * limits.workspace_radius_m, "mm");
   if (limits.encoder_step_m > 0.0) say("encoder step", 1e6 * limits.encoder_step_m, "µm");
   if (limits.damping_ns_per_m > 0.0) say("device damping", limits.damping_ns_per_m, "N·s/m");

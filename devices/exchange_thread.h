@@ -10,13 +10,14 @@
 #include "palpa/device/latest.h"
 #include "palpa/device/rest.h"
 #include "palpa/loop/loop.h"
+#include "palpa/loop/wrench.h"
 
 namespace palpa {
 
 /// Exchanges as fast as the device answers, but at least `shortest_interval` apart. `Link` has
 ///   bool open();  // true: reopened. Called repeatedly after a loss; may block
 ///   void close(); // at zero force
-///   DeviceState exchange(const Vec3& force_n, bool brakes);
+///   DeviceState exchange(const Wrench& wrench, bool brakes);
 ///   bool is_lost() const;  // has to be reopened
 /// and is used by this thread only. Forces older than 20 ms are not sent; states older than 50 ms are invalid.
 template <class Link>
@@ -41,9 +42,12 @@ class ExchangeThread {
     }
     return state;
   }
-  bool write(const Vec3& force_n, double most_n) noexcept {
-    wanted_.force_n = is_finite(force_n) ? shortened(force_n, most_n) : Vec3{};
-    wanted_.number = rest_.ask(wanted_.force_n != Vec3{});
+  /// \param most_n   [N] force limit of the device
+  /// \param most_nm  [N·m] torque limit of the device; 0: it drives none
+  bool write(const Wrench& wrench, double most_n, double most_nm) noexcept {
+    const bool is_usable = is_finite(wrench);
+    wanted_.wrench = is_usable ? Wrench{shortened(wrench.force_n, most_n), shortened(wrench.torque_nm, most_nm)} : Wrench{};
+    wanted_.number = rest_.ask(wanted_.wrench != Wrench{});
     wanted_.time = Clock::now();
     wishes_.give(wanted_);
     return is_linked_.load(std::memory_order_relaxed);
@@ -58,7 +62,7 @@ class ExchangeThread {
  private:
   using Clock = std::chrono::steady_clock;
   struct Wish {
-    Vec3 force_n;
+    Wrench wrench;
     bool brakes = false;
     std::uint64_t number = 0;
     Clock::time_point time{};
@@ -86,9 +90,9 @@ class ExchangeThread {
       const Clock::time_point begin = Clock::now();
       const Wish wish = wishes_.take();
       const bool is_fresh = begin - wish.time < force_lifetime;
-      const Vec3 force_n = is_fresh ? wish.force_n : Vec3{};
-      DeviceState state = link_->exchange(force_n, is_fresh && wish.brakes);
-      if (force_n == Vec3{} && !link_->is_lost()) rest_.give_none(wish.number);
+      const Wrench wrench = is_fresh ? wish.wrench : Wrench{};
+      DeviceState state = link_->exchange(wrench, is_fresh && wish.brakes);
+      if (wrench == Wrench{} && !link_->is_lost()) rest_.give_none(wish.number);
       state.time_s = seconds(Clock::now());
       states_.give(state);
       is_linked_ = !link_->is_lost();

@@ -18,6 +18,7 @@
 #include "palpa/base/load_error.h"
 #include "palpa/device/backend.h"
 #include "palpa/device/described.h"
+#include "palpa/device/turn_of.h"
 #include "palpa/version.h"
 
 PALPA_LOADS_AT_RUN_TIME(
@@ -34,6 +35,12 @@ constexpr unsigned char watchdog_steps = 80;
 constexpr int failures_to_lose = 5;
 // Speed below which a device that was too fast gets its force back. Faster: it is switched off again; slower: later back.
 constexpr double calm_m_per_s = 0.1;
+// Error [1] of a rotation matrix. More: a shear passes as an orientation; less: rounding in the library is a fault.
+constexpr double rotation_error = 1e-3;
+// Limits of the motors of every wrist that has some, which the library does not report; values of CHAI3D 3.3.
+constexpr double wrist_nm = 0.2;
+constexpr double wrist_nm_per_rad = 1.0;
+constexpr double wrist_nms_per_rad = 0.07;
 
 /// Functions of the vendor's library; optional except for the needs of `Api`.
 struct Api {
@@ -47,6 +54,10 @@ struct Api {
     library.need("dhdGetStatus", status);
     library.find("dhdGetLinearVelocity", velocity);
     library.find("dhdGetButtonMask", button_mask);
+    library.find("dhdHasWrist", has_wrist);
+    library.find("dhdHasActiveWrist", has_active_wrist);
+    library.find("dhdGetOrientationFrame", orientation_frame);
+    library.find("dhdSetForceAndTorqueAndGripperForce", set_force_and_torque);
     library.find("dhdGetSystemName", system_name);
     library.find("dhdGetSerialNumber", serial_number);
     library.find("dhdOpenSerial", open_serial);
@@ -70,6 +81,10 @@ struct Api {
   int (*status)(int* all, char id) = nullptr;
   int (*velocity)(double*, double*, double*, char id) = nullptr;
   unsigned (*button_mask)(char id) = nullptr;
+  bool (*has_wrist)(char id) = nullptr;
+  bool (*has_active_wrist)(char id) = nullptr;
+  int (*orientation_frame)(double rows[3][3], char id) = nullptr;
+  int (*set_force_and_torque)(double, double, double, double, double, double, double gripper_n, char id) = nullptr;
   const char* (*system_name)(char id) = nullptr;
   int (*serial_number)(unsigned short* number, char id) = nullptr;
   int (*open_serial)(int number) = nullptr;
@@ -104,6 +119,15 @@ const char* format_cause(int cause) noexcept {
 // Vendor's axes: x towards the user, y to the right, z up.
 Vec3 hand_of(const Vec3& vendor) noexcept { return {vendor.y, vendor.z, vendor.x}; }
 Vec3 vendor_of(const Vec3& hand) noexcept { return {hand.z, hand.x, hand.y}; }
+/// The handle's turn about the hand's axes; none: not a rotation. It is none in the vendor's reference orientation.
+std::optional<Turn> hand_of(const double rows[3][3]) noexcept {
+  Mat3 vendor;
+  for (int i = 0; i < 3; ++i) vendor.row[i] = {rows[i][0], rows[i][1], rows[i][2]};
+  if (!is_rotation(vendor, rotation_error)) return std::nullopt;
+  const Turn turn = turn_of(vendor);
+  const Vec3 axis = hand_of({turn.x, turn.y, turn.z});
+  return Turn{turn.w, axis.x, axis.y, axis.z};
+}
 
 /// Limits that the library does not report: force [N], stiffness [N/m], radius [m], damping [N·s/m], by prefix of the device's
 /// name; values of CHAI3D 3.3.
@@ -245,14 +269,14 @@ class Link {
   bool open() { return begin(finder_.open_again()); }
   void close() noexcept {
     if (id_ < 0) return;
-    api_.set_force(0.0, 0.0, 0.0, id_);
+    send({});
     api_.enable_force(0, id_);
     finder_.close(std::exchange(id_, char{-1}));
   }
 
   bool is_lost() const noexcept { return failures_ >= failures_to_lose; }
 
-  DeviceState exchange(const Vec3& force_n, bool brakes) noexcept {
+  DeviceState exchange(const Wrench& wrench, bool brakes) noexcept {
     DeviceState state;
     Vec3 place, speed;
     StatusList status{};
@@ -262,24 +286,41 @@ class Link {
       state.position_m = hand_of(place);
       state.fault = fault_of(status);
       state.valid = !is_uninitialized(status);
+      if (!read_turn(state)) {
+        state.valid = false;
+        if (state.fault == nullptr) state.fault = "the orientation of the device's wrist cannot be read";
+      }
       if (api_.velocity != nullptr && api_.velocity(&speed.x, &speed.y, &speed.z, id_) >= 0 && is_finite(speed))
         state.velocity_m_per_s = hand_of(speed);
       if (state.valid && api_.button_mask != nullptr) state.buttons = api_.button_mask(id_);
-      if (status[Status::force] == 0 && status[Status::power] != 0) give_back(status, state, force_n);
+      if (status[Status::force] == 0 && status[Status::power] != 0) give_back(status, state, wrench);
     } else {
       state.fault = "the device does not answer; is it plugged in?";
     }
     if (brakes != brakes_ && api_.set_brakes != nullptr && api_.set_brakes(brakes ? 1 : 0, id_) >= 0) brakes_ = brakes;
-    const Vec3 sent_n = state.fault != nullptr ? Vec3{} : vendor_of(force_n);
-    const bool is_written = api_.set_force(sent_n.x, sent_n.y, sent_n.z, id_) >= 0;
+    const bool is_written = send(state.fault != nullptr ? Wrench{} : wrench);
     if (is_read && !is_written && state.fault == nullptr) state.fault = "the device takes no force";
     failures_ = is_read ? 0 : failures_ + 1;
     return state;
   }
 
   char id() const noexcept { return id_; }
+  bool senses_turn() const noexcept { return senses_turn_; }
+  bool drives_torque() const noexcept { return drives_torque_; }
 
  private:
+  /// False: the device has a wrist, and it cannot be read.
+  bool read_turn(DeviceState& state) const noexcept {
+    if (!senses_turn_) return true;
+    double rows[3][3] = {};
+    if (api_.orientation_frame(rows, id_) >= 0) state.turn = hand_of(rows);
+    return state.turn.has_value();
+  }
+  bool send(const Wrench& wrench) noexcept {
+    const Vec3 force_n = vendor_of(wrench.force_n), torque_nm = vendor_of(wrench.torque_nm);
+    if (!drives_torque_) return api_.set_force(force_n.x, force_n.y, force_n.z, id_) >= 0;
+    return api_.set_force_and_torque(force_n.x, force_n.y, force_n.z, torque_nm.x, torque_nm.y, torque_nm.z, 0.0, id_) >= 0;
+  }
   bool begin(std::optional<char> id) {
     if (!id) return false;
     id_ = *id;
@@ -290,7 +331,10 @@ class Link {
       api_.set_watchdog(watchdog_steps, id_);
       if (api_.disable_expert != nullptr) api_.disable_expert();
     }
-    api_.set_force(0.0, 0.0, 0.0, id_);
+    senses_turn_ = api_.orientation_frame != nullptr && api_.has_wrist != nullptr && api_.has_wrist(id_);
+    drives_torque_ =
+        senses_turn_ && api_.set_force_and_torque != nullptr && api_.has_active_wrist != nullptr && api_.has_active_wrist(id_);
+    send({});
     api_.enable_force(1, id_);
     return true;
   }
@@ -305,11 +349,11 @@ class Link {
   }
   /// Re-enables a force that the device has switched off only while the commanded force is zero (no surprise), and never
   /// against the user's button.
-  void give_back(const StatusList& status, const DeviceState& state, const Vec3& force_n) noexcept {
+  void give_back(const StatusList& status, const DeviceState& state, const Wrench& wrench) noexcept {
     const int cause = status[Status::force_off_cause];
     const bool is_a_persons = cause == 1 || cause == 6;
     const bool is_calm = !state.velocity_m_per_s || norm(*state.velocity_m_per_s) < calm_m_per_s;
-    if (!is_a_persons && is_calm && force_n == Vec3{}) api_.enable_force(1, id_);
+    if (!is_a_persons && is_calm && wrench == Wrench{}) api_.enable_force(1, id_);
   }
 
   const Api& api_;
@@ -317,6 +361,7 @@ class Link {
   char id_ = -1;
   int failures_ = 0;
   bool brakes_ = false;
+  bool senses_turn_ = false, drives_torque_ = false;
 };
 
 [[noreturn]] void refuse(const std::string& what) { throw LoadError("device force-dimension: " + what); }
@@ -413,17 +458,29 @@ class ForceDimension final : public Device {
     name_ = force_dimension::name_of(api, link->id());
     model_ = model_of(name_);
     has_brakes_ = api.set_brakes != nullptr;
+    senses_turn_ = link->senses_turn();
+    most_nm_ = link->drives_torque() ? wrist_nm : 0.0;
     exchange_ = std::make_unique<ExchangeThread<Link>>(std::move(link));
   }
   std::string name() const override { return name_; }
   DeviceLimits limits() const override {
-    return {.max_force_n = model_.force_n,
-            .max_stiffness_n_per_m = model_.stiffness_n_per_m,
-            .workspace_radius_m = model_.radius_m,
-            .max_damping_ns_per_m = model_.damping_ns_per_m};
+    DeviceLimits limits{.max_force_n = model_.force_n,
+                        .max_stiffness_n_per_m = model_.stiffness_n_per_m,
+                        .workspace_radius_m = model_.radius_m,
+                        .max_damping_ns_per_m = model_.damping_ns_per_m,
+                        .senses_turn = senses_turn_,
+                        .max_torque_nm = most_nm_};
+    if (most_nm_ > 0.0) {
+      limits.max_turn_stiffness_nm_per_rad = wrist_nm_per_rad;
+      limits.max_turn_damping_nms_per_rad = wrist_nms_per_rad;
+    }
+    return limits;
   }
   DeviceState read() noexcept override { return exchange_->read(); }
-  bool write(const Vec3& force_n) noexcept override { return exchange_->write(force_n, model_.force_n); }
+  bool write(const Vec3& force_n) noexcept override { return write(force_n, {}); }
+  bool write(const Vec3& force_n, const Vec3& torque_nm) noexcept override {
+    return exchange_->write({force_n, torque_nm}, model_.force_n, most_nm_);
+  }
   bool brake(bool on) noexcept override {
     exchange_->brake(on);
     return has_brakes_;
@@ -433,7 +490,8 @@ class ForceDimension final : public Device {
  private:
   std::string name_;
   Model model_;
-  bool has_brakes_ = false;
+  bool has_brakes_ = false, senses_turn_ = false;
+  double most_nm_ = 0.0;
   std::unique_ptr<ExchangeThread<Link>> exchange_;
 };
 

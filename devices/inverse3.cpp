@@ -1,5 +1,6 @@
 // palpa-device-inverse3.so: Haply's Inverse3, by its Inverse Service. The service is a separate program with an open protocol:
 // nothing of the vendor's is linked.
+#include <algorithm>
 #include <boost/asio/ip/address.hpp>
 #include <sstream>
 
@@ -32,6 +33,7 @@ std::vector<DeviceSetting> settings() {
           {"force",
            "what a force is called in messages: vector (service 3.5 and later), values (before), auto (by the service's "
            "version); without it auto"},
+          {"grip", "id of the grip that is the handle; without it the first with an orientation"},
           {"profile", "name of the session for the service; without it palpa:palpa"},
           {"remote", "yes: the host may be another machine, whose forces then come late and unprotected; without it no"}};
 }
@@ -51,6 +53,7 @@ struct Wanted {
   std::string device_id;
   std::optional<ForceWord> word;
   std::string profile = "palpa:palpa";
+  std::string grip_id;
 };
 
 boost::asio::ip::address address_of(const std::string& host) {
@@ -88,13 +91,15 @@ Wanted wanted(const DeviceSettings& given) {
       out.service.port(port);
     } else if (key == "force") {
       out.word = force_word(value);
+    } else if (key == "grip") {
+      out.grip_id = plain(key, value);
     } else if (key == "profile") {
       out.profile = plain(key, value);
     } else if (key == "remote") {
       if (value != "yes" && value != "no") refuse("remote=" + in_quotes(value) + " is not known; give yes or no");
       may_be_remote = value == "yes";
     } else {
-      refuse("it has no setting " + in_quotes(key) + "; known are id, host, port, force, profile and remote");
+      refuse("it has no setting " + in_quotes(key) + "; known are id, host, port, force, grip, profile and remote");
     }
   }
   if (!may_be_remote && !out.service.address().is_loopback())
@@ -141,6 +146,11 @@ std::string chosen_id(const Wanted& want) {
   const std::string place = place_of(want.service);
   const std::optional<View> view = look(want.service);
   if (!view) refuse("the Inverse Service does not answer at " + place + "; " + how_to_get);
+  const auto has_grip = [&] {
+    return std::ranges::any_of(view->grips, [&](const Grip& grip) { return grip.device_id == want.grip_id; });
+  };
+  if (!want.grip_id.empty() && !has_grip())
+    refuse("the Inverse Service at " + place + " has no grip with grip=" + want.grip_id + "; switch it on, or leave it out");
   if (view->device_ids.empty())
     refuse("the Inverse Service at " + place + " has no Inverse3; plug one in and switch on its power supply");
   if (want.device_id.empty()) return view->device_ids.front();
@@ -155,14 +165,19 @@ std::string chosen_id(const Wanted& want) {
 class Inverse3 final : public Device {
  public:
   explicit Inverse3(const LinkOptions& options) : link_(options), device_id_(options.device_id) {
-    if (link_.wait(first_state_s)) return;
-    const char* fault = link_.read().fault;
+    const bool is_there = link_.wait(first_state_s);
+    const DeviceState state = link_.read();
+    senses_turn_ = state.turn.has_value();
+    if (is_there) return;
+    const char* const fault = state.fault;
     refuse(std::string(fault != nullptr ? fault : "the service does not answer") + "; restart it, or look at its log");
   }
   std::string name() const override { return "Haply Inverse3 " + device_id_; }
   DeviceLimits limits() const override {
-    return {
-        .max_force_n = max_force_n, .max_stiffness_n_per_m = max_stiffness_n_per_m, .workspace_radius_m = workspace_radius_m};
+    return {.max_force_n = max_force_n,
+            .max_stiffness_n_per_m = max_stiffness_n_per_m,
+            .workspace_radius_m = workspace_radius_m,
+            .senses_turn = senses_turn_};
   }
   DeviceState read() noexcept override { return link_.read(); }
   bool write(const Vec3& force_n) noexcept override { return link_.write(force_n); }
@@ -171,12 +186,16 @@ class Inverse3 final : public Device {
  private:
   Link link_;
   std::string device_id_;
+  bool senses_turn_ = false;  // a grip with an orientation was there when it was opened
 };
 
 std::unique_ptr<Device> open(const DeviceSettings& given) {
   const Wanted want = wanted(given);
-  return std::make_unique<Inverse3>(
-      LinkOptions{.service = want.service, .device_id = chosen_id(want), .word = want.word, .profile = want.profile});
+  return std::make_unique<Inverse3>(LinkOptions{.service = want.service,
+                                                .device_id = chosen_id(want),
+                                                .word = want.word,
+                                                .profile = want.profile,
+                                                .grip_id = want.grip_id});
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "devices/grip_turn.h"
 #include "devices/inverse3_connection.h"
 #include "palpa/device/latest.h"
 #include "palpa/device/rest.h"
@@ -62,6 +63,9 @@ constexpr int refused_to_give_up = 3;
 constexpr double felt_n = 0.3;
 constexpr double none_n = 1e-3;
 constexpr milliseconds longest_without_force{200};
+// Turn from its first orientation by which a grip counts as used [rad]. More: a handle that was hardly turned leaves without a
+// fault; less: a grip that lies on the table does not.
+constexpr double used_turn_rad = 0.1;
 // Watched grips. More: memory that a service can fill with names; fewer: the loss of a grip is not reported.
 constexpr std::size_t most_used_grips = 64;
 
@@ -73,7 +77,8 @@ constexpr const char* unasked = "the service sends what it was not asked for";
 constexpr const char* absent = "the Inverse3 is not connected to the service";
 constexpr const char* placeless = "the service does not say where the Inverse3 is";
 constexpr const char* uncalibrated = "the Inverse3 is not calibrated";
-constexpr const char* grip_gone = "a grip whose button was used is not connected any more; its buttons are up";
+constexpr const char* grip_gone =
+    "a grip that was used is not connected any more; its buttons are up, its turn is the last known";
 constexpr const char* powerless = "the power supply is off: no force";
 constexpr const char* no_force_by_vector =
     "the service takes forces but makes none: its force scale is 0, or it wants force=values";
@@ -137,6 +142,8 @@ class Link::Exchange final : public ConnectionUser {
 
   void take(std::string_view text);
   void note_grips();
+  void note_turn();
+  void note_use(const Grip& grip);
   bool has_lost_grip() const noexcept;
   void refuse(const char* why);
   bool is_anything_due() const noexcept;
@@ -171,7 +178,9 @@ class Link::Exchange final : public ConnectionUser {
   DeviceState state_;                      // as published
   ForceWord word_ = ForceWord::vector;
   View view_;
-  std::vector<Grip> used_grips_;  // with buttons pressed since construction
+  std::vector<Grip> used_grips_;  // with buttons pressed, or turned as the handle, since construction
+  std::optional<Grip> handle_;    // grip whose orientation is the handle's, as first seen
+  GripTurn handle_turn_;
   Vec3 sent_n_;
   std::uint64_t sent_number_ = 0;  // of the force sent last
   MissingForce missing_force_;
@@ -295,6 +304,7 @@ void Link::Exchange::begin() {
   has_view_ = is_named_ = is_awaiting_ = false;
   answers_in_time_ = refused_ = 0;
   missing_force_ = {};
+  handle_turn_.reset();
   sent_n_ = {};
   view_ = {};
   connection_ = connect(context_, options_.service, !options_.word, *this);
@@ -354,12 +364,32 @@ void Link::Exchange::take(std::string_view text) {
 }
 
 void Link::Exchange::note_grips() {
-  for (const Grip& grip : view_.grips) {
-    const bool is_noted = std::ranges::any_of(used_grips_, [&](const Grip& used) {
-      return used.is_wireless == grip.is_wireless && used.device_id == grip.device_id;
-    });
-    if (grip.buttons != 0 && !is_noted && used_grips_.size() < most_used_grips) used_grips_.push_back(grip);
+  for (const Grip& grip : view_.grips)
+    if (grip.buttons != 0) note_use(grip);
+  note_turn();
+}
+
+// The handle stays the same grip throughout. While it is gone its turn is the last known.
+void Link::Exchange::note_turn() {
+  const auto is_handle = [&](const Grip& grip) {
+    const bool is_meant = options_.grip_id.empty() || grip.device_id == options_.grip_id;
+    return is_meant && grip.turn && grip.is_connected && grip.is_awake;
+  };
+  if (!handle_) {
+    const auto found = std::ranges::find_if(view_.grips, is_handle);
+    if (found == view_.grips.end()) return;
+    handle_ = *found;
   }
+  const Grip* const grip = view_.find(*handle_);
+  if (grip == nullptr || !grip->is_connected || !grip->turn) return handle_turn_.reset();
+  state_.turn = handle_turn_.at(seconds(Clock::now()), *grip->turn);
+  if (norm(rotation_between_rad(*handle_->turn, *grip->turn)) > used_turn_rad) note_use(*grip);
+}
+
+void Link::Exchange::note_use(const Grip& grip) {
+  const bool is_noted = std::ranges::any_of(
+      used_grips_, [&](const Grip& used) { return used.is_wireless == grip.is_wireless && used.device_id == grip.device_id; });
+  if (!is_noted && used_grips_.size() < most_used_grips) used_grips_.push_back(grip);
 }
 
 bool Link::Exchange::has_lost_grip() const noexcept {

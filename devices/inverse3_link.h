@@ -21,6 +21,7 @@ struct LinkOptions {
   std::string device_id;
   std::optional<ForceWord> word;  ///< none: by the service's version
   std::string profile;            ///< of plain characters
+  std::string grip_id;            ///< of the grip that is the handle; empty: the first with an orientation
 };
 
 /// Exchanges force for state at the rate of writes and answers, on its own thread, never two messages at once; reconnects after

@@ -67,6 +67,22 @@ bool read_vector(const json& object, const char* key, double largest, std::optio
   return true;
 }
 
+/// Optional quaternion; a missing key leaves `turn` unchanged, one without a direction means none. False: present but invalid.
+bool read_turn(const json& object, const char* key, std::optional<Turn>& turn) {
+  constexpr double largest = 2.0;
+  // Of the length. More: a quaternion that means something else passes; less: rounding of the service's texts does not.
+  constexpr double length_error = 0.01;
+  const json* found = member(object, key);
+  if (found == nullptr) return true;
+  Turn service;  // about x to the right, y away from the user, z up
+  if (!read_number(*found, "w", largest, service.w) || !read_number(*found, "x", largest, service.x) ||
+      !read_number(*found, "y", largest, service.y) || !read_number(*found, "z", largest, service.z))
+    return false;
+  turn.reset();
+  if (is_unit(service, length_error)) turn = unit_turn({service.w, service.x, service.z, -service.y});
+  return true;
+}
+
 bool read_flag(const json& object, const char* key, bool& flag) {
   const json* found = member(object, key);
   if (found == nullptr) return true;
@@ -111,7 +127,7 @@ bool read_buttons(const json& state, Grip& grip) {
 bool read_grip(const json& entry, Grip& grip) {
   const json* state = part(entry, "state");
   const json* status = part(entry, "status");
-  if (state == nullptr || status == nullptr || !read_buttons(*state, grip) ||
+  if (state == nullptr || status == nullptr || !read_buttons(*state, grip) || !read_turn(*state, "orientation", grip.turn) ||
       !read_flag(*status, "connected", grip.is_connected) || !read_flag(*status, "awake", grip.is_awake))
     return false;
   if (!grip.is_connected || !grip.is_awake) grip.buttons = 0;
@@ -175,9 +191,14 @@ std::uint32_t View::buttons() const noexcept {
 }
 
 bool View::has(const Grip& grip) const noexcept {
-  return std::ranges::any_of(grips, [&](const Grip& one) {
-    return one.is_connected && one.is_wireless == grip.is_wireless && one.device_id == grip.device_id;
-  });
+  const Grip* const found = find(grip);
+  return found != nullptr && found->is_connected;
+}
+
+const Grip* View::find(const Grip& grip) const noexcept {
+  const auto found = std::ranges::find_if(
+      grips, [&](const Grip& one) { return one.is_wireless == grip.is_wireless && one.device_id == grip.device_id; });
+  return found == grips.end() ? nullptr : &*found;
 }
 
 bool read_message(std::string_view text, const std::string& device_id, View& view) {

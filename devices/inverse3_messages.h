@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/solver/vec3.h"
+#include "palpa/solver/pose.h"
 
 namespace palpa::inverse3 {
 
@@ -35,6 +35,7 @@ struct Grip {
   bool is_connected = true;   ///< if missing: listed grips are connected
   bool is_awake = true;       ///< as above
   std::uint32_t buttons = 0;  ///< 0 if disconnected or asleep
+  std::optional<Turn> turn;   ///< orientation, of unit length; none: never sent, or all zero
 };
 
 /// State received from a service.
@@ -45,6 +46,8 @@ struct View {
 
   std::uint32_t buttons() const noexcept;     ///< of all grips: no message maps grips to arms
   bool has(const Grip& grip) const noexcept;  ///< listed and connected
+  /// The listed grip of this kind and id; null: none.
+  const Grip* find(const Grip& grip) const noexcept;
 };
 
 /// Applies a message to `view`. False, with `view` unchanged, for anything that is not a message of the service: no JSON, too

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "palpa/device/described.h"
 #include "palpa/device/latest.h"
 #include "palpa/device/rest.h"
+#include "palpa/device/turn_of.h"
 #include "palpa/version.h"
 
 PALPA_LOADS_AT_RUN_TIME(
@@ -35,9 +37,11 @@ enum Parameter : unsigned {
   current_buttons = 0x2000,
   current_position = 0x2050,
   current_velocity = 0x2051,
+  current_transform = 0x2052,
   device_model = 0x2501,
   device_serial_number = 0x2504,
   max_workspace = 0x2550,
+  input_freedoms = 0x2553,
   max_stiffness = 0x2602,
   max_force = 0x2603,
   max_continuous_force = 0x2604,
@@ -52,6 +56,8 @@ constexpr unsigned calibration_needs_update = 0x5001;
 constexpr unsigned callback_goes_on = 1;
 constexpr unsigned short default_priority = 0x7FFF;
 
+// Error [1] of a rotation matrix. More: a shear passes as an orientation; less: rounding in the library is a fault.
+constexpr double rotation_error = 1e-3;
 // Longer: a hung program pushes longer; shorter: a busy machine's pause drops the force.
 constexpr std::chrono::milliseconds force_lifetime{20};
 // Longer: stale positions count; shorter: a busy machine's pause is a fault.
@@ -125,6 +131,17 @@ const char* format_code(unsigned code) noexcept {
 }
 /// Errors after which the device has to be reopened.
 bool is_gone(unsigned code) noexcept { return code == 0x0300 || code == 0x0302; }
+
+/// The stylus' turn from a transform of 16 numbers by columns; none: not a rotation. It is none where the stylus lies along z,
+/// with its tip away from the user.
+std::optional<Turn> turn_in(const std::array<double, 16>& transform) noexcept {
+  Mat3 rotation;
+  for (int row = 0; row < 3; ++row) {
+    const auto at = [&](int column) { return transform[static_cast<std::size_t>(4 * column + row)]; };
+    rotation.row[row] = {at(0), at(1), at(2)};
+  }
+  return is_rotation(rotation, rotation_error) ? std::optional(turn_of(rotation)) : std::nullopt;
+}
 
 double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
 
@@ -222,6 +239,7 @@ class Servo {
   Latest<Wish> wishes;
   Rest rest;
   double most_n = 0.0, continuous_n = 0.0;  // set before `start`
+  bool senses_turn = false;                 // likewise
 
  private:
   // Age of the last frame at which the device counts as lost. Longer: reported later; shorter: a busy machine loses it.
@@ -243,11 +261,13 @@ class Servo {
   unsigned frame() noexcept {
     DeviceState state;
     std::array<double, 3> place{}, speed{}, force{};
+    std::array<double, 16> transform{};
     int buttons = 0;
     double temperature = 0.0;
     api_.begin_frame(handle_);
     api_.get_doubles(Parameter::current_position, place.data());
     api_.get_doubles(Parameter::current_velocity, speed.data());
+    if (senses_turn) api_.get_doubles(Parameter::current_transform, transform.data());
     api_.get_integers(Parameter::current_buttons, &buttons);
     api_.get_doubles(Parameter::motor_temperature, motors_.data());
     for (const double motor : motors_) temperature = std::max(temperature, motor);
@@ -269,7 +289,9 @@ class Servo {
     state.position_m = Vec3{place[0], place[1], place[2]} / mm_per_m;
     state.velocity_m_per_s = Vec3{speed[0], speed[1], speed[2]} / mm_per_m;
     state.time_s = seconds(Clock::now());
-    state.valid = is_calibrated && is_finite(state.position_m) && !is_gone(code);
+    if (senses_turn) state.turn = turn_in(transform);
+    const bool has_pose = is_finite(state.position_m) && state.turn.has_value() == senses_turn;
+    state.valid = is_calibrated && has_pose && !is_gone(code);
     state.buttons = state.valid ? static_cast<std::uint32_t>(buttons) : 0u;
     if (code != 0) {
       calm_ = calm_frames;
@@ -423,6 +445,10 @@ class OpenHaptics final : public Device {
       if (least >= 20.0 && least <= 500.0) radius_mm = least;
     }
     limits_.workspace_radius_m = radius_mm / mm_per_m;
+    int freedoms = 0;
+    api_.get_integers(Parameter::input_freedoms, &freedoms);
+    limits_.senses_turn = api_.get_error().code == 0 && freedoms >= 6;
+    servo_.senses_turn = limits_.senses_turn;
     servo_.continuous_n = limits_.continuous_force_n;
     servo_.most_n = limits_.max_force_n;
   }

@@ -16,6 +16,9 @@ namespace {
 constexpr int least_sub_steps = 20;
 constexpr double longest_sub_step_s = 50e-6;
 
+// [N·m] that an ideal device drives.
+constexpr double ideal_torque_nm = 1.0;
+
 // Delay of a force by a number of advances.
 class Delay {
  public:
@@ -40,7 +43,11 @@ double rounded(double value_m, double step_m) noexcept {
 class Hand : public SimulatedDevice {
  public:
   Hand(std::shared_ptr<const Target> target, DevicePlant plant)
-      : target_(std::move(target)), plant_(std::move(plant)), wanted_(target_->at(0.0)) {}
+      : target_(std::move(target)), plant_(std::move(plant)), wanted_(target_->at(0.0)) {
+    if (!wanted_.turn) return;
+    plant_.limits.senses_turn = true;
+    if (plant_.name.empty()) plant_.limits.max_torque_nm = ideal_torque_nm;
+  }
 
   DeviceLimits limits() const final { return plant_.limits; }
   double duration_s() const noexcept final { return target_->duration_s(); }
@@ -51,7 +58,9 @@ class Hand : public SimulatedDevice {
             .velocity_m_per_s = std::nullopt,
             .valid = wanted_.valid,
             .buttons = wanted_.buttons,
-            .time_s = time_s_};
+            .time_s = time_s_,
+            .fault = nullptr,
+            .turn = wanted_.turn};
   }
 
  protected:

@@ -51,6 +51,7 @@ class Target {
     Vec3 position_m;
     bool valid = true;  ///< false: unknown; the position is the last known
     std::uint32_t buttons = 0;
+    std::optional<Turn> turn{};  ///< orientation of the handle, of unit length; none: the hand has none
   };
   /// For any time, in any order; never allocates.
   virtual Point at(double time_s) const noexcept = 0;
@@ -62,7 +63,7 @@ class Target {
   virtual std::vector<std::string> warnings() const { return {}; }
 };
 
-/// Target with all its positions x at `scale` · x + `offset_m` [m].
+/// Target with all its positions x at `scale` · x + `offset_m` [m]; its turns are unchanged.
 /// \param scale  [1] > 0
 std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale = 1.0);
 
@@ -78,6 +79,7 @@ struct SimulatedMotion {
   std::optional<double> radius_m;  ///< lateral extent of the motion; helix: about the axis. None: the available extent
   std::optional<double> depth_m;   ///< intended depth behind the front; none: half of the bearable depth there
   std::uint64_t seed = default_hand_seed;
+  double tilt_rad = 0.0;  ///< the handle swings by this about x and about z; [0, 3]; 0: it has no orientation
 };
 /// Throws LoadError with the remedy.
 SimulatedMotion simulated_motion(const std::string& description);
@@ -110,6 +112,7 @@ struct Encounter {
 ///   circle  on a circle of `radius_m` on the front
 ///   helix   round the axis, slowly up and down; a motion's own `radius_m` is that of a cylinder in place of the front
 ///   random  sums of sines below 8 Hz, seeded, `radius_m` to any side about half of the depth, now and then out of the front
+/// With `tilt_rad` the handle swings about x once in 2 s, and about z once in 3.2 s, beginning upright.
 /// Equal motions give equal bits on every machine with IEEE arithmetic.
 std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const Encounter& encounter = {});
 /// `simulated_target` of a description, before the ball.
@@ -126,6 +129,8 @@ struct RecordingOptions {
 ///   t_s,x_m,y_m,z_m[,buttons]       hand frame; also with time, time_s, timestamp or t for t_s, and x,y,z
 ///   Time,Cursor Position X,Y,Z …    Haply logs: z is flipped, all-zero rows are dropped
 ///   x,y,z …                         no time: `hand_rate_hz` is needed
+/// All but Haply's logs may have the handle's orientation, a unit quaternion to within 1e-3: turn_w, turn_x, turn_y, turn_z; in
+/// a trace of a tool probe_turn_w, …. Between rows it turns evenly, by the shorter way.
 /// Unknown columns are skipped. Time starts at the first row and must not fall; of rows at equal times the last counts. Except
 /// in a trace, rows that repeat the last position are dropped if their pattern is that of a logger faster than its device
 /// (`detail::repeat_by_logger`; in Haply logs always), but never so many that a resting hand becomes a gap. Rows with a
@@ -154,6 +159,8 @@ enum class Hold { rigid, relaxed, firm };
 /// form, with sticking friction. Backward Euler because it cannot gain energy for any parameters: with the target still,
 /// kinetic + spring energy grow by at most force·Δx. Its numerical damping is K h/2 ≈ 0.01 N·s/m. Within an `advance` the
 /// target moves in a straight line.
+///
+/// The orientation is that of the target: no torque turns the hand.
 ///
 /// While the target is not valid the device is released: it is not valid either, and restarts at rest on the target.
 std::unique_ptr<SimulatedDevice> hand_device(std::shared_ptr<const Target> target, Hold hold, const DevicePlant& plant = {});

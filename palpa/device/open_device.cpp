@@ -68,6 +68,11 @@ constexpr Note all_notes[] = {
     {"continuous_force_n", &DeviceNotes::continuous_force_n, &DeviceLimits::continuous_force_n, 100.0, true},
     {"max_stiffness_n_per_m", &DeviceNotes::max_stiffness_n_per_m, &DeviceLimits::max_stiffness_n_per_m, 1e5, true},
     {"max_damping_ns_per_m", &DeviceNotes::max_damping_ns_per_m, &DeviceLimits::max_damping_ns_per_m, 100.0, true},
+    {"max_torque_nm", &DeviceNotes::max_torque_nm, &DeviceLimits::max_torque_nm, 10.0, true},
+    {"max_turn_stiffness_nm_per_rad", &DeviceNotes::max_turn_stiffness_nm_per_rad, &DeviceLimits::max_turn_stiffness_nm_per_rad,
+     100.0, true},
+    {"max_turn_damping_nms_per_rad", &DeviceNotes::max_turn_damping_nms_per_rad, &DeviceLimits::max_turn_damping_nms_per_rad,
+     1.0, true},
     {"encoder_step_m", &DeviceNotes::encoder_step_m, &DeviceLimits::encoder_step_m, 0.01, false},
     {"damping_ns_per_m", &DeviceNotes::damping_ns_per_m, &DeviceLimits::damping_ns_per_m, 100.0, false},
 };
@@ -90,15 +95,17 @@ std::optional<toml::table> read(const fs::path& file) {
   }
 }
 
-// Device with the user's notes: forces within the lowered limits.
+// Device with the user's notes: force and torque within the lowered limits.
 class NotedDevice final : public Device {
  public:
   NotedDevice(std::unique_ptr<Device> device, const DeviceLimits& limits) : device_(std::move(device)), limits_(limits) {}
   std::string name() const override { return device_->name(); }
   DeviceLimits limits() const override { return limits_; }
   DeviceState read() noexcept override { return device_->read(); }
-  bool write(const Vec3& force_n) noexcept override {
-    return device_->write(is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{});
+  bool write(const Vec3& force_n) noexcept override { return write(force_n, {}); }
+  bool write(const Vec3& force_n, const Vec3& torque_nm) noexcept override {
+    if (!is_finite(force_n) || !is_finite(torque_nm)) return device_->write({}, {});
+    return device_->write(shortened(force_n, limits_.max_force_n), shortened(torque_nm, limits_.max_torque_nm));
   }
   bool brake(bool on) noexcept override { return device_->brake(on); }
   bool rests() const noexcept override { return device_->rests(); }

@@ -27,10 +27,13 @@ const DeviceBackend& device_backend(const std::string& name);
 
 /// User's notes on a kind of device, and the measurements of `palpa devices --setup`: a table of devices.toml.
 struct DeviceNotes {
-  std::optional<double> max_force_n;  ///< these four may only lower the device's own
+  std::optional<double> max_force_n;  ///< these seven may only lower the device's own
   std::optional<double> continuous_force_n;
   std::optional<double> max_stiffness_n_per_m;
   std::optional<double> max_damping_ns_per_m;
+  std::optional<double> max_torque_nm;
+  std::optional<double> max_turn_stiffness_nm_per_rad;
+  std::optional<double> max_turn_damping_nms_per_rad;
   std::optional<double> encoder_step_m;    ///< measured
   std::optional<double> damping_ns_per_m;  ///< measured
   friend bool operator==(const DeviceNotes&, const DeviceNotes&) = default;

@@ -23,9 +23,10 @@ class PacedHand final : public Device {
     passed_to_ = now;
     return hand_.read();
   }
-  bool write(const Vec3& force_n) noexcept override {
-    rests_.store(force_n == Vec3{}, std::memory_order_release);
-    return hand_.write(force_n);
+  bool write(const Vec3& force_n) noexcept override { return write(force_n, {}); }
+  bool write(const Vec3& force_n, const Vec3& torque_nm) noexcept override {
+    rests_.store(force_n == Vec3{} && torque_nm == Vec3{}, std::memory_order_release);
+    return hand_.write(force_n, torque_nm);
   }
   bool rests() const noexcept override { return rests_.load(std::memory_order_acquire); }
 

@@ -33,6 +33,8 @@ constexpr std::array keys{
         [](DevicePlant& plant) -> double& { return plant.coulomb_friction_n; }},
     Key{"max_force_n", "it is a number of newtons from 0.001 to 100, as in 3.3", 1e-3, 100.0,
         [](DevicePlant& plant) -> double& { return plant.limits.max_force_n; }},
+    Key{"max_torque_nm", "it is a number of N·m from 0 to 10, as in 0.4", 0.0, 10.0,
+        [](DevicePlant& plant) -> double& { return plant.limits.max_torque_nm; }},
     Key{"max_stiffness_n_per_m", "it is a number of N/m from 1 to 100000, as in 400", 1.0, 1e5,
         [](DevicePlant& plant) -> double& { return plant.limits.max_stiffness_n_per_m; }},
     Key{"workspace_radius_m", "it is a number of metres from 0.001 to 10, as in 0.075", 1e-3, 10.0,

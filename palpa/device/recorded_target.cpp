@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -40,6 +41,7 @@ struct Knot {
   Vec3 slope_m_per_s;
   bool valid = true;
   std::uint32_t buttons = 0;
+  std::optional<Turn> turn{};
 };
 
 // Three digits are enough for a person.
@@ -112,9 +114,9 @@ class Recording final : public Target {
   Point at(double time_s) const noexcept override {
     const auto after = std::upper_bound(knots_.begin(), knots_.end(), time_s + near_s_,
                                         [](double time, const Knot& knot) { return time < knot.time_s; });
-    if (after == knots_.begin()) return {.position_m = knots_.front().position_m, .valid = false};
+    if (after == knots_.begin()) return {.position_m = knots_.front().position_m, .valid = false, .turn = knots_.front().turn};
     const Knot& a = *(after - 1);
-    Point point{.position_m = a.position_m, .valid = a.valid, .buttons = a.buttons};
+    Point point{.position_m = a.position_m, .valid = a.valid, .buttons = a.buttons, .turn = a.turn};
     if (time_s <= a.time_s + (after == knots_.end() ? same_time_s : near_s_)) return point;
     point.valid = after != knots_.end() && connected(a, *after);
     if (!point.valid) return point;
@@ -125,6 +127,7 @@ class Recording final : public Target {
       point.position_m.*axis =
           between(a.position_m.*axis, b.position_m.*axis, a.slope_m_per_s.*axis, b.slope_m_per_s.*axis, length_s, u);
     }
+    if (a.turn && b.turn) point.turn = turned_further(*a.turn, u * rotation_between_rad(*a.turn, *b.turn));
     return point;
   }
 
@@ -167,7 +170,7 @@ bool read_number(std::string_view text, Number& value) {
 
 constexpr std::string_view right_forms =
     "a recorded hand is the ticks.csv of a trace (t_s, probe_x_m, probe_y_m, probe_z_m, …), or has the columns "
-    "t_s,x_m,y_m,z_m[,buttons] (or time,x,y,z in seconds and metres), "
+    "t_s,x_m,y_m,z_m[,buttons][,turn_w,turn_x,turn_y,turn_z] (or time,x,y,z in seconds and metres), "
     "or those of a Haply log (Time, Cursor Position X, Cursor Position Y, Cursor Position Z, …), or x,y,z,… without time, with "
     "--hand-rate-hz";
 
@@ -175,6 +178,7 @@ constexpr std::string_view right_forms =
 struct Form {
   std::array<const char*, 5> time;  // alternatives; none: time from the rate
   std::array<const char*, 3> position;
+  std::array<const char*, 4> turn{};
   const char* valid = nullptr;    // null: every row is valid
   const char* buttons = nullptr;  // null: none
   bool own = false;               // ticks.csv of a trace: known origin, and every row is a sample of the hand itself
@@ -182,17 +186,19 @@ struct Form {
   bool bare = false;  // column names may lack units
 };
 constexpr std::array<const char*, 5> names_of_time{"t_s", "time_s", "time", "timestamp", "t"};
+constexpr std::array<const char*, 4> names_of_turn{"turn_w", "turn_x", "turn_y", "turn_z"};
 constexpr Form forms[] = {
     {.time = {"t_s"},
      .position = {"probe_x_m", "probe_y_m", "probe_z_m"},
+     .turn = {"probe_turn_w", "probe_turn_x", "probe_turn_y", "probe_turn_z"},
      .valid = "probe_valid",
      .buttons = "buttons",
      .own = true},
-    {.time = {"t_s"}, .position = {"x_m", "y_m", "z_m"}, .buttons = "buttons"},
+    {.time = {"t_s"}, .position = {"x_m", "y_m", "z_m"}, .turn = names_of_turn, .buttons = "buttons"},
     {.time = {"Time"}, .position = {"Cursor Position X", "Cursor Position Y", "Cursor Position Z"}, .haply = true},
-    {.time = names_of_time, .position = {"x_m", "y_m", "z_m"}, .buttons = "buttons", .bare = true},
-    {.time = names_of_time, .position = {"x", "y", "z"}, .buttons = "buttons", .bare = true},
-    {.time = {}, .position = {"x", "y", "z"}},
+    {.time = names_of_time, .position = {"x_m", "y_m", "z_m"}, .turn = names_of_turn, .buttons = "buttons", .bare = true},
+    {.time = names_of_time, .position = {"x", "y", "z"}, .turn = names_of_turn, .buttons = "buttons", .bare = true},
+    {.time = {}, .position = {"x", "y", "z"}, .turn = names_of_turn},
 };
 
 constexpr std::size_t absent = std::numeric_limits<std::size_t>::max();
@@ -200,6 +206,7 @@ constexpr std::size_t absent = std::numeric_limits<std::size_t>::max();
 struct Places {
   std::size_t time = absent;
   std::size_t position[3] = {absent, absent, absent};
+  std::size_t turn[4] = {absent, absent, absent, absent};
   std::size_t valid = absent;
   std::size_t buttons = absent;
 };
@@ -225,6 +232,7 @@ const Form* form_of(const std::vector<std::string_view>& header, bool rate_given
       places.position[axis] = place_of(form.position[axis], header);
       whole = whole && places.position[axis] != absent;
     }
+    for (std::size_t i = 0; i < 4; ++i) places.turn[i] = place_of(form.turn[i], header);
     if (whole) return &form;
   }
   return nullptr;
@@ -269,18 +277,19 @@ class File {
 class RowReader {
  public:
   RowReader(const File& file, const Form& form, const Places& places, std::size_t width, double rate_hz)
-      : file_(file), form_(form), places_(places), width_(width), rate_hz_(rate_hz) {}
+      : file_(file), form_(form), places_(places), width_(width), rate_hz_(rate_hz) {
+    const auto is_absent = [](std::size_t place) { return place == absent; };
+    const auto missing = std::ranges::find_if(places.turn, is_absent);
+    if (missing == std::end(places.turn) || std::ranges::all_of(places.turn, is_absent)) return;
+    file.refuse("has a part of an orientation", "a quaternion has the columns turn_w, turn_x, turn_y and turn_z");
+  }
 
   Knot read(std::string_view line) {
     const std::vector<std::string_view> cells = split(line);
     if (cells.size() != width_) {
       file_.refuse("has " + std::to_string(cells.size()) + " cells", "the header has " + std::to_string(width_));
     }
-    const auto number = [&](std::size_t place, auto& value) {
-      if (!read_number(cells[place], value)) {
-        file_.refuse(detail::in_quotes(cells[place]) + " is no number", "every cell of a recorded hand is one");
-      }
-    };
+    const auto number = [&](std::size_t place, auto& value) { take(cells[place], value); };
     Knot knot;
     if (places_.time != absent) {
       number(places_.time, knot.time_s);
@@ -302,6 +311,7 @@ class RowReader {
     if (knot.valid && largest_component(knot.position_m) > farthest_m) {
       file_.refuse("the position is more than 1000 m away", "positions are metres");
     }
+    if (places_.turn[0] != absent) knot.turn = read_turn(cells, knot.valid);
     if (form_.haply) {
       if (knot.position_m == Vec3{}) knot.valid = false;
       knot.position_m.z = -knot.position_m.z;
@@ -310,6 +320,24 @@ class RowReader {
   }
 
  private:
+  template <class Number>
+  void take(std::string_view cell, Number& value) const {
+    if (!read_number(cell, value))
+      file_.refuse(detail::in_quotes(cell) + " is no number", "every cell of a recorded hand is one");
+  }
+  /// The orientation of a row; no rotation in a row without a position. Of a trace's row without one the position is unknown,
+  /// too.
+  Turn read_turn(const std::vector<std::string_view>& cells, bool& is_valid) const {
+    Turn turn;
+    double* const parts[] = {&turn.w, &turn.x, &turn.y, &turn.z};
+    for (std::size_t i = 0; i < 4; ++i) take(cells[places_.turn[i]], *parts[i]);
+    constexpr double tolerance = 1e-3;  // [1] of a length. More: no rotations pass; less: those of few digits are refused
+    constexpr double exact = 1e-12;     // within it a trace's own bits stay
+    if (is_unit(turn, tolerance)) return is_unit(turn, exact) ? turn : unit_turn(turn);
+    if (form_.own) is_valid = false;  // a trace has what the device gave
+    if (!is_valid) return {};
+    file_.refuse("the orientation is no unit quaternion", "the squares of turn_w, turn_x, turn_y and turn_z add up to 1");
+  }
   const File& file_;
   const Form& form_;
   const Places& places_;
@@ -326,7 +354,8 @@ std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
   for (std::size_t i = 0, next = 0; i < rows.size(); i = next) {
     kept.push_back(rows[i]);
     next = i + 1;  // the first other position, or the last
-    while (next + 1 < rows.size() && rows[next].position_m == rows[i].position_m && rows[next].buttons == rows[i].buttons)
+    while (next + 1 < rows.size() && rows[next].position_m == rows[i].position_m && rows[next].buttons == rows[i].buttons &&
+           rows[next].turn == rows[i].turn)
       ++next;
     if (next >= rows.size()) break;
     for (std::size_t stays = i;;) {
@@ -350,7 +379,9 @@ std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::s
   std::size_t repeats = 0, last_change = 0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const double step_m = largest_component(rows[i].position_m - rows[i - 1].position_m);
-    if (step_m == 0.0) {
+    if (step_m == 0.0 && rows[i].turn != rows[i - 1].turn) {
+      last_change = i;  // the device was read anew
+    } else if (step_m == 0.0) {
       ++repeats;
     } else {
       // Rows before the first change may repeat a position from before the recording.
@@ -451,12 +482,13 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
                     std::string(right_forms));
   }
   // Positions of a disconnected device are meaningless: the last known one replaces them.
-  Vec3 known = std::find_if(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })->position_m;
+  Knot known = *std::find_if(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; });
   const double begin_s = rows.front().time_s;
   for (Knot& row : rows) {
     row.time_s -= begin_s;
-    if (row.valid) known = row.position_m;
-    row.position_m = known;
+    if (row.valid) known = row;
+    row.position_m = known.position_m;
+    row.turn = known.turn;
   }
   if (form->bare) check_units(path, rows, header[places.time], header[places.position[0]]);
   if (form->haply) {

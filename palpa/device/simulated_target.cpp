@@ -258,8 +258,27 @@ class RandomMotion final : public Along {
   Wave axes_[3][waves];
 };
 
+// A motion whose handle swings.
+class Tilted final : public SimulatedTarget {
+ public:
+  Tilted(std::unique_ptr<Target> target, double tilt_rad) : target_(std::move(target)), tilt_turns_(tilt_rad / (2.0 * pi)) {}
+  Point at(double time_s) const noexcept override {
+    // Frequencies whose ratio repeats late: many orientations are met. Faster: no wrist follows; slower: short runs meet few.
+    constexpr double about_x_hz = 0.5, about_z_hz = 0.3125;
+    const SineCosine x = sine_cosine(0.5 * tilt_turns_ * sine(about_x_hz * time_s));
+    const SineCosine z = sine_cosine(0.5 * tilt_turns_ * sine(about_z_hz * time_s));
+    Point point = target_->at(time_s);
+    point.turn = Turn{z.cosine, 0.0, 0.0, z.sine} * Turn{x.cosine, x.sine, 0.0, 0.0};
+    return point;
+  }
+
+ private:
+  std::unique_ptr<Target> target_;
+  double tilt_turns_;
+};
+
 constexpr std::string_view right_form =
-    "a simulated hand is sim:press|stroke|circle|helix|random[,speed_m_per_s=…,radius_m=…,depth_m=…,seed=…]";
+    "a simulated hand is sim:press|stroke|circle|helix|random[,speed_m_per_s=…,radius_m=…,depth_m=…,tilt_rad=…,seed=…]";
 
 [[noreturn]] void refuse(const std::string& description, const std::string& what, std::string_view right = right_form) {
   throw LoadError(description + ": " + what + "; " + std::string(right));
@@ -301,6 +320,8 @@ SimulatedMotion simulated_motion(const std::string& description) {
     } else if (key == "depth_m") {
       motion.depth_m =
           number_of(description, key, value, -0.015, 0.15, "it is a number of metres above -0.015, at most 0.15, as in 0.05");
+    } else if (key == "tilt_rad") {
+      motion.tilt_rad = number_of(description, key, value, 0.0, 3.0, "it is a number of radians above 0, at most 3, as in 0.3");
     } else if (key == "seed") {
       if (!detail::read_number(value, motion.seed) || motion.seed >= (std::uint64_t{1} << 63)) {
         refuse(description, "'" + std::string(value) + "' cannot be used for seed", "it is a whole number from 0 to 2^63 - 1");
@@ -314,7 +335,9 @@ SimulatedMotion simulated_motion(const std::string& description) {
   return motion;
 }
 
-std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const Encounter& encounter) {
+namespace {
+
+std::unique_ptr<Target> upright_target(const SimulatedMotion& motion, const Encounter& encounter) {
   const double depth_m = motion.depth_m.value_or(encounter.depth_m);
   const double radius_m = motion.radius_m.value_or(encounter.radius_m);
   switch (motion.kind) {
@@ -325,6 +348,14 @@ std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const En
     case SimulatedMotion::Kind::random: break;
   }
   return std::make_unique<RandomMotion>(motion, encounter, depth_m, radius_m);
+}
+
+}  // namespace
+
+std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const Encounter& encounter) {
+  std::unique_ptr<Target> target = upright_target(motion, encounter);
+  if (motion.tilt_rad > 0.0) return std::make_unique<Tilted>(std::move(target), motion.tilt_rad);
+  return target;
 }
 
 std::unique_ptr<Target> simulated_target(const std::string& description) {

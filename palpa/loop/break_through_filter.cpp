@@ -17,10 +17,10 @@ constexpr double rounding_share = 1e-9;  // [1] of a step: a fall as steep as pl
 constexpr double min_snap_n = 0.05;
 }  // namespace
 
-Vec3 BreakThroughFilter::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s,
-                               bool springs_released) noexcept {
-  const Vec3 rest_n = command_n - sent_n_;
-  const double apart_n = norm(rest_n);
+Wrench BreakThroughFilter::shape(const Wrench& command, bool is_released, double by_hand_n, double time_step_s,
+                                 bool springs_released, double turning_radius_m) noexcept {
+  const Wrench rest = command - sent_;
+  const double apart_n = size_n(rest, turning_radius_m);
   const double step_of_snap_n = left_s_ > time_step_s ? apart_n * time_step_s / left_s_ : apart_n;
   const bool is_under_way = left_s_ > 0.0;
   // A fall that is only as steep as planned is no new snap.
@@ -41,8 +41,8 @@ Vec3 BreakThroughFilter::shape(const Vec3& command_n, bool is_released, double b
   }
   // Drags may hold the proxy after a release, so that a fall begins late: its time continues after it has caught up.
   left_s_ = std::max(0.0, left_s_ - time_step_s);
-  sent_n_ = step_n >= apart_n ? command_n : sent_n_ + (step_n / apart_n) * rest_n;
-  return sent_n_;
+  sent_ = step_n >= apart_n ? command : sent_ + (step_n / apart_n) * rest;
+  return sent_;
 }
 
 }  // namespace palpa

@@ -1,7 +1,7 @@
 // Limited fall of the force at a release.
 #pragma once
 
-#include "palpa/solver/vec3.h"
+#include "palpa/loop/wrench.h"
 
 namespace palpa {
 
@@ -19,27 +19,30 @@ namespace palpa {
 /// Since k times the hand's motion is never delayed, the hand gains less energy than the spring released: ∫ (F − k s) ds ≤
 /// F²/2k.
 ///
+/// Force and torque fall together, on one straight line; a torque counts as a force at the turning radius of the tool.
+///
 /// The output lies between the last output and the command, so it is never longer than the longer of the two. The loop books
 /// its work on the hand with that of the guard. Allocates nothing; one thread.
 class BreakThroughFilter {
  public:
   /// Output of this tick.
-  /// \param command_n    [N] unfiltered command
-  /// \param is_released  break-through of a level in this tick
-  /// \param by_hand_n    [N] >= 0: k times the probe's step, and any other gradual change
-  /// \param time_step_s  [s] > 0
-  /// \param springs_released   the spring has released energy in this tick
-  Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s,
-             bool springs_released = false) noexcept;
+  /// \param command           unfiltered command
+  /// \param is_released       break-through of a level in this tick
+  /// \param by_hand_n         [N] >= 0: k times the probe's step, and any other gradual change
+  /// \param time_step_s       [s] > 0
+  /// \param springs_released  the spring has released energy in this tick
+  /// \param turning_radius_m  [m] > 0: of the tool
+  Wrench shape(const Wrench& command, bool is_released, double by_hand_n, double time_step_s, bool springs_released,
+               double turning_radius_m) noexcept;
   /// Step [N] of a snap reported in this tick; 0: none.
   double snap_n() const noexcept { return snap_n_; }
-  /// Shifts the output by the step [N] between two scenes' commands, which is no fall.
-  void shift(const Vec3& step_n) noexcept { sent_n_ += step_n; }
+  /// Shifts the output by the step between two scenes' commands, which is no fall.
+  void shift(const Wrench& step) noexcept { sent_ = sent_ + step; }
   /// Ends any fall: the next command is passed unchanged.
   void reset() noexcept { *this = {}; }
 
  private:
-  Vec3 sent_n_;              // last output
+  Wrench sent_;              // last output
   double left_s_ = 0.0;      // of the 20 ms
   double furthest_n_ = 0.0;  // largest distance from the command
   bool is_snap_ = false;     // not by a break-through

@@ -1,8 +1,9 @@
 #include "palpa/loop/clutch_mapping.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
+
+#include "palpa/device/turn_of.h"
 
 namespace palpa {
 
@@ -13,24 +14,19 @@ constexpr double border_share = 0.85;
 constexpr double border_m_per_s = 0.08;
 // Tolerance of a rotation. More: a shear passes; less: rounding does not.
 constexpr double rotation_error = 1e-6;
-
-bool is_rotation(const Mat3& turn) noexcept {
-  double error = std::abs(determinant(turn) - 1.0);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j <= i; ++j) error = std::max(error, std::abs(dot(turn.row[i], turn.row[j]) - (i == j ? 1.0 : 0.0)));
-  }
-  return error <= rotation_error;
-}
 }  // namespace
 
 void ClutchMapping::turn(const Mat3& turn) noexcept {
-  if (!is_rotation(turn) || turn == turn_) return;
+  if (!is_rotation(turn, rotation_error) || turn == turn_) return;
   turn_ = turn;
+  quaternion_ = turn_of(turn);
   turned_ = true;
 }
 
 ClutchMapping::Held ClutchMapping::hold(const DeviceState& state, double time_step_s) noexcept {
   Held held{.probe = {.position_m = turn_ * state.position_m + offset_m_, .valid = state.valid, .buttons = state.buttons}};
+  // A quaternion that is no turn stays as wrong as it is: the session refuses it.
+  if (state.turn) held.probe.turn = quaternion_ * *state.turn;
   if (state.velocity_m_per_s) held.probe.velocity_m_per_s = turn_ * *state.velocity_m_per_s;
   if (!state.valid || !is_finite(state.position_m)) return held;
   // The probe stays in place while the view turns or the clutch is held: the offset absorbs the motion.
@@ -49,6 +45,8 @@ ClutchMapping::Held ClutchMapping::hold(const DeviceState& state, double time_st
   return held;
 }
 
-Vec3 ClutchMapping::at_device(const Vec3& force_n) const noexcept { return transposed_times(turn_, force_n); }
+Wrench ClutchMapping::at_device(const Wrench& wrench) const noexcept {
+  return {transposed_times(turn_, wrench.force_n), transposed_times(turn_, wrench.torque_nm)};
+}
 
 }  // namespace palpa

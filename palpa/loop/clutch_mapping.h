@@ -2,14 +2,16 @@
 #pragma once
 
 #include "palpa/device/device.h"
+#include "palpa/loop/wrench.h"
 #include "palpa/session/session.h"
 
 namespace palpa {
 
 /// Probe position: the handle's, rotated with the view and shifted by clutch and border:
 ///     probe = turn · handle + offset
-/// A length at the hand is a length at the probe, so k and D hold at the hand in any view. Depends on its arguments only;
-/// allocates nothing; one thread.
+/// A length at the hand is a length at the probe, so k and D hold at the hand in any view. The orientation is rotated with the
+/// view as well, so that the tool is seen as it is held; clutch and border leave it to the handle. Depends on its arguments
+/// only; allocates nothing; one thread.
 class ClutchMapping {
  public:
   struct Options {
@@ -28,12 +30,13 @@ class ClutchMapping {
   };
   /// \param time_step_s  [s] > 0
   Held hold(const DeviceState& state, double time_step_s) noexcept;
-  /// Rotates a force in the hand frame of the scene [N] to the device's axes.
-  Vec3 at_device(const Vec3& force_n) const noexcept;
+  /// Rotates force and torque in the hand frame of the scene to the device's axes.
+  Wrench at_device(const Wrench& wrench) const noexcept;
 
  private:
   Options options_;
   Mat3 turn_ = Mat3::identity();
+  Turn quaternion_;  // of `turn_`
   Vec3 offset_m_;
   Vec3 probe_m_;  // last position
   bool has_probe_ = false;

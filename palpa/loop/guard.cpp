@@ -7,7 +7,8 @@ namespace palpa {
 
 namespace {
 
-// A force is small below this. Larger: a start with a tug; smaller: light touches keep the gate shut.
+// A force is small below this, and so is a torque below its product with the turning radius. Larger: a start with a tug;
+// smaller: light touches keep the gate shut.
 constexpr double small_n = 0.2;
 // Required duration of a small force. Longer: a pause at the start; shorter: a force that passes through zero opens the gate.
 constexpr double small_s = 0.004;
@@ -58,25 +59,42 @@ Guard::Guard(double max_force_n) noexcept : Guard(GuardOptions{.max_force_n = ma
 Guard::Guard(const GuardOptions& options) noexcept : options_(options) {
   options_.max_force_n = usable_limit(options.max_force_n);
   options_.continuous_force_n = usable_limit(options.continuous_force_n);
+  options_.max_torque_nm = usable_limit(options.max_torque_nm);
 }
 
-void Guard::limit_to(double max_force_n) noexcept { options_.max_force_n = usable_limit(max_force_n); }
+void Guard::limit_to(double max_force_n, double max_torque_nm) noexcept {
+  options_.max_force_n = usable_limit(max_force_n);
+  options_.max_torque_nm = usable_limit(max_torque_nm);
+}
 
-Guard::Passed Guard::pass(const Vec3& force_n) const noexcept {
-  if (!is_finite(force_n)) return {.command_n = {}, .state = GuardState::fault, .cause = GuardCause::not_finite};
-  if (norm(force_n) <= options_.max_force_n) return {.command_n = force_n, .state = GuardState::pass};
-  return {.command_n = within(force_n, options_.max_force_n), .state = GuardState::limited};
+Guard::Passed Guard::pass(const Vec3& force_n, const Vec3& torque_nm) const noexcept {
+  if (!is_finite(force_n) || !is_finite(torque_nm))
+    return {.command_n = {}, .state = GuardState::fault, .cause = GuardCause::not_finite};
+  const Vec3 turns_nm = options_.max_torque_nm > 0.0 ? torque_nm : Vec3{};
+  if (norm(force_n) <= options_.max_force_n && norm(turns_nm) <= options_.max_torque_nm)
+    return {.command_n = force_n, .command_nm = turns_nm, .state = GuardState::pass};
+  return {.command_n = within(force_n, options_.max_force_n),
+          .command_nm = within(turns_nm, options_.max_torque_nm),
+          .state = GuardState::limited};
 }
 
 Guard::Passed Guard::tick(const GuardInput& input) noexcept {
-  if (!options_.motors) return pass(input.force_n);
+  if (!options_.motors) return pass(input.force_n, input.torque_nm);
   const Passed passed = next(input);
-  sent_n_ = passed.command_n;
-  // Warmth approaches the equilibrium of this force exponentially.
-  const double bears_n = options_.continuous_force_n;
-  const double leads_to = std::isinf(bears_n) ? 0.0 : bears_n > 0.0 ? norm_squared(sent_n_) / (bears_n * bears_n) : 1.0;
-  warmth_ = leads_to + (warmth_ - leads_to) * std::exp(-input.time_step_s / options_.thermal_s);
+  sent_ = {passed.command_n, passed.command_nm};
+  warm_up(input.time_step_s);
   return passed;
+}
+
+// Warmth approaches the equilibrium of this command exponentially. It is that of the warmest motors: those of the torque bear
+// the same share of their limit for ever as those of the force.
+void Guard::warm_up(double time_step_s) noexcept {
+  const double bears_n = options_.continuous_force_n;
+  const double bears_nm = limit_nm(std::min(bears_n, options_.max_force_n));
+  double leads_to = std::isinf(bears_n) ? 0.0 : bears_n > 0.0 ? norm_squared(sent_.force_n) / (bears_n * bears_n) : 1.0;
+  if (!std::isinf(bears_n) && bears_nm > 0.0)
+    leads_to = std::max(leads_to, norm_squared(sent_.torque_nm) / (bears_nm * bears_nm));
+  warmth_ = leads_to + (warmth_ - leads_to) * std::exp(-time_step_s / options_.thermal_s);
 }
 
 // Fault of this tick, the worst first.
@@ -84,7 +102,10 @@ GuardCause Guard::fault_of(const GuardInput& input) noexcept {
   const bool steps = input.usable && is_finite(input.probe_step_m);
   const double share = std::min(1.0, input.time_step_s / velocity_s);
   velocity_m_per_s_ = steps ? velocity_m_per_s_ + share * (input.probe_step_m / input.time_step_s - velocity_m_per_s_) : Vec3{};
-  const double speed_m_per_s = norm(velocity_m_per_s_);
+  const bool turns = input.usable && is_finite(input.probe_turn_step_rad);
+  turning_rad_per_s_ =
+      turns ? turning_rad_per_s_ + share * (input.probe_turn_step_rad / input.time_step_s - turning_rad_per_s_) : Vec3{};
+  const double speed_m_per_s = std::max(norm(velocity_m_per_s_), input.reach_m * norm(turning_rad_per_s_));
   is_fast_ = speed_m_per_s > (is_fast_ ? slow_share : 1.0) * options_.max_speed_m_per_s;
 
   const auto is = [&](Circumstance circumstance) { return (input.circumstances & bit_of(circumstance)) != 0; };
@@ -107,7 +128,7 @@ GuardCause Guard::pause_of(const GuardInput& input) const noexcept {
 void Guard::enter(Phase phase, GuardCause cause) noexcept {
   phase_ = phase;
   cause_ = cause;
-  falls_from_n_ = sent_n_;
+  falls_from_ = sent_;
   in_phase_s_ = steady_s_ = 0.0;
   fallen_ = 0;
   has_begun_ = false;
@@ -118,7 +139,7 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
   const GuardCause fault = fault_of(input);
   const GuardCause pause = pause_of(input);
   const bool has_panicked = phase_ == Phase::off || (phase_ == Phase::falling && cause_ == GuardCause::panic);
-  if (!is_finite(input.force_n)) {
+  if (!is_finite(input.force_n) || !is_finite(input.torque_nm)) {
     const bool ends = has_panicked || fault == GuardCause::panic;
     enter(ends ? Phase::off : Phase::waiting, ends ? GuardCause::panic : GuardCause::not_finite);
     return {.state = GuardState::fault, .cause = GuardCause::not_finite};
@@ -142,18 +163,15 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
       return {.state = GuardState::off, .cause = cause_};
     case Phase::falling: {
       const double left = left_after[fallen_++];
-      const Passed passed{.command_n = within(left * falls_from_n_, limit_n(input.time_step_s)),
-                          .state = GuardState::falling,
-                          .cause = cause_,
-                          .brakes = cause_ == GuardCause::speed};
+      Passed passed = fallen_to(left, input.time_step_s);
+      passed.brakes = cause_ == GuardCause::speed;
       if (left == 0.0) enter(cause_ == GuardCause::panic ? Phase::off : Phase::waiting, cause_);
       return passed;
     }
     case Phase::pausing: {
       in_phase_s_ += input.time_step_s;
       const double left = std::max(0.0, 1.0 - in_phase_s_ / pause_fall_s);
-      const Passed passed{
-          .command_n = within(left * falls_from_n_, limit_n(input.time_step_s)), .state = GuardState::falling, .cause = cause_};
+      const Passed passed = fallen_to(left, input.time_step_s);
       if (left == 0.0) enter(Phase::waiting, cause_);
       return passed;
     }
@@ -162,6 +180,15 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
     case Phase::on: return feel(input);
   }
   return {.state = GuardState::off, .cause = cause_};
+}
+
+// The remaining share of the command at the start of a fall.
+Guard::Passed Guard::fallen_to(double left, double time_step_s) const noexcept {
+  const double most_n = limit_n(time_step_s);
+  return {.command_n = within(left * falls_from_.force_n, most_n),
+          .command_nm = within(left * falls_from_.torque_nm, limit_nm(most_n)),
+          .state = GuardState::falling,
+          .cause = cause_};
 }
 
 // Small-force gate.
@@ -174,14 +201,18 @@ Guard::Passed Guard::wait(const GuardInput& input, GuardCause held_by) noexcept 
   if (!has_begun_) {
     // Old proxy in this tick, new proxy from the next.
     has_begun_ = passed.begins = true;
-    steady_n_ = {};
+    steady_ = {};
     return passed;
   }
-  in_phase_s_ = norm(input.force_n) <= small_n ? in_phase_s_ + input.time_step_s : 0.0;
-  if (norm(input.force_n - steady_n_) <= small_n) {
+  const Wrench wanted{input.force_n, options_.max_torque_nm > 0.0 ? input.torque_nm : Vec3{}};
+  const auto is_small = [&](const Wrench& wrench) {
+    return norm(wrench.force_n) <= small_n && norm(wrench.torque_nm) <= input.turning_radius_m * small_n;
+  };
+  in_phase_s_ = is_small(wanted) ? in_phase_s_ + input.time_step_s : 0.0;
+  if (is_small(wanted - steady_)) {
     steady_s_ += input.time_step_s;
   } else {
-    steady_n_ = input.force_n;
+    steady_ = wanted;
     steady_s_ = 0.0;
   }
   if (in_phase_s_ >= small_s || steady_s_ >= steady_s) enter(Phase::ramp, cause_);
@@ -191,16 +222,23 @@ Guard::Passed Guard::wait(const GuardInput& input, GuardCause held_by) noexcept 
 Guard::Passed Guard::feel(const GuardInput& input) noexcept {
   in_phase_s_ += input.time_step_s;
   const double share = phase_ == Phase::ramp ? std::min(1.0, in_phase_s_ / options_.ramp_s) : 1.0;
-  const double most_n = limit_n(input.time_step_s);
-  const Vec3 damps_n = damping_n(input);
-  const Vec3 wanted_n = share * within(input.force_n + damps_n, most_n);
-  const Vec3 command_n = within(slewed(wanted_n, sent_n_, options_.slew_n_per_s * input.time_step_s), most_n);
-  const GuardState felt = norm(input.force_n) > most_n || command_n != wanted_n ? GuardState::limited
-                          : damps_n != Vec3{}                                   ? GuardState::damped
-                                                                                : GuardState::pass;
+  const double most_n = limit_n(input.time_step_s), most_nm = limit_nm(most_n);
+  const double reach_n = options_.slew_n_per_s * input.time_step_s;
+  const Wrench damps = damping(input);
+  const Vec3 turns_nm = options_.max_torque_nm > 0.0 ? input.torque_nm : Vec3{};
+  const Vec3 wanted_n = share * within(input.force_n + damps.force_n, most_n);
+  const Vec3 command_n = within(slewed(wanted_n, sent_.force_n, reach_n), most_n);
+  const Vec3 wanted_nm = share * within(turns_nm + damps.torque_nm, most_nm);
+  const Vec3 command_nm = within(slewed(wanted_nm, sent_.torque_nm, input.turning_radius_m * reach_n), most_nm);
+  const bool is_cut =
+      norm(input.force_n) > most_n || norm(turns_nm) > most_nm || command_n != wanted_n || command_nm != wanted_nm;
+  const GuardState felt = is_cut ? GuardState::limited : damps != Wrench{} ? GuardState::damped : GuardState::pass;
   const bool is_ramp = phase_ == Phase::ramp;
   if (share == 1.0) phase_ = Phase::on;
-  return {.command_n = command_n, .state = is_ramp ? GuardState::ramp : felt, .cause = is_ramp ? cause_ : GuardCause::none};
+  return {.command_n = command_n,
+          .command_nm = command_nm,
+          .state = is_ramp ? GuardState::ramp : felt,
+          .cause = is_ramp ? cause_ : GuardCause::none};
 }
 
 double Guard::limit_n(double time_step_s) const noexcept {
@@ -214,15 +252,29 @@ double Guard::limit_n(double time_step_s) const noexcept {
   return std::min(bears_n + cooled * (most_n - bears_n), std::max(bears_n, just_warm_n));
 }
 
+// Limit of the torque where that of the force is `most_n`: one share for both.
+double Guard::limit_nm(double most_n) const noexcept {
+  if (most_n >= options_.max_force_n) return options_.max_torque_nm;
+  return most_n / options_.max_force_n * options_.max_torque_nm;
+}
+
 // Passivity observer and controller (Hannaford and Ryu, Time-domain passivity control of haptic interfaces, IEEE Trans.
 // Robotics and Automation 18(1), 2002), on the ledger of the balance: energy injected by modes is booked there and not damped.
-Vec3 Guard::damping_n(const GuardInput& input) noexcept {
+Wrench Guard::damping(const GuardInput& input) noexcept {
   const double takes_out_j = options_.device_damping_ns_per_m * norm_squared(input.probe_step_m) / input.time_step_s;
   const double change_j = input.gained_j - takes_out_j;
   gained_j_ = std::max(0.0, gained_j_ + (std::isfinite(change_j) ? change_j : 0.0)) * std::exp(-input.time_step_s / account_s);
   const double over = std::clamp(gained_j_ / most_gained_j - 1.0, 0.0, 1.0);
   if (over == 0.0) return {};
-  return -over * std::min(most_damping_ns_per_m, options_.max_damping_ns_per_m) * velocity_m_per_s_;
+  const double damping_ns_per_m = std::min(most_damping_ns_per_m, options_.max_damping_ns_per_m);
+  Wrench damps{.force_n = -over * damping_ns_per_m * velocity_m_per_s_, .torque_nm = {}};
+  if (options_.max_torque_nm > 0.0) {
+    // The same damping in the metric of the tool.
+    const double radius_m = input.turning_radius_m;
+    const double damping_nms_per_rad = std::min(damping_ns_per_m * radius_m * radius_m, options_.max_turn_damping_nms_per_rad);
+    damps.torque_nm = -over * damping_nms_per_rad * turning_rad_per_s_;
+  }
+  return damps;
 }
 
 }  // namespace palpa

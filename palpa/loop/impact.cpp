@@ -30,10 +30,11 @@ bool is_hard(const Primitive& level, double coupling_n_per_m) noexcept {
 
 }  // namespace
 
-Vec3 Impact::shape(const Vec3& command_n, const Session& session, const Vec3& probe_step_m, double time_step_s) noexcept {
-  if (!(gain_ns_per_m_ > 0.0)) return command_n;
+Wrench Impact::shape(const Wrench& command, const Session& session, const Vec3& probe_step_m, const Vec3& probe_turn_rad,
+                     double time_step_s) noexcept {
+  if (!(gain_ns_per_m_ > 0.0)) return command;
   newest_ = (newest_ + 1) % steps_.size();
-  steps_[newest_] = {probe_step_m, time_step_s};
+  steps_[newest_] = {probe_step_m, probe_turn_rad, time_step_s};
   left_s_ = std::max(0.0, left_s_ - time_step_s);
   for (const SessionEvent& event : session.events()) {
     if (event.kind != SessionEventKind::onset) continue;
@@ -45,30 +46,31 @@ Vec3 Impact::shape(const Vec3& command_n, const Session& session, const Vec3& pr
     });
     if (level != rows.end()) hit(*level);
   }
-  return left_s_ > 0.0 ? command_n + share_at(left_s_) * height_n_ : command_n;
+  return left_s_ > 0.0 ? command + share_at(left_s_) * height_ : command;
 }
 
 // Only a higher pulse replaces a pulse in progress.
 void Impact::hit(const PlacedPrimitive& level) noexcept {
   const Vec3& normal = level.primitive.direction;
-  const double speed_m_per_s = std::max(0.0, -dot(normal, velocity_m_per_s()));
+  const double speed_m_per_s = std::max(0.0, -dot(normal, velocity_m_per_s(level.lever_m)));
   const double height_n = std::min(gain_ns_per_m_ * speed_m_per_s, level.primitive.strength_n);
-  const double now_n = left_s_ > 0.0 ? share_at(left_s_) * norm(height_n_) : 0.0;
+  const double now_n = left_s_ > 0.0 ? share_at(left_s_) * norm(height_.force_n) : 0.0;
   if (!(height_n > now_n)) return;
-  height_n_ = height_n * normal;
+  height_ = {height_n * normal, cross(level.lever_m, height_n * normal)};
   left_s_ = whole_s;
 }
 
-// Mean over the last ticks: two positions of an encoder alone are too coarse.
-Vec3 Impact::velocity_m_per_s() const noexcept {
-  Vec3 way_m;
+// Of the foot with this lever. Mean over the last ticks: two positions of an encoder alone are too coarse.
+Vec3 Impact::velocity_m_per_s(const Vec3& lever_m) const noexcept {
+  Vec3 way_m, turn_rad;
   double time_s = 0.0;
   for (std::size_t i = 0; i < steps_.size() && time_s < velocity_s; ++i) {
     const Step& step = steps_[(newest_ + steps_.size() - i) % steps_.size()];
     way_m += step.way_m;
+    turn_rad += step.turn_rad;
     time_s += step.time_s;
   }
-  return time_s > 0.0 ? way_m / time_s : Vec3{};
+  return time_s > 0.0 ? (way_m + cross(turn_rad, lever_m)) / time_s : Vec3{};
 }
 
 }  // namespace palpa

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "palpa/loop/wrench.h"
 #include "palpa/session/session.h"
 
 namespace palpa {
@@ -16,6 +17,9 @@ namespace palpa {
 /// and at most the level's strength. Hard levels are rigid, or elastic and stiffer than the coupling. A free hand of mass m
 /// gains no energy while g is at most 2m over the pulse's 3.9 ms (docs/concepts.md).
 ///
+/// Of a tool, speed and pulse are those of the foot at the level: the pulse acts on the hand with its torque about the device's
+/// point.
+///
 /// The loop books its work on the hand with that of the guard. Allocates nothing; one thread.
 class Impact {
  public:
@@ -23,11 +27,13 @@ class Impact {
   explicit Impact(double gain_ns_per_m) noexcept : gain_ns_per_m_(gain_ns_per_m) {}
 
   /// Command of this tick with the pulse, before the guard.
-  /// \param command_n     [N] without the pulse
-  /// \param session       just after the tick
-  /// \param probe_step_m  [m] displacement of the probe since the last tick
-  /// \param time_step_s   [s] > 0
-  Vec3 shape(const Vec3& command_n, const Session& session, const Vec3& probe_step_m, double time_step_s) noexcept;
+  /// \param command         without the pulse
+  /// \param session         just after the tick
+  /// \param probe_step_m    [m] displacement of the probe since the last tick
+  /// \param probe_turn_rad  [rad] likewise its rotation
+  /// \param time_step_s     [s] > 0
+  Wrench shape(const Wrench& command, const Session& session, const Vec3& probe_step_m, const Vec3& probe_turn_rad,
+               double time_step_s) noexcept;
   /// Gain of the next pulse [N·s/m]; see the constructor.
   void set_gain(double gain_ns_per_m) noexcept { gain_ns_per_m_ = gain_ns_per_m; }
   /// Clears the pulse and the hand's velocity.
@@ -35,14 +41,14 @@ class Impact {
 
  private:
   struct Step {
-    Vec3 way_m;
+    Vec3 way_m, turn_rad;
     double time_s = 0.0;
   };
-  Vec3 velocity_m_per_s() const noexcept;
+  Vec3 velocity_m_per_s(const Vec3& lever_m) const noexcept;
   void hit(const PlacedPrimitive& level) noexcept;
 
   double gain_ns_per_m_;
-  Vec3 height_n_;                 // of the pulse, at its start
+  Wrench height_;                 // of the pulse, at its start
   double left_s_ = 0.0;           // of the pulse
   std::array<Step, 16> steps_{};  // last steps of the probe, in a ring
   std::size_t newest_ = 0;

@@ -128,7 +128,8 @@ class LiveLoop::State {
   bool is_linked = true;
   bool brakes = false;
   double mean_tick_s = 0.0;
-  Vec3 probe_m, probe_step_m;
+  Vec3 probe_m, probe_step_m, probe_turn_step_rad;
+  Turn probe_turn;
   bool has_probe = false;
   Mat3 turn_now = Mat3::identity();
 };
@@ -152,7 +153,7 @@ void LiveLoop::State::change_scene(std::uint32_t& circumstances) noexcept {
   PreparedSession* const next = scene.take();
   if (!next) return;
   next->felt.resume_in_changed_scene(prepared->felt);
-  guarded.switch_to(next->felt);
+  guarded.switch_to(next->felt, next->tool);
   prepared = next;
   circumstances |= bit_of(Circumstance::new_scene);
   scenes.add(1);
@@ -173,7 +174,8 @@ void LiveLoop::State::rehearse(double deadline_s, double period_s) noexcept {
   clock.wait_until_s(deadline_s - lead_s);
   if (clock.now_s() > deadline_s - (1.0 - latest_share) * lead_s || !has_probe) return;
   prepared->rehearsal.copy_state_from(prepared->felt);
-  prepared->rehearsal.tick({.position_m = probe_m + probe_step_m}, period_s);
+  prepared->rehearsal.tick({.position_m = probe_m + probe_step_m, .turn = turned_further(probe_turn, probe_turn_step_rad)},
+                           period_s);
   rehearsals.add(1);
   for (std::size_t m = 0; m < std::min(prepared->spent_ns.size(), most_modes); ++m)
     spent_ns[m].add(std::exchange(prepared->spent_ns[m], 0));
@@ -211,7 +213,8 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
 
     const double was_felt_s = clock.now_s();
     if (guarded.brakes() != brakes) device.brake(brakes = guarded.brakes());
-    is_linked = device.write(grip.at_device(frame.command.force_n));
+    const Wrench sent = grip.at_device({frame.command.force_n, frame.command.torque_nm});
+    is_linked = device.write(sent.force_n, sent.torque_nm);
     frame.late_us = 1e6 * (now_s - deadline_s);
     frame.device_us = 1e6 * ((was_read_s - now_s) + (clock.now_s() - was_felt_s));
 
@@ -223,7 +226,9 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
     last_s = now_s;
     mean_tick_s += (1e-6 * frame.tick_us - mean_tick_s) / averaged_ticks;
     probe_m = held.probe.position_m;
+    probe_turn = held.probe.turn;
     probe_step_m = frame.result.probe_step_m;
+    probe_turn_step_rad = frame.result.probe_turn_step_rad;
     has_probe = held.probe.valid && is_finite(probe_m);
 
     tell(frame, state.fault);

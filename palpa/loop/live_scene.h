@@ -14,6 +14,7 @@ struct PreparedSession {
   PreparedSession(const Scene& scene, double encoder_step_m);
 
   std::vector<std::int64_t> spent_ns;  // by mode, in rehearsals
+  Tool tool;
   Session felt;
   Session rehearsal;
   PreparedSession* next = nullptr;  // in the list to be freed

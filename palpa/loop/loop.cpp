@@ -27,7 +27,9 @@ void record(Recorder& recorder, const TickFrame& frame, const Session& session) 
 
 std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
                            const TickObserver& observer, const std::atomic<bool>* stop) {
-  GuardedSession guarded(session, device.limits().max_force_n);
+  const DeviceLimits limits = device.limits();
+  GuardedSession guarded(
+      session, GuardOptions{.max_force_n = limits.max_force_n, .motors = false, .max_torque_nm = limits.max_torque_nm});
   const auto now = [&] { return options.time_ticks ? Clock::now() : Clock::time_point{}; };
   const double dt_s = 1.0 / options.rate_hz;
   std::int64_t tick = 0;
@@ -39,9 +41,10 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
                                    {.position_m = state.position_m,
                                     .velocity_m_per_s = state.velocity_m_per_s,
                                     .valid = state.valid,
-                                    .buttons = state.buttons});
+                                    .buttons = state.buttons,
+                                    .turn = state.turn.value_or(Turn{})});
     const Clock::time_point was_felt = now();
-    device.write(frame.command.force_n);
+    device.write(frame.command.force_n, frame.command.torque_nm);
     frame.tick_us = microseconds(was_felt - was_read);
     frame.device_us = microseconds((was_read - begin) + (now() - was_felt));
 

@@ -13,6 +13,7 @@
 
 #include "palpa/device/device.h"
 #include "palpa/session/session.h"
+#include "palpa/solver/tool.h"
 #include "palpa/solver/vec3.h"
 #include "palpa/trace/trace.h"
 
@@ -61,35 +62,41 @@ struct GuardOptions {
   double max_damping_ns_per_m = std::numeric_limits<double>::infinity();  ///< of the device
   double device_damping_ns_per_m = 0.0;                                   ///< of the device's own mechanics
   std::uint32_t dead_man_buttons = 0;                                     ///< one of these must be held; 0: none
+  double max_torque_nm = 0.0;                                             ///< of a command; 0: no torque is sent
+  double max_turn_damping_nms_per_rad = std::numeric_limits<double>::infinity();  ///< of the device
 };
-/// Options for a device and a scene's limit [N].
+/// Options for a device and a scene's limit [N]; the torque's limit is the device's.
 GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept;
 
 /// Smaller of the scene's force limit and the device's [N].
 double force_limit_n(const Scene& scene, double device_max_force_n) noexcept;
+/// Smaller of the scene's torque limit and the device's [N·m]; 0: the device drives no torque.
+double torque_limit_nm(const Scene& scene, double device_max_torque_nm) noexcept;
 
 /// One turn of the loop without its device: tick → release → impact → guard. Live loops and replays share it, so that equal
 /// probes give equal frames. Allocates at construction only; one thread.
 class GuardedSession {
  public:
-  /// The guard is the limit alone, for a hand without motors. Sets the session's force limit.
+  /// The guard is the limit alone, for a hand without motors; no torque is sent. Sets the session's force limit.
   /// \param device_max_force_n  [N] the device's limit; the scene's holds as well
   GuardedSession(Session& session, double device_max_force_n);
   /// With the whole guard.
-  /// \param options  with the device's `max_force_n`; the scene's holds as well
+  /// \param options  with the device's `max_force_n` and `max_torque_nm`; the scene's hold as well
   GuardedSession(Session& session, const GuardOptions& options);
   ~GuardedSession();
   GuardedSession(const GuardedSession&) = delete;
   GuardedSession& operator=(const GuardedSession&) = delete;
 
-  /// Runs a tick; `command.force_n` is for the device: zero for an unusable probe. The frame's own probe, velocity, validity,
-  /// buttons, circumstances and time step reproduce it. `late_us`, `tick_us` and `device_us` stay 0.
+  /// Runs a tick; `command.force_n` and `command.torque_nm` are for the device: zero for an unusable probe. The frame's own
+  /// probe, velocity, turn, validity, buttons, circumstances and time step reproduce it. `late_us`, `tick_us` and `device_us`
+  /// stay 0. While the view moves the turn of the probe is not the hand's: it does no work and has no speed.
   /// \param circumstances  bits of Circumstance
   TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe, std::uint32_t circumstances = 0) noexcept;
   /// Switches to another session from the next tick on; it must continue from this one (`Session::copy_state_from` or
   /// `resume_in_changed_scene`). That tick runs both, and spreads the step between their forces over the ramp's time. The old
   /// session is then unused.
-  void switch_to(Session& next) noexcept;
+  /// \param tool  of the scene of `next`
+  void switch_to(Session& next, const Tool& tool) noexcept;
   bool brakes() const noexcept;
   const Session& session() const noexcept;
 
@@ -117,7 +124,8 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
 
 // ---- live: with a person's hand, in real time ----
 
-/// The scene with stiffness and damping within a device's limits.
+/// The scene with stiffness and damping within a device's limits; of a tool also those of turning, the stiffness by a smaller
+/// turning radius. A damping of turning that would follow from that radius follows from the smaller one.
 Scene clamped_to(Scene scene, const DeviceLimits& limits);
 
 /// A scene that can be changed by any thread during a live loop, which never blocks on it.
@@ -157,7 +165,7 @@ struct LiveOptions {
   double rate_hz = 1000.0;                                      ///< [100, 20000]
   double duration_s = std::numeric_limits<double>::infinity();  ///< > 0
   bool rehearse = true;              ///< a second session processes the expected probe before each tick, to warm the caches
-  GuardOptions guard{};              ///< with the device's `max_force_n`; the scene's holds as well
+  GuardOptions guard{};              ///< with the device's `max_force_n` and `max_torque_nm`; the scene's hold as well
   std::uint32_t clutch_buttons = 0;  ///< while one of these is held, the handle moves without the probe
   bool goes_on_at_border = false;    ///< a handle at the border of its workspace moves the probe on
 };

@@ -6,6 +6,16 @@
 
 namespace palpa {
 
+bool Mode::finds_levels(Concept& model) {
+  struct Finder final : ParameterVisitor {
+    void number(const ParameterInfo& info, double&) override { found = found || info.kind == ParameterKind::level; }
+    void list(const ParameterInfo&, ParameterList& list) override { list.visit_default(*this); }
+    bool found = false;
+  } finder;
+  model.visit(finder);
+  return finder.found;
+}
+
 void ModeCatalog::add(Mode example) {
   if (find(example.type())) throw std::invalid_argument("mode type '" + std::string(example.type()) + "' is there already");
   modes_.push_back(std::move(example));

@@ -120,16 +120,19 @@ class Mode {
  public:
   template <class M>
   requires(!std::is_same_v<std::remove_cvref_t<M>, Mode>) Mode(M mode)
-      : model_(std::make_unique<Model<M>>(std::move(mode))) {}  // NOLINT: implicit on purpose
-  Mode(const Mode& other) : model_(other.model_->copy()), spent_ns_(other.spent_ns_) {}
+      : model_(std::make_unique<Model<M>>(std::move(mode))),
+        has_levels_(finds_levels(*model_)) {}  // NOLINT: implicit on purpose
+  Mode(const Mode& other) : model_(other.model_->copy()), spent_ns_(other.spent_ns_), has_levels_(other.has_levels_) {}
   Mode(Mode&&) noexcept = default;
-  Mode& operator=(const Mode& other) { return model_ = other.model_->copy(), spent_ns_ = other.spent_ns_, *this; }
+  Mode& operator=(const Mode& other) { return *this = Mode(other); }
   Mode& operator=(Mode&&) noexcept = default;
 
   std::string_view type() const { return model_->type(); }
   std::string_view summary() const { return model_->summary(); }
   std::string problem() const { return model_->problem(); }
   void visit(ParameterVisitor& visitor) { model_->visit(visitor); }
+  /// Whether it stands on levels of its field: has parameters of that kind.
+  bool has_levels() const noexcept { return has_levels_; }
 
   /// Bytes of memory kept by the session (0…256), and their initialisation.
   std::size_t memory_bytes() const noexcept { return model_->memory_bytes(); }
@@ -234,8 +237,11 @@ class Mode {
     M mode;
   };
 
+  static bool finds_levels(Concept& model);
+
   std::unique_ptr<Concept> model_;
   std::int64_t* spent_ns_ = nullptr;
+  bool has_levels_ = false;
 };
 
 /// Mode types that scene files may name. Copyable.

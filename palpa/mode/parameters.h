@@ -132,6 +132,7 @@ enum class ParameterKind : std::uint8_t {
   strength,
   level,
   vector,         ///< of the world: 3 numbers
+  vectors,        ///< list of vectors
   numbers,        ///< list of finite numbers
   whole_numbers,  ///< list, each within the range
   list,           ///< tables with parameters of their own
@@ -185,6 +186,7 @@ class ParameterVisitor {
   virtual void whole_number(const ParameterInfo&, std::optional<std::int64_t>&) {}
   virtual void numbers(const ParameterInfo&, std::vector<double>&) {}  ///< info.count of them, or none
   virtual void texts(const ParameterInfo&, std::vector<std::string>&) {}
+  virtual void vectors(const ParameterInfo&, std::vector<Vec3>&) {}
   virtual void other(const ParameterInfo&) {}  ///< handled by the reader and writer of the struct
   /// Without a key: the derivation `felt` of another parameter's field. Visited only if the mode needs it.
   virtual void companion(FieldRef& /*of*/, Derivation /*felt*/) {}
@@ -304,6 +306,11 @@ template <class O>
 constexpr auto param(std::string_view name, std::optional<Vec3> O::*member, std::string_view sentence) {
   return Parameter<O, std::optional<Vec3>>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::vector, .count = 3, .form = "[x, y, z]"}};
+}
+/// List of finite vectors.
+template <class O>
+constexpr auto param(std::string_view name, std::vector<Vec3> O::*member, std::string_view sentence) {
+  return Parameter<O, std::vector<Vec3>>{member, {name, sentence, ParameterKind::vectors}};
 }
 /// N finite numbers.
 template <class O, std::size_t N>
@@ -465,6 +472,8 @@ void visit_parameter(O& owner, const Parameter<O, T, N>& p, ParameterVisitor& vi
     visitor.text(info, value);
   } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
     visitor.texts(info, value);
+  } else if constexpr (std::is_same_v<T, std::vector<Vec3>>) {
+    visitor.vectors(info, value);
   } else if constexpr (std::is_same_v<T, FieldRef>) {
     visitor.field(info, value);
   } else if constexpr (std::is_same_v<T, Strength>) {

@@ -13,8 +13,13 @@ namespace {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 std::string unit_of(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> suffixes{
-      {{"_ns_per_m", "N·s/m"}, {"_n_per_m", "N/m"}, {"_per_m", "unit/m"}, {"_n", "N"}, {"_m", "m"}}};
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> suffixes{{{"_nms_per_rad", "N·m·s/rad"},
+                                                                                   {"_ns_per_m", "N·s/m"},
+                                                                                   {"_n_per_m", "N/m"},
+                                                                                   {"_per_m", "unit/m"},
+                                                                                   {"_nm", "N·m"},
+                                                                                   {"_n", "N"},
+                                                                                   {"_m", "m"}}};
   for (const auto& [suffix, unit] : suffixes) {
     if (name.ends_with(suffix)) return " [" + std::string(unit) + "]";
   }
@@ -29,7 +34,7 @@ struct KindWords {
   unsigned values;
 };
 constexpr unsigned any_number = whole | floating;
-constexpr std::array<KindWords, 20> kind_words{{
+constexpr std::array<KindWords, 21> kind_words{{
     {ParameterKind::number, "number", "a number", any_number},
     {ParameterKind::optional_number, "number", "a number", any_number},
     {ParameterKind::level, "number", "a number", any_number},
@@ -45,6 +50,7 @@ constexpr std::array<KindWords, 20> kind_words{{
     {ParameterKind::strength, "STRENGTH", "a number or a function {of = FIELD, points = [[value, newtons], …]}",
      any_number | table},
     {ParameterKind::vector, "[x, y, z]", "a list of N numbers", array},
+    {ParameterKind::vectors, "[[x, y, z], …]", "a list of [x, y, z]", array},
     {ParameterKind::numbers, "list of N numbers", "a list of N numbers", array},
     {ParameterKind::whole_numbers, "list of N whole numbers", "a list of N whole numbers", array},
     {ParameterKind::list, "tables", "a list of tables", array},
@@ -160,6 +166,7 @@ void KeyCollector::numbers(const ParameterInfo& info, std::vector<double>& value
   add(info, value.empty() ? "" : toml_numbers(value));
 }
 void KeyCollector::texts(const ParameterInfo& info, std::vector<std::string>&) { add(info, ""); }
+void KeyCollector::vectors(const ParameterInfo& info, std::vector<Vec3>&) { add(info, ""); }
 void KeyCollector::other(const ParameterInfo& info) { add(info, ""); }
 
 Keys parameter_keys(const Mode& mode) {

@@ -57,6 +57,7 @@ class KeyCollector final : public ParameterVisitor {
   void whole_number(const ParameterInfo& info, std::optional<std::int64_t>& value) override;
   void numbers(const ParameterInfo& info, std::vector<double>& value) override;
   void texts(const ParameterInfo& info, std::vector<std::string>& value) override;
+  void vectors(const ParameterInfo& info, std::vector<Vec3>& value) override;
   void other(const ParameterInfo& info) override;
 
  private:

@@ -46,6 +46,7 @@ class Loader {
     volumes_.plan(scene);
     read_options<Workspace>(scene, "workspace");
     read_options<TimeOptions>(scene, "time");
+    read_options<ToolOptions>(scene, "tool");
     read_view(scene);
     std::vector<detail::CheckedMode> modes = read_modes(scene);
 
@@ -178,7 +179,7 @@ class Loader {
     detail::ModePart part;
     PartReader reader(section, keys, &volumes_.names());
     detail::visit_parameters(part, reader);
-    SceneMode mode{part.name, *example, part.enabled, {}};
+    SceneMode mode{part.name, *example, part.enabled, {}, part.feet};
     mode.mode.visit(reader);
     for (const toml::table* mask : tables_in(section.node("mask"))) {
       auto [of, curve] = function_in(*mask, "'mask' of " + where, {0, 1});

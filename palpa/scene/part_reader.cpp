@@ -69,6 +69,16 @@ void PartReader::texts(const ParameterInfo& info, std::vector<std::string>& valu
   for (const toml::node& element : *node->as_array()) value.push_back(*element.value<std::string>());
 }
 
+void PartReader::vectors(const ParameterInfo& info, std::vector<Vec3>& value) {
+  const toml::node* node = section_.node(info.name);
+  if (!node) return;
+  value.clear();
+  for (const toml::node& element : *node->as_array()) {
+    const std::vector<double> xyz = *numbers_in(element, 3);
+    value.push_back({xyz[0], xyz[1], xyz[2]});
+  }
+}
+
 void PartReader::choice(const ParameterInfo& info, int& value) {
   const auto word = section_.text(info.name);
   if (word) value = static_cast<int>(std::ranges::find(info.choices, *word) - info.choices.begin());

@@ -32,6 +32,7 @@ class PartReader final : public ParameterVisitor {
   void flag(const ParameterInfo& info, bool& value) override;
   void text(const ParameterInfo& info, std::string& value) override;
   void texts(const ParameterInfo& info, std::vector<std::string>& value) override;
+  void vectors(const ParameterInfo& info, std::vector<Vec3>& value) override;
   void choice(const ParameterInfo& info, int& value) override;
   void numbers(const ParameterInfo& info, std::vector<double>& value) override;
   void field(const ParameterInfo& info, FieldRef& ref) override;

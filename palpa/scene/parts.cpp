@@ -93,6 +93,7 @@ void visit_part(detail::HeaderPart& part, ParameterVisitor& visitor) {
        other("law", Kind::table, "[law]", "the rule that finds the balance"),
        other("workspace", Kind::table, "[workspace]", "how the hand's reach lies in the world"),
        other("time", Kind::table, "[time]", "how the time goes of data that change with it"),
+       other("tool", Kind::table, "[tool]", "where the tool in the hand touches the data; without it a point does"),
        other("volume", Kind::table, "[volume.NAME]", "the data, one table for each volume; NAME is a plain word"),
        other("mode", Kind::list, "[[mode]]", "what is felt, one table for each mode; at least one"),
        other("view", Kind::table, "[[view.layer]]", "how it is drawn; ignored where nothing is drawn"));
@@ -107,7 +108,12 @@ void visit_part(CouplingOptions& part, ParameterVisitor& visitor) {
        param("max_force_n", &C::max_force_n, "the guard lets out no longer force than this", Range{0, 100, true}),
        param("impact_ns_per_m", &C::impact_ns_per_m,
              "pulse of 20 ms as a hard level is hit, by the speed of the impact; added to what the data say; 0: none",
-             Range{0, 100}));
+             Range{0, 100}),
+       param("max_torque_nm", &C::max_torque_nm, "with a tool: the guard lets out no larger torque than this",
+             Range{0, 10, true}),
+       param("turn_damping_nms_per_rad", &C::turn_damping_nms_per_rad, "with a tool: damping of the spring against turning",
+             Range{0, 1})
+           .left_out("`damping_ns_per_m` times `turning_radius_m` squared"));
 }
 
 void visit_part(detail::LawPart& part, ParameterVisitor& visitor) {
@@ -141,6 +147,29 @@ void visit_part(TimeOptions& part, ParameterVisitor& visitor) {
                     "once", "loop"),
        param("speed", &T::speed, "seconds of data per second", Range{0, 1000, true}),
        param("start_s", &T::start_s, "the moment of the data that is felt first [s]", Range{0, 1e9}));
+}
+
+void visit_part(ToolOptions& part, ParameterVisitor& visitor) {
+  using T = ToolOptions;
+  each(part, visitor,
+       param("points_m", &T::points_m, "the feet themselves, within 1 m, in the axes of the handle and in metres of the hand"));
+  // Points need no word for their shape; one that is given decides.
+  if (!part.points_m.empty() && part.shape == T::Shape::point) part.shape = T::Shape::points;
+  each(part, visitor,
+       choice_param("shape", &T::shape,
+                    "one foot at the device's point; those of `points_m`; a rod along z, with a radius a cylinder; a disc "
+                    "across z; a sphere",
+                    "point", "points", "rod", "pad", "ball")
+           .left_out("\"points\" with `points_m`, else \"point\""),
+       param("length_m", &T::length_m, "of a rod", Range{0, 1}),
+       param("radius_m", &T::radius_m, "of a pad, a ball or a rod", Range{0, 0.5}),
+       param("points", &T::points, "how many feet a rod, pad or ball has", Range{1, limit::tool_feet.most}),
+       param("share", &T::share, "how much of each strength and drag a foot bears; of a pad often one through its feet",
+             Range{0, 1, true}),
+       param("centre_m", &T::centre_m, "where in the shape the device's point is, which force and torque act on"),
+       param("turning_radius_m", &T::turning_radius_m, "the spring against turning is `stiffness_n_per_m` times this squared",
+             Range{0, 1, true})
+           .left_out("from levers, stiffness and `max_force_n`, so that no press tips the tool over"));
 }
 
 void visit_part(detail::VolumePart& part, ParameterVisitor& visitor) {
@@ -259,6 +288,8 @@ void visit_part(detail::ModePart& part, ParameterVisitor& visitor) {
        param("name", &M::name, "what the mode is called in events, tables and --set; unique").written("plain word").needed(),
        param("type", &M::type, "one of those that `palpa modes` lists").written("type of mode").needed(),
        param("enabled", &M::enabled, "false: stays silent"),
+       choice_param("feet", &M::feet, "which feet of the tool feel the mode", "all", "first")
+           .left_out("all for modes with levels, else first"),
        other("mask", ParameterKind::list, "[{of, points, outside}, …]",
              "factors between 0 and 1 on all strengths and drags of the mode, as functions of a field's value"));
 }

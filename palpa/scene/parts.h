@@ -64,6 +64,7 @@ struct ModePart {
   std::string name;
   std::string type;
   bool enabled = true;
+  std::optional<SceneMode::Feet> feet{};
 };
 
 /// Function of a field, without its points.
@@ -86,6 +87,7 @@ void visit_part(CouplingOptions& part, ParameterVisitor& visitor);
 void visit_part(detail::LawPart& part, ParameterVisitor& visitor);
 void visit_part(Workspace& part, ParameterVisitor& visitor);
 void visit_part(TimeOptions& part, ParameterVisitor& visitor);
+void visit_part(ToolOptions& part, ParameterVisitor& visitor);
 void visit_part(detail::VolumePart& part, ParameterVisitor& visitor);
 void visit_part(VolumeRequest& part, ParameterVisitor& visitor);
 void visit_part(VolumeRequest::FieldRequest& part, ParameterVisitor& visitor);

@@ -63,6 +63,7 @@ std::string scene_reference_markdown(const ModeCatalog& modes) {
   out += section("`[law]`", detail::keys_of<detail::LawPart>());
   out += section("`[workspace]`", detail::keys_of<Workspace>());
   out += section("`[time]`", detail::keys_of<TimeOptions>());
+  out += section("`[tool]`", detail::keys_of<ToolOptions>());
   out += section("`[volume.NAME]`", volume_keys);
   out += section("`fields` of a volume, for each `NAME`", find(volume_keys, "fields")->items);
   out += section("`pose` of a volume", find(volume_keys, "pose")->items);

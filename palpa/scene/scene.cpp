@@ -42,10 +42,7 @@ Scene::Scene(const CouplingOptions& coupling) : derived_(std::make_shared<Derive
 void Scene::set(const CouplingOptions& coupling) { std::get<CouplingOptions>(options_) = in_range(coupling); }
 void Scene::set(const Workspace& workspace) { std::get<Workspace>(options_) = in_range(workspace); }
 void Scene::set(const TimeOptions& time) { std::get<TimeOptions>(options_) = in_range(time); }
-void Scene::set(const ToolOptions& tool) {
-  if (const char* problem = problem_with(tool)) throw SceneError(std::string("tool: ") + problem);
-  std::get<ToolOptions>(options_) = tool;
-}
+void Scene::set(const ToolOptions& tool) { std::get<ToolOptions>(options_) = in_range(tool); }
 
 void Scene::set_law(std::string name) {
   detail::refuse_first(detail::law_findings(name));

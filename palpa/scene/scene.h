@@ -82,10 +82,16 @@ struct ViewLayer {
 
 /// A mode of a scene.
 struct SceneMode {
+  /// Feet of the tool at which a mode samples the data and places primitives.
+  enum class Feet : std::uint8_t { all, first };
   std::string name;
   Mode mode;
   bool enabled = true;
   std::vector<Mask> masks;
+  std::optional<Feet> feet{};  ///< none: all of a mode with levels, else the first, so that a tool in a flow feels as a point
+
+  /// Whether the mode acts at the foot of this number, 0 of a point tool. Allocates nothing; any thread.
+  bool acts_at(std::size_t foot) const noexcept { return foot == 0 || (feet ? *feet == Feet::all : mode.has_levels()); }
 };
 
 namespace detail {

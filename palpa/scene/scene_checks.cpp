@@ -1,6 +1,7 @@
 #include "palpa/scene/scene_checks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -80,6 +81,11 @@ class ParameterChecks final : public CheckingVisitor {
   void numbers(const ParameterInfo& info, std::vector<double>& value) override {
     if (std::ranges::all_of(value, [](double number) { return std::isfinite(number); })) return;
     find(info.name, the(info.name) + " is not finite; give " + std::string(info.form));
+  }
+  void vectors(const ParameterInfo& info, std::vector<Vec3>& value) override {
+    if (value.size() > limit::tool_feet.count()) return find(info.name, the(info.name) + " has " + more_than(limit::tool_feet));
+    if (std::ranges::all_of(value, [](const Vec3& v) { return is_finite(v); })) return;
+    find(info.name, the(info.name) + " is not finite; give [[x, y, z], …]");
   }
   void strength(const ParameterInfo& info, Strength& strength) override {
     if (strength.is_constant()) return in_range(info.name, info.range, strength.constant_n);
@@ -226,6 +232,42 @@ std::vector<Finding> part_findings(const std::string& section, Part& part) {
   return found;
 }
 
+/// Length [m] of the longest side of the box about the feet, in the axes of the handle.
+double size_m(const Tool& tool) {
+  Vec3 low = tool.lever_m({}, 0), high = low;
+  for (std::size_t foot = 1; foot < tool.feet(); ++foot) {
+    const Vec3 lever = tool.lever_m({}, foot);
+    low = {std::min(low.x, lever.x), std::min(low.y, lever.y), std::min(low.z, lever.z)};
+    high = {std::max(high.x, lever.x), std::max(high.y, lever.y), std::max(high.z, lever.z)};
+  }
+  return largest_component(high - low);
+}
+
+void warn_of_tool(const Scene& scene, std::vector<Finding>& found) {
+  const Tool tool(scene.tool(), scene.coupling());
+  if (tool.is_point()) return;
+  const auto of_tool = [&](const char* key, std::string text) {
+    found.push_back({{.section = "tool", .list = {}, .key = key}, std::move(text)});
+  };
+  // The least stiffness against turning at which no press along the longest lever has two balances (docs/theory.md 10.7).
+  const double radius_m = tool.turning_radius_m(), reach_m = tool.reach_m();
+  const double least_m = std::sqrt(2.0 * scene.coupling().max_force_n * reach_m / scene.coupling().stiffness_n_per_m);
+  constexpr double rounding = 1e-9;
+  if (radius_m < (1.0 - rounding) * least_m) {
+    of_tool("turning_radius_m", "'turning_radius_m' is " + toml_number(radius_m) +
+                                    ": the tool can tip over when it is pressed; from " +
+                                    toml_number(std::ceil(1e4 * least_m) / 1e4) + " on it cannot");
+  }
+  double data_m = 0.0;
+  for (const SceneVolume& volume : scene.volumes())
+    data_m = std::max(data_m, largest_component(volume.volume.bounds_m().size_m()));
+  const double long_m = scene.hand_to_world().scale * size_m(tool);
+  if (data_m > 0.0 && long_m > data_m) {
+    of_tool("", "the tool is longer than the data: " + toml_number(long_m) + " m against " + toml_number(data_m) +
+                    " m of the world; a tool is in metres of the hand");
+  }
+}
+
 }  // namespace
 
 void refuse_first(const std::vector<Finding>& found) {
@@ -235,6 +277,19 @@ void refuse_first(const std::vector<Finding>& found) {
 std::vector<Finding> range_findings(CouplingOptions coupling) { return part_findings("coupling", coupling); }
 std::vector<Finding> range_findings(Workspace workspace) { return part_findings("workspace", workspace); }
 std::vector<Finding> range_findings(TimeOptions time) { return part_findings("time", time); }
+std::vector<Finding> range_findings(ToolOptions tool) {
+  const ToolOptions given = tool;
+  std::vector<Finding> found = part_findings("tool", tool);
+  const char* const problem = problem_with(given);
+  if (!found.empty() || !problem) return found;
+  // Each problem begins with its key.
+  const std::string text = problem, key = text.substr(0, text.find(' '));
+  constexpr std::array shapes{"point", "points", "rod", "pad", "ball"};
+  found.push_back({{.section = "tool", .list = {}, .key = key},
+                   in_quotes(key) + " in [tool] does not fit a tool of the shape " +
+                       in_quotes(shapes[static_cast<std::size_t>(given.shape)]) + "; " + text});
+  return found;
+}
 
 std::vector<Finding> law_findings(const std::string& name) {
   const std::vector<std::string> laws(baseline::law_names.begin(), baseline::law_names.end());
@@ -310,6 +365,7 @@ std::vector<Finding> warnings(const Scene& scene) {
   if (scene.time() != TimeOptions{} && !any) {
     of_time("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out");
   }
+  warn_of_tool(scene, found);
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
     LevelChecks levels(scene, mode, i, found);

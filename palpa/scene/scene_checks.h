@@ -12,7 +12,7 @@ namespace palpa::detail {
 
 /// Part of a scene that a finding is about.
 struct Part {
-  std::string section;   ///< "coupling", "law", "workspace", "time", "view" or "mode"
+  std::string section;   ///< "coupling", "law", "workspace", "time", "tool", "view" or "mode"
   std::size_t mode = 0;  ///< number of the mode
   std::string list;      ///< list parameter of the mode, or "layer" of a view; empty: none
   std::size_t item = 0;
@@ -42,6 +42,8 @@ std::string called(const SceneMode& mode);
 std::vector<Finding> range_findings(CouplingOptions coupling);
 std::vector<Finding> range_findings(Workspace workspace);
 std::vector<Finding> range_findings(TimeOptions time);
+/// Also keys that do not fit the shape.
+std::vector<Finding> range_findings(ToolOptions tool);
 /// Unknown name of a law.
 std::vector<Finding> law_findings(const std::string& name);
 /// Name, ranges, `problem()` of a mode, without its data.

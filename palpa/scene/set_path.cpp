@@ -31,7 +31,7 @@ void SetPath::set(const std::string& path, const std::string& value) {
   const std::string place = std::string(set_mark) + path;
   const std::vector<std::string> parts = split(path);
   const std::size_t n = parts.size();
-  constexpr std::array tables = {"coupling", "workspace", "time", "view"};
+  constexpr std::array tables = {"coupling", "workspace", "time", "tool", "view"};
   if (n == 2 && (path == "law.method" || std::ranges::find(tables, parts[0]) != tables.end())) {
     if (!root_.contains(parts[0])) root_.insert(toml::key(parts[0], region(place)), toml::table{});
     return put(root_[parts[0]].as_table(), parts[1], value, place);
@@ -53,7 +53,7 @@ void SetPath::set(const std::string& path, const std::string& value) {
   }
   fail(place,
        "no such path; there are: coupling.KEY, law.method, workspace.KEY, volume.NAME.KEY, mode.NAME.KEY, "
-       "mode.NAME.level.NAME.KEY, time.KEY, view.KEY");
+       "mode.NAME.level.NAME.KEY, time.KEY, tool.KEY, view.KEY");
 }
 
 // Values that are no TOML are texts, so that words need no quotes.

@@ -43,6 +43,7 @@ std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& m
   add_paths("law.", detail::keys_of<detail::LawPart>(), paths);
   add_paths("workspace.", detail::keys_of<Workspace>(), paths);
   add_paths("time.", detail::keys_of<TimeOptions>(), paths);
+  add_paths("tool.", detail::keys_of<ToolOptions>(), paths);
   toml::table root;
   try {
     root = parse_toml(text, "scene");

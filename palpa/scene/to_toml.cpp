@@ -74,6 +74,11 @@ class Writer final : public ParameterVisitor {
     for (const std::string& text : value) all += (all.empty() ? "" : ", ") + toml_string(text);
     if (!all.empty()) say(info, "[" + all + "]");
   }
+  void vectors(const ParameterInfo& info, std::vector<Vec3>& value) override {
+    std::string all;
+    for (const Vec3& v : value) all += (all.empty() ? "" : ", ") + toml_numbers({v.x, v.y, v.z});
+    if (!all.empty()) say(info, "[" + all + "]");
+  }
   void list(const ParameterInfo& info, ParameterList& items) override {
     std::string all;
     for (std::size_t i = 0; i < items.size(); ++i) {
@@ -126,6 +131,14 @@ std::vector<Said> said_of(const Part& part) {
   return writer.said;
 }
 
+/// All values, but of a tool's limit only one that was changed: most scenes have no tool.
+std::vector<Said> said_of_coupling(const CouplingOptions& coupling) {
+  std::vector<Said> said = written(coupling).said;
+  if (coupling.max_torque_nm == CouplingOptions{}.max_torque_nm)
+    std::erase_if(said, [](const Said& one) { return one.key == "max_torque_nm"; });
+  return said;
+}
+
 detail::PosePart part_of(const Similarity& pose) {
   if (pose == Similarity{}) return {};
   const auto [axis, degrees] = axis_angle(pose.rotation);
@@ -170,7 +183,7 @@ std::string volume_body(const SceneVolume& volume) {
 }
 
 std::string mode_body(const SceneMode& mode) {
-  std::string out = lines(said_of(detail::ModePart{mode.name, std::string(mode.mode.type()), mode.enabled})), masks;
+  std::string out = lines(said_of(detail::ModePart{mode.name, std::string(mode.mode.type()), mode.enabled, mode.feet})), masks;
   for (const Mask& mask : mode.masks) masks += (masks.empty() ? "" : ", ") + function(mask.of, mask.curve);
   if (!masks.empty()) out += line("mask", "[" + masks + "]");
   Writer writer("mode");
@@ -202,10 +215,11 @@ std::string value_of(const std::vector<Said>& said, std::string_view key) {
 
 std::string to_toml(const Scene& scene) {
   std::string out = lines(written(detail::HeaderPart{1, scene.title, scene.needs}).said);
-  out += "\n[coupling]\n" + lines(written(scene.coupling()).said);
+  out += "\n[coupling]\n" + lines(said_of_coupling(scene.coupling()));
   out += "\n[law]\n" + lines(written(detail::LawPart{scene.law()}).said);
   if (scene.workspace() != Workspace{}) out += "\n[workspace]\n" + lines(written(scene.workspace()).said);
   if (scene.time() != TimeOptions{}) out += "\n[time]\n" + lines(written(scene.time()).said);
+  if (scene.tool() != ToolOptions{}) out += "\n[tool]\n" + lines(said_of(scene.tool()));
   for (const SceneVolume& volume : scene.volumes()) out += "\n[volume." + volume.name + "]\n" + volume_body(volume);
   for (const SceneMode& mode : scene.modes()) out += "\n[[mode]]\n" + mode_body(mode);
   if (scene.view != ViewOptions{}) out += "\n[view]\n" + lines(written(scene.view).said);

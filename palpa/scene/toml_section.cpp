@@ -35,11 +35,9 @@ unsigned value_of(const toml::node& node) noexcept {
 
 /// Limit on the elements of a list or a table of this name.
 const Limit& limit_of(std::string_view key) noexcept {
-  static constexpr std::pair<std::string_view, Limit> limits[] = {{"mode", limit::modes},
-                                                                  {"volume", limit::volumes},
-                                                                  {"poses", limit::poses},
-                                                                  {"points", limit::points},
-                                                                  {"file", limit::volume_files}};
+  static constexpr std::pair<std::string_view, Limit> limits[] = {
+      {"mode", limit::modes},    {"volume", limit::volumes},     {"poses", limit::poses},
+      {"points", limit::points}, {"points_m", limit::tool_feet}, {"file", limit::volume_files}};
   const auto* found = std::ranges::find(limits, key, &std::pair<std::string_view, Limit>::first);
   return found != std::end(limits) ? found->second : limit::entries;
 }
@@ -152,6 +150,14 @@ void Section::check(const Key& key, const toml::node& node) const {
     const auto fits = [&](double n) { return key.range.contains(n) && n == std::floor(n); };
     if (key.kind == ParameterKind::whole_numbers && !std::ranges::all_of(*numbers, fits)) {
       refuse(node, "holds other numbers; it must be " + expected(key));
+    }
+    return;
+  }
+  if (key.kind == ParameterKind::vectors) {
+    if (array->empty()) must_be(node, "is empty");
+    for (const toml::node& element : *array) {
+      if (!numbers_in(element, 3))
+        refuse(element, "holds " + kind_of(element) + " that is no position; it must be [x, y, z], all finite");
     }
     return;
   }

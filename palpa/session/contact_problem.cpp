@@ -12,22 +12,31 @@ namespace palpa {
 
 using namespace path_tolerances;
 
+namespace {
+// [1] Strength of levels that put a tool back, in springs stretched by a sample spacing. More: larger rounding in the bound;
+// less: a level could give way.
+constexpr double unyielding = 1e3;
+}  // namespace
+
 ContactProblem::ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m,
                                WorkBudget& work)
-    : law_(std::move(law)),
-      modes_(modes),
+    : modes_(modes),
+      law_(std::move(law), modes.tool(), most_primitives(modes.tool().feet())),
       stiffness_n_per_m_(stiffness_n_per_m),
       work_(work),
-      set_(max_primitives),
-      friction_(live, max_primitives),
-      held_(live, max_primitives) {
-  contacts_.reserve(max_primitives);
-  before_.reserve(max_primitives);
-  learnt_.reserve(max_primitives);
+      set_(most_primitives(modes.tool().feet())),
+      friction_(live, set_.capacity()),
+      held_(live, set_.capacity()) {
+  contacts_.reserve(set_.capacity());
+  before_.reserve(set_.capacity());
+  learnt_.reserve(set_.capacity());
+  if (tool().is_point()) return;
+  back_law_ = std::make_unique<ToolLaw>(nullptr, tool(), set_.capacity());
+  back_ = std::make_unique<PrimitiveSet>(set_.capacity());
 }
 
 void ContactProblem::clear() noexcept {
-  law_->reset();
+  law_.reset();
   friction_.clear();
   held_.clear();
 }
@@ -40,20 +49,21 @@ const LevelContact* ContactProblem::contact_of(std::size_t row) const noexcept {
 }
 
 void ContactProblem::begin_move(const StepContext& context, double spacing_m) noexcept {
-  start_m_ = context.start_m;
+  start_ = context.start;
+  law_.begin_move(start_);
   spacing_m_ = spacing_m;
-  witness_m_.reset();
+  witness_.reset();
   prediction_ = Prediction::none;
   contacts_.clear();
   learnt_.clear();
 }
 
-std::int32_t ContactProblem::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double data_fraction,
+std::int32_t ContactProblem::place(const StepContext& context, const Pose& middle, const Pose& level, double data_fraction,
                                    double moved_n) noexcept {
   work_.spend(modes_.work());
-  modes_.place(context, middle_m, level_m, data_fraction, set_);
-  placed_at_m_ = middle_m;
-  const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);
+  modes_.place(context, middle, level, data_fraction, set_);
+  placed_at_ = middle;
+  const std::int32_t held_back = held_.hold_back(set_, middle, law_, stiffness_n_per_m_, moved_n);
   before_.swap(contacts_);
   find_contacts();
   add_learnt();
@@ -90,7 +100,7 @@ void ContactProblem::find_contacts() noexcept {
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.plane_as_placed = p;
-      const Vec3 from_m = foot_m(p.id, start_m_) + modes_.carried_m(p.id) + modes_.contacts().offset_m(p.id);
+      const Vec3 from_m = foot_m(p.id, start_) + modes_.carried_m(p.id) + modes_.contacts().offset_m(p.id);
       const ScalarSample& at = modes_.samples(p.id.foot).scalar(contact.level.field, from_m);
       contact.solid_is_high = dot(at.gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
@@ -124,24 +134,24 @@ bool ContactProblem::turn_line(const LevelContact& contact, const Vec3& directio
   return changes;
 }
 
-Balance ContactProblem::solve(const Vec3& probe_m, double time_step_s) noexcept {
+Balance ContactProblem::solve(const Pose& probe, double time_step_s) noexcept {
   const int size = static_cast<int>(set_.size());
   const int most_iterations = tick_work::primitives_each * work_.left() / std::max(1, size);
-  const Balance found = friction_.solve(*law_, set_, probe_m, stiffness_n_per_m_, time_step_s, most_iterations);
+  const Balance found = friction_.solve(law_, set_, probe, stiffness_n_per_m_, time_step_s, most_iterations);
   work_.spend(1 + found.iterations * size / tick_work::primitives_each);
   for (LevelContact& contact : contacts_) {
     const std::size_t first = first_row(contact);
-    contact.state = state_at(set_.primitives(), first, found);
+    contact.state = state_at(set_.primitives(), first, law_.at_foot(found, contact.id));
     contact.pressed =
-        pressed_direction(set_.primitives().subspan(first, contact.facets), law_->forces_n().subspan(first, contact.facets));
+        pressed_direction(set_.primitives().subspan(first, contact.facets), law_.forces_n().subspan(first, contact.facets));
   }
   return found;
 }
 
-Balance ContactProblem::balance(const Vec3& probe_m, double time_step_s) noexcept {
+Balance ContactProblem::balance(const Pose& probe, double time_step_s) noexcept {
   turn_friction();
-  const Balance found = solve(probe_m, time_step_s);
-  return work_.any() && turn_friction() ? solve(probe_m, time_step_s) : found;
+  const Balance found = solve(probe, time_step_s);
+  return work_.any() && turn_friction() ? solve(probe, time_step_s) : found;
 }
 
 bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {
@@ -157,95 +167,126 @@ const LevelEstimate& ContactProblem::estimate_at(LevelContact& contact, const Ve
   return contact.last;
 }
 
+// Departure of a foot that moves on an arc from the linear way that the primitives have it on; zero for a point.
+Vec3 ContactProblem::off_line_m(const PrimitiveId& id, const Pose& end) const noexcept {
+  return tool().is_point() ? Vec3{} : foot_m(id, end) - law_.linear_foot_m(id, end);
+}
+
 // Point that must be free of a level: the foot, or its footing on an elastic level.
-Vec3 ContactProblem::footing_m(const LevelContact& contact, const Vec3& proxy_m) const noexcept {
-  const Vec3 x_m = foot_m(contact.id, proxy_m);
+Vec3 ContactProblem::footing_m(const LevelContact& contact, const Pose& proxy) const noexcept {
+  const Vec3 x_m = foot_m(contact.id, proxy);
   return contact.is_rigid() ? x_m : x_m + way_to_footing_m(set_.primitives(), first_row(contact), x_m);
 }
 
 Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
-  if (contact.is_rigid()) return foot_m(contact.id, *witness_m_);
+  if (contact.is_rigid()) return foot_m(contact.id, *witness_);
   return contact.start.signed_distance_m < 0.0 ? contact.start.nearest_m : contact.start.at_m;
 }
 
 // Largest depth of a foot in the levels that hold it; 0 in front of all.
-double ContactProblem::depth_m(const Vec3& proxy_m) noexcept {
+double ContactProblem::depth_m(const Pose& proxy) noexcept {
   double deepest_m = 0.0;
   for (LevelContact& contact : contacts_) {
-    if (holds(contact)) deepest_m = std::max(deepest_m, -estimate_at(contact, footing_m(contact, proxy_m)).signed_distance_m);
+    if (holds(contact)) deepest_m = std::max(deepest_m, -estimate_at(contact, footing_m(contact, proxy)).signed_distance_m);
   }
   return deepest_m;
 }
 
-Vec3 ContactProblem::put_back(const Vec3& proxy_m) noexcept {
-  Vec3 on_levels = proxy_m;
+// Nearest pose in front of every rigid level that holds a foot.
+Pose ContactProblem::put_back(const Pose& proxy) noexcept {
+  if (!tool().is_point()) return put_back_all_feet(proxy);
+  Pose on_levels = proxy;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || !contact.is_rigid()) continue;
-    const LevelEstimate at = estimate_at(contact, foot_m(contact.id, on_levels));
-    if (at.signed_distance_m < 0.0) on_levels = modes_.tool().proxy_m(at.nearest_m, contact.id.foot);
+    const LevelEstimate at = estimate_at(contact, on_levels.position_m);
+    if (at.signed_distance_m < 0.0) on_levels.position_m = at.nearest_m;
   }
   return on_levels;
 }
 
-// Feasible point (witness): the proxy, carried along by the data and put back in front of every rigid level that holds it.
-const Vec3& ContactProblem::find_feasible_point() noexcept {
-  if (witness_m_) return *witness_m_;
+// By one motion of the tool: the balance of the levels alone, with the pose as the device.
+Pose ContactProblem::put_back_all_feet(const Pose& proxy) noexcept {
+  back_->clear(proxy.position_m);
+  bool any = false;
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact) || !contact.is_rigid()) continue;
+    const Vec3 foot = foot_m(contact.id, proxy);
+    const LevelEstimate at = estimate_at(contact, foot);
+    any = any || at.signed_distance_m < 0.0;
+    back_->begin_foot(contact.id.foot, foot);
+    back_->begin_mode(contact.id.mode);
+    back_->plane(contact.id.slot, at.nearest_m, at.normal, unyielding * stiffness_n_per_m_ * spacing_m_);
+  }
+  if (!any) return proxy;
+  back_law_->begin_move(proxy);
+  work_.spend(1 + static_cast<int>(back_->size()) / tick_work::primitives_each);
+  return back_law_->pose_of(back_law_->solve(*back_, proxy, stiffness_n_per_m_, 1.0), proxy);
+}
+
+// Feasible pose (witness): the proxy, carried along by the data and put back in front of every rigid level that holds it.
+const Pose& ContactProblem::find_feasible_pose() noexcept {
+  if (witness_) return *witness_;
   start_depth_m_ = 0.0;
   Vec3 carried_m;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const LevelEstimate& there = contact.is_rigid() ? estimate_at(contact, foot_m(contact.id, start_m_)) : contact.start;
+    const LevelEstimate& there = contact.is_rigid() ? estimate_at(contact, foot_m(contact.id, start_)) : contact.start;
     start_depth_m_ = std::max(start_depth_m_, -there.signed_distance_m);
     if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id);
   }
-  return witness_m_.emplace(put_back(start_m_ + carried_m));
+  return witness_.emplace(put_back({start_.position_m + carried_m, start_.turn}));
 }
 
 // Decrease of energy from the witness to `to_m`: of the spring, of all primitives but holding levels, and stored in elastic
 // levels. `on_levels`: footings are put back on their levels first. Products: differences of squares lose digits.
-double ContactProblem::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
-  const Vec3& from_m = *witness_m_;
-  double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
+double ContactProblem::gain_j(const Pose& to, bool on_levels, const Pose& probe, double time_step_s) noexcept {
+  const Pose& from = *witness_;
+  const Vec3 &from_m = from.position_m, &to_m = to.position_m;
+  double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe.position_m);
+  if (!tool().is_point()) {
+    const Vec3 before_m = tool().motion(probe, from).arc_m, after_m = tool().motion(probe, to).arc_m;
+    gain_j += 0.5 * stiffness_n_per_m_ * dot(before_m - after_m, before_m + after_m);
+  }
   for (std::size_t i = 0; i < set_.size(); ++i) {
     const LevelContact* contact = contact_of(i);
     if (contact && holds(*contact)) continue;
-    gain_j += fall_j(set_[i], foot_m(set_[i].id, from_m), foot_m(set_[i].id, to_m), time_step_s);
+    gain_j += fall_j(set_[i], foot_m(set_[i].id, from), foot_m(set_[i].id, to), time_step_s);
   }
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.is_rigid()) continue;
-    Vec3 footing = footing_m(contact, to_m);
+    Vec3 footing = footing_m(contact, to);
     if (on_levels) {
       const LevelEstimate& at = estimate_at(contact, footing);
       if (at.signed_distance_m < 0.0) footing = at.nearest_m;
     }
-    const Vec3 before_m = witness_of(contact) - foot_m(contact.id, from_m), after_m = footing - foot_m(contact.id, to_m);
+    const Vec3 before_m = witness_of(contact) - foot_m(contact.id, from), after_m = footing - foot_m(contact.id, to);
     gain_j += 0.5 * contact.plane_as_placed.stiffness_n_per_m * dot(before_m - after_m, before_m + after_m);
   }
   return gain_j;
 }
 
-bool ContactProblem::accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
+bool ContactProblem::accepts(const Pose& end, double deepest, const Pose& balance, double fraction, const Pose& probe,
                              double time_step_s) noexcept {
-  const double deepest_m = depth_m(end_m);
+  const double deepest_m = depth_m(end);
   if (deepest_m <= contact_tolerance * spacing_m_) return true;
-  refused_m_ = end_m;
-  const Vec3& witness_m = find_feasible_point();
+  refused_ = end;
+  const Pose& witness = find_feasible_pose();
   // A proxy left deep inside a level by moving data must leave it, even if the energy rises.
-  if (start_depth_m_ > piercing * spacing_m_) return comes_out(end_m);
+  if (start_depth_m_ > piercing * spacing_m_) return comes_out(end);
   if (!(deepest_m <= deepest * spacing_m_)) return false;
   // Relative to the witness, in front of all levels: a position inside a level must gain nothing.
-  const Vec3 promised_m = witness_m + fraction * (balance_m - witness_m);
-  const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
-  return gain_j(put_back(end_m), true, probe_m, time_step_s) >= sufficient_decrease * promised_j;
+  const Pose promised = tool().moved(witness, fraction * tool().motion(witness, balance));
+  const double promised_j = gain_j(promised, false, probe, time_step_s);
+  return gain_j(put_back(end), true, probe, time_step_s) >= sufficient_decrease * promised_j;
 }
 
 // Whether an end is nearer to the free side than the start, for every level that it is deep in. Compares values: first-order
 // estimates fail at depths of more than a spacing.
-bool ContactProblem::comes_out(const Vec3& end_m) noexcept {
+bool ContactProblem::comes_out(const Pose& end) noexcept {
   return std::ranges::all_of(contacts_, [&](LevelContact& contact) {
     if (!holds(contact)) return true;
-    const double before = (contact.is_rigid() ? estimate_at(contact, foot_m(contact.id, start_m_)) : contact.start).behind;
-    const LevelEstimate& at = estimate_at(contact, footing_m(contact, end_m));
+    const double before = (contact.is_rigid() ? estimate_at(contact, foot_m(contact.id, start_)) : contact.start).behind;
+    const LevelEstimate& at = estimate_at(contact, footing_m(contact, end));
     return -at.signed_distance_m <= piercing * spacing_m_ || at.behind < before;
   });
 }
@@ -256,16 +297,16 @@ void ContactProblem::stand_on(const LevelContact& contact, const Primitive& plan
   turn_line(contact, plane.direction);
 }
 
-void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
+void ContactProblem::predict_planes(const Pose& end) noexcept {
   if (prediction_ == Prediction::reverted || !learnt_.empty()) return;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
     Primitive plane = contact.plane_as_placed;
-    LevelEstimate there = estimate_at(contact, footing_m(contact, end_m));
+    LevelEstimate there = estimate_at(contact, footing_m(contact, end));
     Vec3 turn = there.normal - contact.start.normal;
     plane.direction = normalized(plane.direction + turn);
     // The footing on an elastic level needs the normal at its own position: sample again there.
-    const Vec3 foot_end_m = foot_m(contact.id, end_m);
+    const Vec3 foot_end_m = foot_m(contact.id, end);
     const Vec3 on_plane_m = foot_end_m + dot(plane.direction, there.nearest_m - foot_end_m) * plane.direction;
     if (!contact.is_rigid() && distance(on_plane_m, there.at_m) > turned * spacing_m_) {
       there = estimate_at(contact, on_plane_m);
@@ -273,25 +314,26 @@ void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
       plane.direction = normalized(contact.plane_as_placed.direction + turn);
     }
     plane.position_m = there.nearest_m;
-    find_feasible_point();
-    const bool shuts_out = dot(plane.direction, there.nearest_m - witness_of(contact)) > shallow * spacing_m_;
-    if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
+    if (!tool().is_point()) plane.position_m -= off_line_m(contact.id, end);
+    find_feasible_pose();
+    const bool shuts_out = dot(plane.direction, plane.position_m - witness_of(contact)) > shallow * spacing_m_;
+    if (shuts_out || !(norm(turn) * spacing_m_ <= distance(foot_end_m, foot_m(contact.id, start_)))) continue;
     stand_on(contact, plane);
     if (prediction_ == Prediction::none) prediction_ = Prediction::made;
   }
 }
 
-Contact ContactProblem::contact_at(std::size_t row, const Vec3& proxy_m, const Balance& to) const noexcept {
+Contact ContactProblem::contact_at(std::size_t row, const Pose& proxy, const Balance& to) const noexcept {
   using Phase = Contact::Phase;
   const Primitive& p = set_[row];
   const LevelContact* held = contact_of(row);  // none: a level that jumped and fades, or no level
-  Contact now{.id = p.id, .state = held ? held->state : state_at(p, to), .level = set_.captured(row)};
+  Contact now{.id = p.id, .state = held ? held->state : state_at(p, law_.at_foot(to, p.id)), .level = set_.captured(row)};
   now.yields = now.level.any() && modes_.only_yields(p.id);
   if (held && now.state != PrimitiveState::off) {
     const bool gives_way = now.state == PrimitiveState::slip || held->breaks_at_step_end;
     now.phase = gives_way && held->can_break ? Phase::yielding : Phase::held;
   }
-  const Vec3 foot_m = this->foot_m(p.id, proxy_m);
+  const Vec3 foot_m = this->foot_m(p.id, proxy);
   double stiffness_n_per_m = 0.0;
   if (held && held->is_shut && !held->is_rigid() && now.state == PrimitiveState::stick) {
     now.offset_m = held->start.at_m - foot_m;  // held as it is
@@ -304,11 +346,11 @@ Contact ContactProblem::contact_at(std::size_t row, const Vec3& proxy_m, const B
   return now;
 }
 
-bool ContactProblem::repredict_once(const Vec3& end_m) noexcept {
+bool ContactProblem::repredict_once(const Pose& end) noexcept {
   const auto gives_way = [this](const LevelContact& contact) { return !contact.is_rigid() && holds(contact); };
   if (prediction_ != Prediction::made || std::ranges::none_of(contacts_, gives_way)) return false;
   prediction_ = Prediction::refined;
-  predict_planes(end_m);
+  predict_planes(end);
   return true;
 }
 
@@ -321,30 +363,34 @@ bool ContactProblem::revert_prediction() noexcept {
   return true;
 }
 
-double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {
+double ContactProblem::unsettled_m(const Pose& end) noexcept {
   double furthest_m = 0.0;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
-    const LevelEstimate at = estimate_at(contact, footing_m(contact, end_m));
+    const LevelEstimate at = estimate_at(contact, footing_m(contact, end));
     if (std::abs(at.signed_distance_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
     const std::size_t first = first_row(contact);
     for (std::size_t row = first; row < first + contact.facets; ++row)
-      furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
+      furthest_m +=
+          law_.gain(contact.id) * norm(law_.forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
   }
   return furthest_m;
 }
 
-bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
-  find_feasible_point();
+bool ContactProblem::add_cutting_planes(const Pose& end) noexcept {
+  find_feasible_pose();
   bool any = false;
   for (std::size_t c = contacts_.size(); c-- > 0;) {  // backwards: the law's forces are by row, and earlier rows stay
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
-    const LevelEstimate at = estimate_at(contact, footing_m(contact, end_m));
+    const LevelEstimate at = estimate_at(contact, footing_m(contact, end));
     if (at.signed_distance_m >= 0.0) continue;
+    const Vec3 off_m = off_line_m(contact.id, end);
     // A facet that excludes less than half the depth of this end is not added: a nearer end yields a better one.
-    const Vec3 position_m = at.nearest_m - std::max(0.0, dot(at.normal, at.nearest_m - witness_of(contact))) * at.normal;
-    if (!(dot(at.normal, position_m - at.at_m) >= std::max(new_plane_min * spacing_m_, -0.5 * at.signed_distance_m))) continue;
+    const Vec3 nearest_m = at.nearest_m - off_m;
+    const Vec3 position_m = nearest_m - std::max(0.0, dot(at.normal, nearest_m - witness_of(contact))) * at.normal;
+    if (!(dot(at.normal, position_m - (at.at_m - off_m)) >= std::max(new_plane_min * spacing_m_, -0.5 * at.signed_distance_m)))
+      continue;
     if (contact.facets == most_facets) forget_idle(contact);
     if (!add_facet(contact, position_m, at.normal)) continue;
     learnt_.push_back({contact.id, contact.level, position_m, at.normal});
@@ -368,12 +414,12 @@ void ContactProblem::forget_idle(LevelContact& contact) noexcept {
     if (!(facet.id == contact.id) || facet.level != contact.level) return false;
     for (std::size_t row = first + 1; row < first + contact.facets; ++row) {
       if (set_[row].position_m != facet.position_m || set_[row].direction != facet.normal) continue;
-      return law_->forces_n()[row] == Vec3{};
+      return law_.forces_n()[row] == Vec3{};
     }
     return false;
   });
   for (std::size_t row = first + contact.facets; row-- > first + 1;) {
-    if (law_->forces_n()[row] == Vec3{}) remove_facet(contact, row);
+    if (law_.forces_n()[row] == Vec3{}) remove_facet(contact, row);
   }
 }
 
@@ -381,7 +427,7 @@ bool ContactProblem::shut() noexcept {
   bool any = false;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) ||
-        !(estimate_at(contact, footing_m(contact, refused_m_)).signed_distance_m < -contact_tolerance * spacing_m_))
+        !(estimate_at(contact, footing_m(contact, refused_)).signed_distance_m < -contact_tolerance * spacing_m_))
       continue;
     close(contact);
     any = true;
@@ -395,15 +441,16 @@ void ContactProblem::close(LevelContact& contact) noexcept {
   contact.is_shut = true;
   const std::size_t first = first_row(contact);
   while (contact.facets > 1) remove_facet(contact, first + contact.facets - 1);
-  const Vec3 here_m = foot_m(contact.id, start_m_) + modes_.carried_m(contact.id);
+  const Vec3 here_m = foot_m(contact.id, start_) + modes_.carried_m(contact.id);
   set_.replace(first, {PrimitiveKind::point, contact.id, here_m, {}, contact.plane_as_placed.strength_n}, contact.level);
 }
 
-void ContactProblem::configure_events(std::size_t foot, const Crossings& crossings, const Vec3& end_m,
+void ContactProblem::configure_events(std::size_t foot, const Crossings& crossings, const Pose& end,
                                       EventPolicy& policy) noexcept {
   using CrossingRule = EventPolicy::CrossingRule;
   // Both ends are free, and no point between is further from both than half the length: too short to pierce a level.
-  const bool is_short = 0.5 * distance(start_m_, end_m) <= piercing * spacing_m_;
+  const Vec3 foot_start_m = tool().foot_m(start_, foot);
+  const bool is_short = 0.5 * distance(foot_start_m, tool().foot_m(end, foot)) <= piercing * spacing_m_;
   for (const LevelContact& contact : contacts_) {
     if (contact.id.foot != foot) continue;
     const Threshold level{contact.level.field, contact.level.value};
@@ -413,7 +460,7 @@ void ContactProblem::configure_events(std::size_t foot, const Crossings& crossin
       crossings.configure_events(policy, level, high ? CrossingRule::leaves_down : CrossingRule::leaves_up);
     if (is_short || !holds(contact) || !contact.is_rigid()) continue;
     Samples& samples = modes_.samples(foot);
-    const ScalarSample& here = samples.scalar(level.field, foot_m(contact.id, start_m_));
+    const ScalarSample& here = samples.scalar(level.field, foot_start_m);
     // In flat data values do not determine the depth; only differences above rounding count.
     const double margin = piercing * spacing_m_ * norm(here.gradient) + samples.rounding(level.field);
     ValueRange& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;

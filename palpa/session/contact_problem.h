@@ -13,7 +13,7 @@
 #include "palpa/session/directed_force_limiter.h"
 #include "palpa/session/level_estimate.h"
 #include "palpa/session/mode_runtime.h"
-#include "palpa/solver/law.h"
+#include "palpa/session/tool_law.h"
 
 namespace palpa {
 
@@ -47,66 +47,69 @@ struct LevelContact {
 /// the next balance is kept in a StateArena; allocates at construction only; one thread.
 class ContactProblem {
  public:
-  static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
+  /// [1] Most primitives per balance with this number of feet; more are dropped. More: memory, longer worst tick.
+  static constexpr std::size_t most_primitives(std::size_t feet) noexcept { return 60 + 4 * feet; }
 
   /// \param work  budget of the tick, spent here
   ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, WorkBudget& work);
 
   void clear() noexcept;
-  void forget_warm_start() noexcept { law_->reset(); }
+  void forget_warm_start() noexcept { law_.reset(); }
 
   /// Begins a move: removes all facets.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
-  /// Lets the modes place primitives from data at `middle_m` [m], or at `level_m` [m] for planes on a level. Keeps this move's
+  /// Lets the modes place primitives from data at `middle` [m], or at `level` [m] for planes on a level. Keeps this move's
   /// facets. `data_fraction` [1]: see ModeRuntime::place; `moved_n` [N]: see DirectedForceLimiter. Returns the mode whose force
   /// was limited, or -1.
-  std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double data_fraction,
+  std::int32_t place(const StepContext& context, const Pose& middle, const Pose& level, double data_fraction,
                      double moved_n) noexcept;
-  /// Linearises the levels at the expected end `end_m` [m] of the move instead of at the proxy, which saves a move. Skips
+  /// Linearises the levels at the expected end `end` [m] of the move instead of at the proxy, which saves a move. Skips
   /// levels that turn fast or whose plane would exclude the witness by more than `shallow`. Samples.
-  void predict_planes(const Vec3& end_m) noexcept;
+  void predict_planes(const Pose& end) noexcept;
   /// Predicts once more, from the end found. False if done before, if nothing was predicted, or if no elastic level holds.
-  bool repredict_once(const Vec3& end_m) noexcept;
+  bool repredict_once(const Pose& end) noexcept;
   /// Linearises planes at the proxy again for the rest of the move. False without a prediction.
   bool revert_prediction() noexcept;
-  Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
+  Balance balance(const Pose& probe, double time_step_s) noexcept;
+  /// Pose of a balance of this move for the device at `probe` [m].
+  Pose pose_of(const Balance& balance, const Pose& probe) const noexcept { return law_.pose_of(balance, probe); }
 
   /// Whether a shell (a level with a fixed value, no material) gives way in the last balance.
   bool any_gives_way(const Crossings& crossings) const noexcept;
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
-  /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in front
+  /// Whether the proxy may end its move at `end` [m], a `fraction` [1] of the way to the balance at `balance` [m]: in front
   /// of every constraint, or up to `deepest` [1] spacings behind it if the energy decreased sufficiently. Samples.
-  bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
+  bool accepts(const Pose& end, double deepest, const Pose& balance, double fraction, const Pose& probe,
                double time_step_s) noexcept;
-  /// Adds facets that exclude the rejected end `end_m` [m]. False if no facet is new. Samples.
-  bool add_cutting_planes(const Vec3& end_m) noexcept;
+  /// Adds facets that exclude the rejected end `end` [m]. False if no facet is new. Samples.
+  bool add_cutting_planes(const Pose& end) noexcept;
   /// Shuts the levels in front of the last rejected end for the rest of the move. False if there are none.
   bool shut() noexcept;
   bool any_shut() const noexcept { return std::ranges::any_of(contacts_, &LevelContact::is_shut); }
   /// Upper bound on the further motion from an accepted end if the levels that hold the proxy were sampled again there [m];
   /// infinity off any of them. Samples.
-  double unsettled_m(const Vec3& end_m) noexcept;
-  /// Configures the event search of a foot from the start to `end_m` [m]: levels that hold it are not crossed, nor entered
+  double unsettled_m(const Pose& end) noexcept;
+  /// Configures the event search of a foot from the start to `end` [m]: levels that hold it are not crossed, nor entered
   /// deeper than `piercing` or the start. Samples.
-  void configure_events(std::size_t foot, const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
+  void configure_events(std::size_t foot, const Crossings& crossings, const Pose& end, EventPolicy& policy) noexcept;
 
   /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step.
   void stop_at_bound() noexcept {
     for (LevelContact& contact : contacts_) contact.breaks_at_step_end = contact.state == PrimitiveState::slip;
   }
   /// Ends the move: later directed forces are limited against those of this move.
-  void end_move() noexcept { held_.keep(set_, placed_at_m_); }
+  void end_move() noexcept { held_.keep(set_, placed_at_); }
   /// Whether a row's contact is kept: it stands on a level, is elastic, or its mode has a memory.
   bool keeps_contact_at(std::size_t row) const noexcept {
     return set_.captured(row).any() || set_[row].is_elastic() || modes_.has_memory(set_[row].id.mode);
   }
-  /// Contact with the primitive whose first row this is, of a proxy that ended the move at `proxy_m` [m] towards the balance
+  /// Contact with the primitive whose first row this is, of a proxy that ended the move at `proxy` [m] towards the balance
   /// `to`.
-  Contact contact_at(std::size_t row, const Vec3& proxy_m, const Balance& to) const noexcept;
+  Contact contact_at(std::size_t row, const Pose& proxy, const Balance& to) const noexcept;
 
-  const Law& law() const noexcept { return *law_; }
+  const ToolLaw& law() const noexcept { return law_; }
   const PrimitiveSet& set() const noexcept { return set_; }
   std::span<const LevelContact> contacts() const noexcept { return contacts_; }
   /// Contact that a row of the set belongs to; nullptr if none.
@@ -130,17 +133,20 @@ class ContactProblem {
     work_.spend(samples.work_of_look(contact.level.field));
     return estimate_level(samples, contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
-  Vec3 foot_m(const PrimitiveId& id, const Vec3& proxy_m) const noexcept { return modes_.tool().foot_m(proxy_m, id.foot); }
-  Vec3 footing_m(const LevelContact& contact, const Vec3& proxy_m) const noexcept;
+  const Tool& tool() const noexcept { return law_.tool(); }
+  Vec3 foot_m(const PrimitiveId& id, const Pose& proxy) const noexcept { return tool().foot_m(proxy, id.foot); }
+  Vec3 off_line_m(const PrimitiveId& id, const Pose& end) const noexcept;
+  Vec3 footing_m(const LevelContact& contact, const Pose& proxy) const noexcept;
   Vec3 witness_of(const LevelContact& contact) const noexcept;
   bool holds(const LevelContact& contact) const noexcept {
     return contact.bounds && !contact.is_shut && contact.state != PrimitiveState::slip;
   }
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   bool turn_line(const LevelContact& contact, const Vec3& direction) noexcept;
-  double depth_m(const Vec3& proxy_m) noexcept;
-  Vec3 put_back(const Vec3& proxy_m) noexcept;
-  const Vec3& find_feasible_point() noexcept;
+  double depth_m(const Pose& proxy) noexcept;
+  Pose put_back(const Pose& proxy) noexcept;
+  Pose put_back_all_feet(const Pose& proxy) noexcept;
+  const Pose& find_feasible_pose() noexcept;
   void find_contacts() noexcept;
   void add_learnt() noexcept;
   bool add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept;
@@ -151,13 +157,13 @@ class ContactProblem {
   }
   std::size_t first_row(const LevelContact& contact) const noexcept { return set_.row(contact.plane); }
   void close(LevelContact& contact) noexcept;
-  bool comes_out(const Vec3& end_m) noexcept;
+  bool comes_out(const Pose& end) noexcept;
   bool turn_friction() noexcept;
-  Balance solve(const Vec3& probe_m, double time_step_s) noexcept;
-  double gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept;
+  Balance solve(const Pose& probe, double time_step_s) noexcept;
+  double gain_j(const Pose& to, bool on_levels, const Pose& probe, double time_step_s) noexcept;
 
-  std::unique_ptr<Law> law_;
   ModeRuntime& modes_;
+  ToolLaw law_;
   double stiffness_n_per_m_;
   WorkBudget& work_;
   PrimitiveSet set_;
@@ -165,12 +171,15 @@ class ContactProblem {
   DirectedForceLimiter held_;
   std::vector<LevelContact> contacts_, before_;  // of this placement, and of the previous one
   std::vector<Facet> learnt_;                    // in this move
-  Vec3 start_m_, placed_at_m_;
-  std::optional<Vec3> witness_m_;  // of the proxy, found on demand
-  Vec3 refused_m_;                 // the last rejected end
+  Pose start_, placed_at_;
+  std::optional<Pose> witness_;  // of the proxy, found on demand
+  Pose refused_;                 // the last rejected end
   double spacing_m_ = 0.0, start_depth_m_ = 0.0;
   Prediction prediction_ = Prediction::none;
   bool has_directions_ = false;
+  // Of a tool, to put all feet back on their levels at once:
+  std::unique_ptr<ToolLaw> back_law_;
+  std::unique_ptr<PrimitiveSet> back_;
 };
 
 }  // namespace palpa

@@ -68,14 +68,14 @@ void ContactTable::insert(const Contact& contact) noexcept {
   contacts_[at] = contact;
 }
 
-void ContactTable::update(const ContactProblem& problem, const Vec3& proxy_m, const Balance& to, double depth_m,
+void ContactTable::update(const ContactProblem& problem, const Pose& proxy, const Balance& to, double depth_m,
                           Crossings& crossings) noexcept {
   before_.assign(all().begin(), all().end());
   firsts_.back() = 0;
   const PrimitiveSet& set = problem.set();
   for (std::size_t i = 0; i < set.size(); ++i) {
     if (!problem.keeps_contact_at(i) || (i > 0 && set[i - 1].id == set[i].id)) continue;
-    insert(problem.contact_at(i, proxy_m, to));
+    insert(problem.contact_at(i, proxy, to));
   }
   std::uint32_t first = 0;
   for (std::size_t part = 0; part + 1 < firsts_.size(); ++part) {

@@ -45,10 +45,10 @@ class ContactTable {
   void warn(const char* sentence) noexcept { emit({SessionEventKind::warning, -1, 0.0, sentence}); }
   /// Warns once a session that a directed force of a mode changes too fast.
   void warn_held_back(std::size_t mode) noexcept;
-  /// Replaces the contacts by those of an accepted sub-step that ends with the proxy at `proxy_m` [m] and its balance `to`
+  /// Replaces the contacts by those of an accepted sub-step that ends with the proxy at `proxy` [m] and its balance `to`
   /// `depth_m` [m] from the probe, and emits its events. A broken level counts as crossed, wherever the proxy is: at an edge of
   /// a surface its planes can lead back out of it; it would then be met, and break, in every sub-step.
-  void update(const ContactProblem& problem, const Vec3& proxy_m, const Balance& to, double depth_m,
+  void update(const ContactProblem& problem, const Pose& proxy, const Balance& to, double depth_m,
               Crossings& crossings) noexcept;
 
  private:

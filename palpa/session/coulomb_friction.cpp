@@ -14,7 +14,7 @@ namespace {
 constexpr double holding_share = 0.999;
 
 // Friction strength of a line, from the force of its plane or of its corner's facets in the last balance [N].
-double wanted_n(const Law& law, const PrimitiveSet& set, const Friction& friction) noexcept {
+double wanted_n(const ToolLaw& law, const PrimitiveSet& set, const Friction& friction) noexcept {
   double pressed_n = 0.0;
   const std::size_t plane = set.row(static_cast<std::size_t>(friction.plane));
   for (std::size_t i = plane; i < set.size() && set[i].id == set[plane].id; ++i) pressed_n += norm(law.forces_n()[i]);
@@ -46,7 +46,7 @@ CoulombFriction::CoulombFriction(StateArena& live, std::size_t capacity)
   lines_.reserve(capacity);
 }
 
-Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s,
+Balance CoulombFriction::solve(ToolLaw& law, PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s,
                                int most_iterations) noexcept {
   lines_.clear();
   for (std::size_t i = 0; i < set.size(); ++i) {
@@ -54,14 +54,15 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
     const PrimitiveId& id = set[i].id;
     const Friction& friction = set.friction_of(i);
     const std::size_t plane = set.row(static_cast<std::size_t>(friction.plane));
-    const auto alone_n = pressed_alone_n(set, plane, probe_m, stiffness_n_per_m);
+    const auto alone_n =
+        law.tool().is_point() ? pressed_alone_n(set, plane, probe.position_m, stiffness_n_per_m) : std::nullopt;
     const auto last = last_.first(known_);
     const auto before = std::ranges::find(last, id, &Line::id);
     lines_.push_back(before == last.end() ? Line{id, i} : Line{id, i, before->strength_n, before->slope});
     if (alone_n) lines_.back().strength_n = friction.coefficient * *alone_n;
     set.set_strength(i, lines_.back().strength_n);
   }
-  const auto balance = [&] { return law.solve(set, set.start_m(), probe_m, stiffness_n_per_m, time_step_s); };
+  const auto balance = [&] { return law.solve(set, probe, stiffness_n_per_m, time_step_s); };
   Balance found = balance();
   if (lines_.empty()) return found;
   const double tolerance_n = exact_bound_m * stiffness_n_per_m;

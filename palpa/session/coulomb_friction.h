@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "palpa/mode/state_arena.h"
-#include "palpa/solver/law.h"
+#include "palpa/session/tool_law.h"
 #include "palpa/solver/primitives.h"
 
 namespace palpa {
@@ -24,7 +24,7 @@ class CoulombFriction {
   /// Balances the set about its start, to within exact_bound_m. If a plane shares its load with others, its force depends on
   /// the law's split; the facets of a corner count together.
   /// \param most_iterations  [1] of the law: no further correction after as many
-  Balance solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s,
+  Balance solve(ToolLaw& law, PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s,
                 int most_iterations = std::numeric_limits<int>::max()) noexcept;
 
  private:

@@ -4,6 +4,7 @@
 #include "palpa/session/damper.h"
 #include "palpa/session/lag_compensator.h"
 #include "palpa/solver/coupling.h"
+#include "palpa/solver/tool.h"
 
 namespace palpa {
 
@@ -14,34 +15,41 @@ class CouplingForce {
  public:
   explicit CouplingForce(const Damper& damper = Damper{0.0}) noexcept : damper_(damper) {}
 
-  /// Restarts with proxy and probe at `probe_m` [m].
-  void start(const Vec3& probe_m) noexcept;
+  /// Restarts with proxy and probe at `probe` [m].
+  void start(const Pose& probe) noexcept;
   /// Clears all forces, as after a gap.
   void reset() noexcept;
   /// Copies the state of `other`.
   /// \param damper    of this coupling
   /// \param keeps_it  the other's damper is equal, and so is the proxy
-  void resume_in_changed_scene(const CouplingForce& other, const Damper& damper, bool keeps_it, const Vec3& proxy_m) noexcept;
+  /// \param extension_m  [m] from probe to proxy now
+  void resume_in_changed_scene(const CouplingForce& other, const Damper& damper, bool keeps_it,
+                               const Motion& extension_m) noexcept;
 
   /// Result of one tick.
   struct Update {
     Vec3 force_n;                 ///< [N] on the hand (Eq. 1), before any limit
-    Vec3 probe_step_m;            ///< [m] since the last tick
+    Vec3 torque_nm;               ///< [N·m] likewise, of a tool, about the device's point
+    Motion probe_step_m;          ///< [m] since the last tick
     Vec3 relative_m_per_s;        ///< [m/s] v_proxy − v_probe as estimated
     double damper_j = 0.0;        ///< [J] work of all but the spring over `probe_step_m`, by the force held since the last tick
     double given_back_n = 0.0;    ///< [N] part of the force that was withheld in incomplete ticks and returned in this one
     bool has_just_faded = false;  ///< incomplete for so long that the force is zero from now on
   };
   /// \param time_step_s  [s] > 0
-  Update update(const Walk& walk, const Vec3& probe_m, const CouplingOptions& coupling, double time_step_s) noexcept;
+  Update update(const Walk& walk, const Pose& probe, const CouplingOptions& coupling, const Tool& tool,
+                double time_step_s) noexcept;
+  const Pose& last_probe() const noexcept { return last_probe_; }
   const Damper& damper() const noexcept { return damper_; }
 
  private:
   Damper damper_;
   LagCompensator lag_;
-  Vec3 last_probe_m_;
-  double lag_s_ = 0.0;   // duration of incomplete ticks
-  Vec3 damper_force_n_;  // held since the last tick
+  Pose last_probe_;
+  double lag_s_ = 0.0;  // duration of incomplete ticks
+  // Held since the last tick:
+  Vec3 damper_force_n_;
+  Vec3 damper_torque_nm_;
 };
 
 }  // namespace palpa

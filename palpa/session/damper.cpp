@@ -27,22 +27,22 @@ constexpr double share_of_spring = 0.5;
 Damper::Damper(double damping_ns_per_m, double encoder_step_m) noexcept
     : damping_ns_per_m_(damping_ns_per_m), encoder_step_m_(encoder_step_m) {}
 
-Vec3 Damper::relative_velocity(const Vec3& stretch_m, const Vec3& released_m, double time_step_s,
-                               double stiffness_n_per_m) noexcept {
+Motion Damper::relative_velocity(const Motion& stretch_m, const Motion& released_m, double time_step_s,
+                                 double stiffness_n_per_m) noexcept {
   // In free space the force must be exactly zero; an estimate would only decay towards zero.
-  if (stretch_m == Vec3{}) {
+  if (stretch_m == Motion{}) {
     reset({});
     return {};
   }
-  Vec3 seen = encoder_step_m_ > 0.0 ? windowed(stretch_m, released_m, time_step_s, stiffness_n_per_m)
-                                    : smoothed(stretch_m, released_m, time_step_s);
+  const Motion seen = encoder_step_m_ > 0.0 ? windowed(stretch_m, released_m, time_step_s, stiffness_n_per_m)
+                                            : smoothed(stretch_m, released_m, time_step_s);
   if (damping_ns_per_m_ == 0.0) return seen;
-  const double limit_n = std::max(always_allowed_n, share_of_spring * stiffness_n_per_m * norm(stretch_m));
+  const double limit_n = std::max(always_allowed_n, share_of_spring * stiffness_n_per_m * length(stretch_m));
   return shortened(seen, limit_n / damping_ns_per_m_);
 }
 
-Vec3 Damper::smoothed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s) noexcept {
-  const Vec3 rate = (stretch_m - last_stretch_m_ - released_m) / time_step_s;
+Motion Damper::smoothed(const Motion& stretch_m, const Motion& released_m, double time_step_s) noexcept {
+  const Motion rate = (stretch_m - last_stretch_m_ - released_m) / time_step_s;
   last_stretch_m_ = stretch_m;
   if (time_step_s != time_step_s_) {
     time_step_s_ = time_step_s;
@@ -83,23 +83,39 @@ class LongestLine {
   double most_ = std::numeric_limits<double>::infinity();
 };
 
+// Longest lines of the three components of a vector.
+class LinesOfVector {
+ public:
+  explicit LinesOfVector(double tolerance_m) noexcept : x_(tolerance_m), y_(tolerance_m), z_(tolerance_m) {}
+  void look_back(const Vec3& rise_m, double age_s) noexcept {
+    x_.look_back(rise_m.x, age_s);
+    y_.look_back(rise_m.y, age_s);
+    z_.look_back(rise_m.z, age_s);
+  }
+  Vec3 slope() const noexcept { return {x_.slope(), y_.slope(), z_.slope()}; }
+
+ private:
+  LongestLine x_, y_, z_;
+};
+
 }  // namespace
 
-Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s, double stiffness_n_per_m) noexcept {
+Motion Damper::windowed(const Motion& stretch_m, const Motion& released_m, double time_step_s,
+                        double stiffness_n_per_m) noexcept {
   const double window_s =
       std::clamp(damping_ns_per_m_ / (ripple_share * stiffness_n_per_m), shortest_window_s, longest_window_s);
-  if (released_m != Vec3{}) {
+  if (released_m != Motion{}) {
     for (Kept& kept : past_) kept.stretch_m += released_m;
   }
   time_s_ += time_step_s;
 
   const double tolerance_m = line_tolerance * encoder_step_m_;
-  LongestLine x(tolerance_m), y(tolerance_m), z(tolerance_m);
-  const auto look_back = [&](const Vec3& then_m, double age_s) {
-    const Vec3 rise_m = stretch_m - then_m;
-    x.look_back(rise_m.x, age_s);
-    y.look_back(rise_m.y, age_s);
-    z.look_back(rise_m.z, age_s);
+  turns_ = turns_ || stretch_m.arc_m != Vec3{};
+  LinesOfVector way(tolerance_m), arc(tolerance_m);
+  const auto look_back = [&](const Motion& then_m, double age_s) {
+    const Motion rise_m = stretch_m - then_m;
+    way.look_back(rise_m.way_m, age_s);
+    if (turns_) arc.look_back(rise_m.arc_m, age_s);
   };
   bool reached = false;
   for (int i = 0; i < kept_; ++i) {
@@ -123,24 +139,25 @@ Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time
     kept_ = std::min(kept_ + 1, most_kept);
     past_[static_cast<std::size_t>(newest_)] = {time_s_, stretch_m};
   }
-  const Vec3 slope{x.slope(), y.slope(), z.slope()};
+  const Motion slope{way.slope(), arc.slope()};
   if (is_finite(slope)) return slope;
   reset(stretch_m);
   return {};
 }
 
-void Damper::reset(const Vec3& stretch_m) noexcept {
+void Damper::reset(const Motion& stretch_m) noexcept {
   last_stretch_m_ = stretch_m;
   filtered_m_per_s_ = {};
+  turns_ = false;
   time_s_ = 0.0;
   newest_ = 0;
   kept_ = 1;
   past_[0] = {0.0, stretch_m};
 }
 
-Vec3 released_part(const Vec3& step_m, double moved_m) noexcept {
-  const double length = norm(step_m);
-  return length > moved_m ? (1.0 - moved_m / length) * step_m : Vec3{};
+Motion released_part(const Motion& step_m, double moved_m) noexcept {
+  const double all_m = length(step_m);
+  return all_m > moved_m ? (1.0 - moved_m / all_m) * step_m : Motion{};
 }
 
 }  // namespace palpa

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "palpa/solver/vec3.h"
+#include "palpa/solver/pose.h"
 
 namespace palpa {
 
@@ -25,41 +25,44 @@ class Damper {
   /// \param encoder_step_m    [m] position step q of the device, 0 if none
   explicit Damper(double damping_ns_per_m, double encoder_step_m = 0.0) noexcept;
 
-  /// Estimate of v_proxy − v_probe [m/s], limited as above; the force is D times it.
-  /// \param stretch_m    [m] proxy − probe now
+  /// Estimate of the velocity of proxy − probe [m/s], limited as above; the force is D times it, and the torque of a tool D ρ
+  /// times its arc.
+  /// \param stretch_m    [m] from probe to proxy now
   /// \param released_m   [m] part of the proxy's motion in this tick that was a release
   /// \param time_step_s  [s] > 0
-  Vec3 relative_velocity(const Vec3& stretch_m, const Vec3& released_m, double time_step_s, double stiffness_n_per_m) noexcept;
+  Motion relative_velocity(const Motion& stretch_m, const Motion& released_m, double time_step_s,
+                           double stiffness_n_per_m) noexcept;
 
   /// Restarts with a constant past extension `stretch_m` [m]: after a gap, a clutch, a new map.
-  void reset(const Vec3& stretch_m) noexcept;
+  void reset(const Motion& stretch_m) noexcept;
 
  private:
   // [1] Past positions in a window. More: slower; fewer: their spacing, window/(most_kept − 1), is coarser.
   static constexpr int most_kept = 32;
 
-  Vec3 smoothed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s) noexcept;
-  Vec3 windowed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s, double stiffness_n_per_m) noexcept;
+  Motion smoothed(const Motion& stretch_m, const Motion& released_m, double time_step_s) noexcept;
+  Motion windowed(const Motion& stretch_m, const Motion& released_m, double time_step_s, double stiffness_n_per_m) noexcept;
 
   double damping_ns_per_m_;
   double encoder_step_m_;
   double time_step_s_ = 0.0;  // of the last tick
   double weight_ = 0.0;       // [1] of a new rate in the filter, in that time
-  Vec3 last_stretch_m_;
-  Vec3 filtered_m_per_s_;
+  Motion last_stretch_m_;
+  Motion filtered_m_per_s_;
 
   // Past position in the window. Earlier, the extension counts as constant.
   struct Kept {
     double time_s = 0.0;
-    Vec3 stretch_m;
+    Motion stretch_m;
   };
   double time_s_ = 0.0;  // since the reset
+  bool turns_ = false;   // an arc was not zero since then
   int newest_ = 0;
   int kept_ = 1;
   std::array<Kept, most_kept> past_;
 };
 
 /// Part of the proxy's step [m] beyond the motion `moved_m` [m] of probe and data: a release.
-Vec3 released_part(const Vec3& step_m, double moved_m) noexcept;
+Motion released_part(const Motion& step_m, double moved_m) noexcept;
 
 }  // namespace palpa

@@ -15,7 +15,7 @@ Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; 
 
 void DirectedForceLimiter::clear() noexcept { last_ = {}; }
 
-std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
+std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Pose& at, const ToolLaw& law, double stiffness_n_per_m,
                                              double moved_n) const noexcept {
   const auto is_directed = [](const Primitive& p) { return p.kind == PrimitiveKind::directed; };
   if (!last_.any || (held().empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
@@ -37,24 +37,26 @@ std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m
     return before == held().end() ? Vec3{} : before->force_n;
   };
 
-  Vec3 change_n;
+  Motion change_n;  // of the wrench, torques divided by the turning radius
+  const Tool& tool = law.tool();
   double all_n = 0.0;
   double largest_n = 0.0;
   std::int32_t fastest = 0;
   for (const Primitive& p : set.primitives()) {
     if (p.kind != PrimitiveKind::directed) continue;
     const Vec3 one_n = force_of(p) - held_n(p.id);
-    change_n += one_n;
+    change_n.way_m += one_n;
+    if (!tool.is_point()) change_n.arc_m += cross(law.lever_m(p.id), one_n) / tool.turning_radius_m();
     all_n += p.strength_n;
     if (norm(one_n) > largest_n) {
       largest_n = norm(one_n);
       fastest = p.id.mode;
     }
   }
-  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, last_.at_m) + moved_n;
-  if (norm(change_n) <= most_n + rounding * all_n) return -1;
+  const double most_n = 0.5 * stiffness_n_per_m * length(tool.motion(last_.at, at)) + moved_n;
+  if (length(change_n) <= most_n + rounding * all_n) return -1;
 
-  const double share = most_n / norm(change_n);
+  const double share = most_n / length(change_n);
   for (std::size_t i = 0; i < set.size(); ++i) {
     if (set[i].kind != PrimitiveKind::directed) continue;
     const Vec3 before_n = held_n(set[i].id);
@@ -63,8 +65,8 @@ std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m
   return fastest;
 }
 
-void DirectedForceLimiter::keep(const PrimitiveSet& set, const Vec3& at_m) noexcept {
-  last_ = {.at_m = at_m, .any = true};
+void DirectedForceLimiter::keep(const PrimitiveSet& set, const Pose& at) noexcept {
+  last_ = {.at = at, .any = true};
   for (const Primitive& p : set.primitives()) {
     if (p.kind == PrimitiveKind::directed && last_.size < forces_.size()) forces_[last_.size++] = {p.id, force_of(p)};
   }

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "palpa/mode/state_arena.h"
-#include "palpa/solver/primitives.h"
+#include "palpa/session/tool_law.h"
 
 namespace palpa {
 
@@ -19,11 +19,12 @@ class DirectedForceLimiter {
   /// \param capacity  [1] of directed forces
   DirectedForceLimiter(StateArena& live, std::size_t capacity) : last_(live.add<Last>()), forces_(live.add<Force>(capacity)) {}
   void clear() noexcept;
-  /// Limits the directed forces of the set, sampled at `at_m` [m], against those stored last; `moved_n` [N] of change are due
+  /// Limits the directed forces of the set, sampled at `at` [m], against those stored last; `moved_n` [N] of change are due
   /// to moving data. Returns the mode whose force changed fastest if any was limited; else -1.
-  std::int32_t hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m, double moved_n = 0.0) const noexcept;
-  /// Stores the directed forces of the set, sampled at `at_m` [m].
-  void keep(const PrimitiveSet& set, const Vec3& at_m) noexcept;
+  std::int32_t hold_back(PrimitiveSet& set, const Pose& at, const ToolLaw& law, double stiffness_n_per_m,
+                         double moved_n = 0.0) const noexcept;
+  /// Stores the directed forces of the set, sampled at `at` [m].
+  void keep(const PrimitiveSet& set, const Pose& at) noexcept;
 
  private:
   struct Force {
@@ -31,7 +32,7 @@ class DirectedForceLimiter {
     Vec3 force_n;
   };
   struct Last {
-    Vec3 at_m;
+    Pose at;
     std::uint32_t size = 0;  // number of forces
     bool any = false;
   };

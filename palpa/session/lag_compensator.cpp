@@ -8,30 +8,30 @@ namespace palpa {
 namespace {
 
 // Point nearest to `x` on the straight line from 0 to `end`; the end itself to the bit.
-Vec3 nearest_on_way(const Vec3& x, const Vec3& end) noexcept {
-  const double along = dot(x, end), all = norm_squared(end);
+Motion nearest_on_way(const Motion& x, const Motion& end) noexcept {
+  const double along = dot(x, end), all = length_squared(end);
   if (!(along > 0.0)) return {};
   return along < all ? (along / all) * end : end;
 }
 
 }  // namespace
 
-Vec3 LagCompensator::applied_extension_m(const Vec3& extension_m, const Vec3& to_followed_m, double lag_s,
-                                         const Vec3& left_m) noexcept {
+Motion LagCompensator::applied_extension_m(const Motion& extension_m, const Motion& to_followed_m, double lag_s,
+                                           const Motion& left_m) noexcept {
   const double share = std::clamp(1.0 - lag_s / fade_s, 0.0, 1.0);
-  const Vec3 applied_m = nearest_on_way(left_m, share * to_followed_m);
+  const Motion applied_m = nearest_on_way(left_m, share * to_followed_m);
   withheld_m_ = extension_m - applied_m;
   if (lag_s > 0.0) left_s_ = give_back_s;
   return applied_m;
 }
 
 // Whole ticks, so that the last of them is within the remaining time.
-Vec3 LagCompensator::give_back_m(double time_step_s, double most_m) noexcept {
+Motion LagCompensator::give_back_m(double time_step_s, double most_m) noexcept {
   constexpr double rounded = 1.0 + 1e-9;  // [1] for times that are sums of ticks
   const double ticks = std::floor(rounded * left_s_ / time_step_s);
   left_s_ = std::max(0.0, left_s_ - time_step_s);
-  const Vec3 back_m = shortened(withheld_m_ / std::max(1.0, ticks), most_m);
-  withheld_m_ = back_m == withheld_m_ ? Vec3{} : withheld_m_ - back_m;
+  const Motion back_m = shortened(withheld_m_ / std::max(1.0, ticks), most_m);
+  withheld_m_ = back_m == withheld_m_ ? Motion{} : withheld_m_ - back_m;
   return back_m;
 }
 

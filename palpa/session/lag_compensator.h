@@ -1,7 +1,7 @@
 // Withholds the spring extension due to unprocessed probe motion.
 #pragma once
 
-#include "palpa/solver/vec3.h"
+#include "palpa/solver/pose.h"
 
 namespace palpa {
 
@@ -29,14 +29,15 @@ class LagCompensator {
   /// \param to_followed_m  [m] proxy − followed
   /// \param lag_s          [s] duration of incomplete ticks; 0: this tick is complete, `to_followed_m` is `extension_m`
   /// \param left_m         [m] s₀ − Δp
-  Vec3 applied_extension_m(const Vec3& extension_m, const Vec3& to_followed_m, double lag_s, const Vec3& left_m) noexcept;
+  Motion applied_extension_m(const Motion& extension_m, const Motion& to_followed_m, double lag_s,
+                             const Motion& left_m) noexcept;
   /// Lengthens the applied extension, after `applied_extension_m`, in a complete tick. Returns the difference [m].
   /// \param time_step_s  [s] > 0
   /// \param most_m       [m] >= 0: upper bound
-  Vec3 give_back_m(double time_step_s, double most_m) noexcept;
+  Motion give_back_m(double time_step_s, double most_m) noexcept;
   /// Withheld part [m].
-  const Vec3& withheld_m() const noexcept { return withheld_m_; }
-  bool any() const noexcept { return withheld_m_ != Vec3{}; }
+  const Motion& withheld_m() const noexcept { return withheld_m_; }
+  bool any() const noexcept { return withheld_m_ != Motion{}; }
   static bool has_faded(double lag_s) noexcept { return lag_s >= fade_s; }
   /// Restarts with the proxy on the probe.
   void reset() noexcept { *this = {}; }
@@ -46,7 +47,7 @@ class LagCompensator {
   static constexpr double fade_s = 0.05;
   // [s] Return of the force, as long as its fall at a break-through. Longer: a wall is missing for longer; shorter: abrupt.
   static constexpr double give_back_s = 0.02;
-  Vec3 withheld_m_;
+  Motion withheld_m_;
   double left_s_ = 0.0;  // until all is returned
 };
 

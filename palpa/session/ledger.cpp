@@ -6,13 +6,13 @@
 
 namespace palpa {
 
-Ledger::Ledger(std::size_t modes) : modes_(modes), works_j_(std::make_unique<double[]>(modes)) {}
+Ledger::Ledger(std::size_t modes, const Tool& tool) : modes_(modes), works_j_(std::make_unique<double[]>(modes)), tool_(tool) {}
 
-void Ledger::begin(const Vec3& proxy_m, const Vec3& processed_up_to_m, std::span<const Contact> contacts) noexcept {
+void Ledger::begin(const Pose& proxy, const Pose& processed_up_to, std::span<const Contact> contacts) noexcept {
   std::fill_n(works_j_.get(), modes_, 0.0);
-  start_m_ = proxy_m;
+  start_ = proxy;
   data_motion_j_ = elastic_j_ = elastic_before_j_ = 0.0;
-  probe_m_ = processed_up_to_m;
+  probe_ = processed_up_to;
   left_m2_ = released_m2_ = 0.0;
   for (const Contact& contact : contacts) {
     works_j_[contact.id.mode] -= contact.held_j;
@@ -30,10 +30,10 @@ void Ledger::book_sub_steps(std::span<const SubStep> sub_steps, std::span<const 
   for (const SubStep& step : sub_steps) {
     double furthest_carried_m = 0.0;
     for (const PlacedPrimitive& row : placed.subspan(step.first_primitive, step.primitives)) {
-      book(row.primitive.id.mode, row.force_n, step.proxy_m - step.start_m, step.move_fraction * row.carried_m);
+      book(row.primitive.id.mode, row.force_n, foot_way_m(step, row), step.move_fraction * row.carried_m);
       if (row.carried_m != Vec3{}) furthest_carried_m = std::max(furthest_carried_m, norm(row.carried_m));
     }
-    move(step.start_m, step.proxy_m, step.balance.position_m, step.probe_m, step.move_fraction * furthest_carried_m);
+    move(step, step.move_fraction * furthest_carried_m);
   }
 }
 
@@ -41,18 +41,25 @@ void Ledger::book_sub_steps(std::span<const SubStep> sub_steps, std::span<const 
 // Δx·(balance − probe). The remainder is k Δx·(balance − middle): k/2 |Δx|² of a full move. Along a smooth path it vanishes
 // with the step length; in a snap it is the energy that the spring held. The part beyond the motion of probe and data is a
 // snap.
-void Ledger::move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept {
-  if (probe_m != probe_m_) left_m2_ = norm_squared(probe_m - probe_m_);
-  probe_m_ = probe_m;
+void Ledger::move(const SubStep& step, double carried_m) noexcept {
+  const Pose probe{step.probe_m, step.probe_turn};
+  const Vec3 &from_m = step.start_m, &to_m = step.proxy_m;
+  if (probe != probe_) left_m2_ = length_squared(tool_.motion(probe_, probe));
+  probe_ = probe;
   const double offset_m = std::sqrt(left_m2_) + carried_m;
-  const double lost_m2 = std::max(0.0, 2.0 * dot(to_m - from_m, balance_m - 0.5 * (from_m + to_m)));
+  double lost_m2 = 2.0 * dot(to_m - from_m, step.balance.position_m - 0.5 * (from_m + to_m));
+  if (!tool_.is_point()) {
+    const Vec3 arc_m = tool_.turning_radius_m() * rotation_between_rad(step.start_turn, step.proxy_turn);
+    lost_m2 += 2.0 * dot(arc_m, tool_.turning_radius_m() * step.balance.turn_rad - 0.5 * arc_m);
+  }
+  lost_m2 = std::max(0.0, lost_m2);
   const double beyond_m = std::sqrt(lost_m2) - offset_m;
   if (beyond_m > 0.0) released_m2_ += beyond_m * beyond_m;
   left_m2_ = std::max(0.0, offset_m * offset_m - lost_m2);
 }
 
-Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m,
-                   std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
+Energy Ledger::end(const Pose& proxy, const Pose& probe, const Pose& last_probe, const Motion& probe_step_m,
+                   double stiffness_n_per_m, std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
                    std::span<const Contact> contacts) noexcept {
   book_sub_steps(sub_steps, placed);
   for (const Contact& contact : contacts) {
@@ -61,7 +68,8 @@ Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_s
   }
   const double k = stiffness_n_per_m;
   Energy energy;
-  energy.stored_j = 0.5 * k * norm_squared(proxy_m - probe_m);
+  const Motion stretch_m = tool_.motion(probe, proxy);
+  energy.stored_j = 0.5 * k * length_squared(stretch_m);
   energy.elastic_j = elastic_j_;
   energy.data_motion_j = data_motion_j_;
   double sum_j = 0.0;
@@ -70,10 +78,17 @@ Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_s
     (work_j >= 0.0 ? energy.injected_j : energy.dissipated_j) += std::abs(work_j);
   }
   // I = S_m − k/2 |x₀ − p⁺|², written as a product: the difference of squares would lose its digits.
-  const double gained_j = k * dot(proxy_m - start_m_, 0.5 * (proxy_m + start_m_) - probe_m);
+  double gained_j =
+      k * dot(proxy.position_m - start_.position_m, 0.5 * (proxy.position_m + start_.position_m) - probe.position_m);
+  energy.sampling_bound_j = 0.5 * k * norm_squared(probe_step_m.way_m);
+  if (!tool_.is_point()) {
+    const Vec3 before_m = tool_.motion(last_probe, start_).arc_m, held_m = tool_.motion(probe, start_).arc_m;
+    gained_j += 0.5 * k * dot(stretch_m.arc_m - held_m, stretch_m.arc_m + held_m);
+    // Of the rotational spring what the held torque misses: at most κ/2 |Δθ|² (theory.md 10.5).
+    energy.sampling_bound_j += 0.5 * k * dot(held_m - before_m, held_m + before_m) + k * dot(before_m, probe_step_m.arc_m);
+  }
   energy.path_and_release_j = gained_j - sum_j + (elastic_j_ - elastic_before_j_) - data_motion_j_;
   energy.released_j = 0.5 * k * released_m2_;
-  energy.sampling_bound_j = 0.5 * k * norm_squared(probe_step_m);
   energy.sampling_j = energy.path_and_release_j + energy.sampling_bound_j + energy.released_j;
   return energy;
 }

@@ -22,6 +22,7 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
     part.inputs = resolve(modes_[m], scene, fields_);
     part.memory = memory_units_;
     part.has_memory = modes_[m].mode.memory_bytes() > 0;
+    part.at_all_feet = modes_[m].acts_at(1);
     memory_units_ += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
     if (!enabled(m)) continue;
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
@@ -51,11 +52,11 @@ void ModeRuntime::arrive() noexcept {
   for (Live& live : live_) live.carried_m = {};
 }
 
-double ModeRuntime::motion_m(const Vec3& proxy_m, DataTime from, DataTime to) const noexcept {
+double ModeRuntime::motion_m(const Pose& proxy, DataTime from, DataTime to) const noexcept {
   double furthest_m = 0.0;
   for_each_part([&](std::size_t m, std::size_t foot) {
-    if (!enabled(m)) return;
-    const Vec3 by_m = carried_at(m, foot, tool_.foot_m(proxy_m, foot));
+    if (!acts(m, foot)) return;
+    const Vec3 by_m = carried_at(m, foot, tool_.foot_m(proxy, foot));
     furthest_m = std::max(furthest_m, distance(samples_[foot]->carried_m(parts_[m].inputs.main_field, by_m, from, to), by_m));
   });
   return furthest_m;
@@ -75,7 +76,7 @@ ModeContext ModeRuntime::here_at(std::size_t m, std::size_t foot, const StepCont
                                  const Vec3& at_m) noexcept {
   ModeContext here(samples(foot), at_m, modes_[m].masks, parts_[m].inputs.fields);
   here.proxy_m = start_m;
-  here.probe_m = tool_.foot_m(context.probe_m, foot);
+  here.probe_m = tool_.foot_m(context.probe, foot);
   here.time_step_s = context.time_step_s;
   here.stiffness_n_per_m = context.stiffness_n_per_m;
   here.finest_m = context.spacing_m;
@@ -84,14 +85,14 @@ ModeContext ModeRuntime::here_at(std::size_t m, std::size_t foot, const StepCont
   return here;
 }
 
-void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, double data_fraction,
+void ModeRuntime::place(const StepContext& context, const Pose& at, const Pose& level, double data_fraction,
                         PrimitiveSet& out) noexcept {
-  out.clear(context.start_m);
+  out.clear(context.start.position_m);
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
-    const Vec3 foot_at_m = tool_.foot_m(at_m, foot), foot_level_m = tool_.foot_m(level_m, foot);
-    out.begin_foot(static_cast<std::uint16_t>(foot), tool_.foot_m(context.start_m, foot));
+    const Vec3 foot_at_m = tool_.foot_m(at, foot), foot_level_m = tool_.foot_m(level, foot);
+    out.begin_foot(static_cast<std::uint16_t>(foot), tool_.foot_m(context.start, foot));
     for (std::size_t m = 0; m < modes_.size(); ++m) {
-      if (!enabled(m)) continue;
+      if (!acts(m, foot)) continue;
       Live& live = live_[part_of(m, foot)];
       const std::size_t first = out.size();
       const auto stands_at = [&](bool is_level) {
@@ -105,7 +106,7 @@ void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3
       // First guess: the mode stands on a level if it did last time.
       const bool stood = live.stands;
       const bool stands = live.stands = stands_at(stood);
-      if (stands != stood && (level_m != at_m || data_fraction > 0.0)) stands_at(stands);
+      if (stands != stood && (level != at || data_fraction > 0.0)) stands_at(stands);
     }
   }
 }
@@ -125,21 +126,23 @@ void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext&
   }
   for (std::size_t i = first; i < out.size(); ++i) {
     if (live.fade.share() < 1.0) out.fade(i, live.fade.share());
+    if (tool_.share() < 1.0 && parts_[m].at_all_feet && !live.fade.is_leaving()) out.bear(i, tool_.share());
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
     // A level stronger than the force limit never yields: raise it above the spring's largest pull.
-    const double longest_m = distance(tool_.foot_m(context.probe_m, foot), at_m);
+    double longest_m = distance(tool_.foot_m(context.probe, foot), at_m);
+    if (!tool_.is_point()) longest_m += tool_.pull_m(tool_.motion(context.start, context.probe));
     out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * longest_m);
   }
 }
 
-void ModeRuntime::on_step_accepted(const StepContext& context, const Vec3& proxy_m, double data_fraction,
+void ModeRuntime::on_step_accepted(const StepContext& context, const Pose& proxy, double data_fraction,
                                    const PrimitiveSet& placed, std::span<const Event> events) noexcept {
   for_each_part([&](std::size_t m, std::size_t foot) {
     ContactFade& fade = live_[part_of(m, foot)].fade;
-    if (!enabled(m) || fade.is_leaving()) return;
+    if (!acts(m, foot) || fade.is_leaving()) return;
     if (any_timed()) fade.keep(m, foot, placed);
     if (!has_memory(m)) return;
-    const Vec3 foot_m = tool_.foot_m(proxy_m, foot);
+    const Vec3 foot_m = tool_.foot_m(proxy, foot);
     const ModeContext here = here_at(m, foot, context, foot_m, seen_by(m, foot, foot_m, data_fraction));
     modes_[m].mode.on_step_accepted({here, here.contacts, events[foot].crossings}, memory(m, foot));
   });
@@ -147,19 +150,19 @@ void ModeRuntime::on_step_accepted(const StepContext& context, const Vec3& proxy
 
 bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept {
   entered.clear();
-  scratch_.clear(context.start_m);
+  scratch_.clear(context.start.position_m);
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
-    const Vec3 foot_m = tool_.foot_m(context.start_m, foot);
+    const Vec3 foot_m = tool_.foot_m(context.start, foot);
     scratch_.begin_foot(static_cast<std::uint16_t>(foot), foot_m);
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       const Vec3 origin_m = foot_m + live_[part_of(m, foot)].carried_m;
-      if (enabled(m)) place_mode(m, foot, context, origin_m, foot_m, carried_along, scratch_);
+      if (acts(m, foot)) place_mode(m, foot, context, origin_m, foot_m, carried_along, scratch_);
     }
   }
   if (scratch_.can_pull()) return false;
   bool is_free = true;
   for_each_part([&](std::size_t m, std::size_t foot) {
-    is_free = is_free && (!enabled(m) || silence_is_watched(m, foot, tool_.foot_m(context.start_m, foot), entered));
+    is_free = is_free && (!acts(m, foot) || silence_is_watched(m, foot, tool_.foot_m(context.start, foot), entered));
   });
   if (!is_free) entered.clear();
   return is_free;
@@ -188,14 +191,14 @@ bool ModeRuntime::silence_is_watched(std::size_t m, std::size_t foot, const Vec3
                      [&](const Strength* strength) { return stays_zero_at(strength->of, strength->curve); });
 }
 
-double ModeRuntime::finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept {
+double ModeRuntime::finest_m(const Pose& at, const Pose& from, const Pose& to) const noexcept {
   double finest = std::numeric_limits<double>::infinity();
   if (finest_m_ == finest) return finest;  // no data anywhere
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
-    const Vec3 world_m = map_.to_world(tool_.foot_m(at_m, foot)), b = map_.to_world(tool_.foot_m(to_m, foot));
-    const Vec3 a = from_m == at_m ? world_m : map_.to_world(tool_.foot_m(from_m, foot));
+    const Vec3 world_m = map_.to_world(tool_.foot_m(at, foot)), b = map_.to_world(tool_.foot_m(to, foot));
+    const Vec3 a = from == at ? world_m : map_.to_world(tool_.foot_m(from, foot));
     for (std::size_t m = 0; m < modes_.size(); ++m) {
-      if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
+      if ((foot > 0 && !parts_[m].at_all_feet) || finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
       for (const std::int32_t f : parts_[m].inputs.fields) {
         if (finest <= parts_[m].finest_m) break;
         finest = std::min(finest, samples_[foot]->local_spacing_m(f, world_m));
@@ -209,7 +212,8 @@ bool ModeRuntime::has_same_contacts_as(const ModeRuntime& other) const noexcept 
   const auto key = [](const SceneMode& mode) {
     return std::tuple(mode.mode.type(), std::string_view(mode.name), mode.enabled);
   };
-  return std::ranges::equal(modes_, other.modes_, {}, key, key) && fields_ == other.fields_ && watches_ == other.watches_;
+  return std::ranges::equal(modes_, other.modes_, {}, key, key) && fields_ == other.fields_ && watches_ == other.watches_ &&
+         tool_ == other.tool_;
 }
 
 }  // namespace palpa

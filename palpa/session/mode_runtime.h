@@ -33,6 +33,8 @@ class ModeRuntime {
   std::size_t size() const noexcept { return modes_.size(); }
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
+  /// Whether a mode is enabled and acts at a foot.
+  bool acts(std::size_t m, std::size_t foot) const noexcept { return enabled(m) && (foot == 0 || parts_[m].at_all_feet); }
   bool has_memory(std::size_t m) const noexcept { return parts_[m].has_memory; }
   const Tool& tool() const noexcept { return tool_; }
   /// Samples of a foot.
@@ -54,19 +56,18 @@ class ModeRuntime {
 
   void start() noexcept;
 
-  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the feet of the proxy at `start_m`
+  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the feet of the proxy at `start`
   /// [m], or a footing on an elastic level, deep inside which the motion may be undefined. A mode whose level jumps before
   /// `tick_end` fades instead (ContactFade); `jumped(m)` is called when a fade begins.
   template <class Jumped>
-  void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
-               Jumped&& jumped) noexcept {
+  void advance(const Pose& start, DataTime from, DataTime to, DataTime tick_end, double time_step_s, Jumped&& jumped) noexcept {
     set_time(to, from);
     furthest_carried_m_ = 0.0;
     for_each_part([&](std::size_t m, std::size_t foot) {
-      if (!enabled(m)) return;
+      if (!acts(m, foot)) return;
       const std::int32_t field = parts_[m].inputs.main_field;
       Live& live = live_[part_of(m, foot)];
-      const Vec3 at_m = carried_at(m, foot, tool_.foot_m(start_m, foot));
+      const Vec3 at_m = carried_at(m, foot, tool_.foot_m(start, foot));
       const Carried carried = samples(foot).carried(field, at_m, from, to);
       const bool is_known = carried.known && samples(foot).carried(field, at_m, from, tick_end).known;
       if (live.fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m, foot));
@@ -75,12 +76,12 @@ class ModeRuntime {
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(live.carried_m));
     });
   }
-  /// Begins a step of the proxy at `start_m` [m]: the feet there, carried along by the data, are the origins of all resistance
+  /// Begins a step of the proxy at `start` [m]: the feet there, carried along by the data, are the origins of all resistance
   /// to motion. The moves that settle the step start elsewhere but keep these origins.
-  void begin_step(const Vec3& start_m) noexcept {
+  void begin_step(const Pose& start) noexcept {
     for_each_part([&](std::size_t m, std::size_t foot) {
       Live& live = live_[part_of(m, foot)];
-      live.origin_m = tool_.foot_m(start_m, foot) + live.carried_m;
+      live.origin_m = tool_.foot_m(start, foot) + live.carried_m;
     });
   }
   // Of a primitive's mode and foot:
@@ -96,20 +97,19 @@ class ModeRuntime {
   bool fades(const PrimitiveId& id) const noexcept { return live_at(id).fade.share() < 1.0; }
   /// Whether yielding of the level is no break-through: the level has jumped, or data end nearby.
   bool only_yields(const PrimitiveId& id) const noexcept { return fades(id) || live_at(id).at_edge; }
-  /// Longest motion [m] of a foot with any mode's data between two times, for the proxy at `proxy_m` [m].
-  double motion_m(const Vec3& proxy_m, DataTime from, DataTime to) const noexcept;
+  /// Longest motion [m] of a foot with any mode's data between two times, for the proxy at `proxy` [m].
+  double motion_m(const Pose& proxy, DataTime from, DataTime to) const noexcept;
   /// Adds the data's motion since the start of the sub-step, with the foot at `start_m` [m], and jumped levels, to the event
   /// search of a foot.
   void configure_events(std::size_t foot, Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
   /// Lets every enabled mode place its primitives for each foot in the emptied set. A mode samples its data with the proxy at
-  /// `at_m` [m], after the share `data_fraction` [1] of the data's motion in the sub-step; or, if one of its planes stands on a
-  /// level, at `level_m` [m], with the data carried along.
-  void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, double data_fraction,
-             PrimitiveSet& out) noexcept;
-  /// Reports a sub-step that ended with the proxy at `proxy_m` [m], after the share `data_fraction` [1] of the data's motion,
+  /// `at` [m], after the share `data_fraction` [1] of the data's motion in the sub-step; or, if one of its planes stands on a
+  /// level, at `level` [m], with the data carried along.
+  void place(const StepContext& context, const Pose& at, const Pose& level, double data_fraction, PrimitiveSet& out) noexcept;
+  /// Reports a sub-step that ended with the proxy at `proxy` [m], after the share `data_fraction` [1] of the data's motion,
   /// its contacts, and the event of each foot, to the modes.
-  void on_step_accepted(const StepContext& context, const Vec3& proxy_m, double data_fraction, const PrimitiveSet& placed,
+  void on_step_accepted(const StepContext& context, const Pose& proxy, double data_fraction, const PrimitiveSet& placed,
                         std::span<const Event> events) noexcept;
 
   /// Free flight: whether all forces stay zero from a step's start until a watched value is crossed or the data of a field in
@@ -118,9 +118,9 @@ class ModeRuntime {
 
   /// Finest sample spacing of any enabled mode's data [hand m]; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
-  /// Finest spacing at a foot of the proxy at `at_m` [hand m] of the modes whose data the foot's path, with the proxy from
-  /// `from_m` to `to_m`, can meet, or infinity.
-  double finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept;
+  /// Finest spacing at a foot of the proxy at `at` [hand m] of the modes whose data the foot's path, with the proxy from
+  /// `from` to `to`, can meet, or infinity.
+  double finest_m(const Pose& at, const Pose& from, const Pose& to) const noexcept;
 
  private:
   // Inputs of a mode, and values cached for it.
@@ -130,6 +130,7 @@ class ModeRuntime {
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
     std::size_t memory = 0;                                     // offset in the memories
     bool has_memory = false;
+    bool at_all_feet = true;
   };
   // State of a mode at a foot.
   struct Live {

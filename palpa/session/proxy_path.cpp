@@ -18,6 +18,8 @@ constexpr int max_moves = 128;    // [1] per tick. More: longer worst tick; fewe
 constexpr int max_trials = 24;    // [1] balances per move. More: longer worst tick; fewer: moves are given up
 constexpr int max_shutting = 8;   // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its path
 constexpr double bound_m = 1e-8;  // [m] stop before a break-through. Less: decided by rounding; more: breaks early
+constexpr int most_chords = 3;    // [1] searched for the first event of a turning tool. More: work; fewer: it stops beside it
+constexpr double most_turn_rad = 0.3;       // [rad] of a move. More: levers change too much for one balance; less: more moves
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
 
 }  // namespace
@@ -25,7 +27,8 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, Steps steps)
     : stiffness_n_per_m_(scene.coupling().stiffness_n_per_m),
       time_(scene.time()),
-      contacts_(live, scene.modes().size(), tool_.feet(), ContactProblem::max_primitives),
+      tool_(scene.tool(), scene.coupling()),
+      contacts_(live, scene.modes().size(), tool_.feet(), ContactProblem::most_primitives(tool_.feet())),
       modes_(live, scene, map, tool_, contacts_),
       crossings_(live, modes_.watches(), modes_.fields(), tool_.feet()),
       policy_(crossings_.policy()),
@@ -57,7 +60,7 @@ void ProxyPath::reset() noexcept {
 
 void ProxyPath::refine(int times) {
   refined_ = std::clamp(times, 1, 16);
-  record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_));
+  record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_), tool_.feet());
 }
 
 void ProxyPath::after_state_copy() noexcept {
@@ -69,27 +72,27 @@ void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
   state_ = other.state_;
   reset();
   state_.started = other.state_.started;
-  queue_.start(other.queue_.processed_up_to_m());
-  state_.followed_m = other.state_.followed_m;
+  queue_.start(other.queue_.processed_up_to());
+  state_.followed = other.state_.followed;
   modes_.set_time(time_.at(state_.view_s));
 }
 
-void ProxyPath::start(const Vec3& probe_m, double time_step_s) noexcept {
+void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
   PathState& c = state_;
   c.started = true;
-  c.proxy = c.followed_m = probe_m;
-  queue_.start(probe_m);
+  c.proxy = c.followed = probe;
+  queue_.start(probe);
   c.view_s = c.followed_s = c.elapsed_s - time_step_s;
   modes_.set_time(time_.at(c.view_s));
 }
 
-const Walk& ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
+const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   record_.clear();
   contacts_.begin_tick();
   work_.refill(refined_);
   const PathState& c = state_;
-  walk_ = {.from_m = c.proxy};
-  path_m_ = queue_.push(probe_m, time_step_s);
+  walk_ = {.from = c.proxy};
+  path_m_ = queue_.push(probe, time_step_s, tool_);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
 
   ProbeSegment segment;
@@ -106,8 +109,8 @@ const Walk& ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
     }
   }
   walk_.is_complete = walk_.is_complete && work_.any();  // else the last move was cut short
-  walk_.proxy_m = c.proxy;
-  walk_.followed_m = c.followed_m;
+  walk_.proxy = c.proxy;
+  walk_.followed = c.followed;
   walk_.work = work_.spent();
   return walk_;
 }
@@ -116,19 +119,19 @@ const Walk& ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
   if (c.pending != Pending::nothing) {
-    segment = {queue_.processed_up_to_m(), queue_.processed_up_to_m(), c.left_s, false};
+    segment = {queue_.processed_up_to(), queue_.processed_up_to(), c.left_s, false};
     return true;
   }
   if (queue_.empty()) return false;
   segment = queue_.front();
-  const double length = distance(segment.to_m, segment.from_m);
+  const double length = tool_.way_m(segment.from, segment.to);
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
-  double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from_m, segment.to_m);
+  double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from, segment.to);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
-  const bool is_long = furthest > (1.0 + contact_tolerance) * longest && !(c.proxy == segment.from_m && is_free());
-  if (is_long) segment = segment.first(longest / furthest);
+  const bool is_long = furthest > (1.0 + contact_tolerance) * longest && !(c.proxy == segment.from && is_free());
+  if (is_long) segment = segment.first(longest / furthest, tool_);
   return true;
 }
 
@@ -136,7 +139,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
 bool ProxyPath::is_free() noexcept {
   if (state_.felt) return false;
   work_.spend(modes_.work());
-  const Vec3& here = state_.proxy;
+  const Pose& here = state_.proxy;
   return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
 
@@ -155,17 +158,18 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
 }
 
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
-  const Vec3 start = state_.proxy;
+  const Pose start = state_.proxy;
   const bool settles = !segment.fresh && state_.pending == Pending::settling;
-  const double finest_m = modes_.finest_m(start, start, segment.to_m);
+  const double finest_m = modes_.finest_m(start, start, segment.to);
   step_m_ = step_share_ / refined_ * finest_m;
   spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
-  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_};
+  StepContext context{start, segment.to, segment.time_s, stiffness_n_per_m_, spacing_m_};
   const double follows_s = playing_ ? advance_data(segment) : 0.0;
-  if (!settles) modes_.begin_step(state_.step_start_m = start);
+  if (!settles) modes_.begin_step(state_.step_start = start);
   const Move made = move(segment, context, settles);
 
-  const double went_m = distance(made.end_from(start), start);
+  const Pose end = end_from(start, made);
+  const double went_m = tool_.way_m(start, end);
   const double rest_m = rest * spacing_m_;
   // A settling move of at most `rest` is not made: the proxy rests.
   const bool rests = made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m);
@@ -176,30 +180,31 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
     const bool to_the_end = settles || path_m_ == 0.0;
     const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_
                             : to_the_end        ? went_m <= rest_m
-                                                : model_.unsettled_m(made.end_from(start)) <= turned * spacing_m_;
+                                                : model_.unsettled_m(end) <= turned * spacing_m_;
     // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, follows_s, is_settled && !lets_go);
     accept(segment, made, context, settles);
     model_.end_move();
   }
-  walk_.unreached_m = distance(made.to.position_m, state_.proxy);
+  walk_.unreached_m = length(tool_.motion(state_.proxy, made.to_pose));
   modes_.arrive();
 }
 
 // Step of earlier systems, straight to the balance. Events do not stop it; modes are notified afterwards.
 void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
-  const Vec3 start = state_.proxy;
+  const Pose start = state_.proxy;
   const bool at_probe = steps_ == Steps::one_at_probe;
-  spacing_m_ = std::min(modes_.finest_m(start, start, segment.to_m), 1.0);
-  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_};
+  spacing_m_ = std::min(modes_.finest_m(start, start, segment.to), 1.0);
+  StepContext context{start, segment.to, segment.time_s, stiffness_n_per_m_, spacing_m_};
   const double follows_s = playing_ ? advance_data(segment) : 0.0;
-  modes_.begin_step(state_.step_start_m = start);
+  modes_.begin_step(state_.step_start = start);
 
   model_.begin_move(context, spacing_m_);
-  const Vec3& at = at_probe ? segment.to_m : start;
+  const Pose& at = at_probe ? segment.to : start;
   model_.place(context, at, at, at_probe ? 1.0 : 0.0, unbounded);
-  const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
+  Move made;
+  balance(made, context.probe, context.time_step_s);
   // No crossing stops the step. But a level whose plane holds a foot stays held: on a round surface a step along that plane
   // ends off the level, which is no release.
   using CrossingRule = EventPolicy::CrossingRule;
@@ -207,8 +212,8 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
     configure_events(foot, start, false);
     std::ranges::replace_if(
         policy_.passing, [](CrossingRule passing) { return passing != CrossingRule::held; }, CrossingRule::passes);
-    crossings_.first_event(foot, tool_.foot_m(start, foot), tool_.foot_m(made.to.position_m, foot), policy_,
-                           modes_.samples(foot), work_, events_[foot]);
+    crossings_.first_event(foot, tool_.foot_m(start, foot), tool_.foot_m(made.to_pose, foot), policy_, modes_.samples(foot),
+                           work_, events_[foot]);
   }
 
   advance(segment, made, follows_s, true);
@@ -219,13 +224,15 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
 void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept {
   SubStep step;
   step.time_step_s = segment.time_s;
-  step.start_m = context.start_m;
-  step.probe_m = segment.to_m;
+  step.start_m = context.start.position_m;
+  step.probe_m = segment.to.position_m;
   step.stiffness_n_per_m = stiffness_n_per_m_;
   step.balance = made.to;
   step.move_fraction = made.fraction;
   step.stop = made.stop;
-  step.proxy_m = state_.proxy;
+  step.proxy_m = state_.proxy.position_m;
+  step.start_turn = context.start.turn, step.probe_turn = segment.to.turn, step.proxy_turn = state_.proxy.turn;
+  step.turning_radius_m = tool_.is_point() ? 0.0 : tool_.turning_radius_m();
   record_.add(step, settles, spacing_m_, model_, modes_);
   walk_.dropped += model_.set().dropped();
   state_.felt = model_.set().can_pull();
@@ -235,34 +242,36 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const Step
   const bool is_stopped = made.stop == Stop::event && !first_event().crossings.empty();
   state_.stopped_by = is_stopped ? first_event().crossings.back() : Crossing{};
   state_.stopped_foot = first_foot_;
-  contacts_.update(model_, state_.proxy, made.to, distance(made.to.position_m, segment.to_m), crossings_);
+  contacts_.update(model_, state_.proxy, made.to, distance(made.to.position_m, segment.to.position_m), crossings_);
   modes_.on_step_accepted(context, state_.proxy, made.fraction, model_.set(), events_);
 }
 
 // Moves the proxy. The pending rest of the segment continues where the move was stopped.
 void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
   PathState& c = state_;
-  const Vec3 start = c.proxy;
-  c.proxy = move.end_from(start);
-  const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
+  const Pose start = c.proxy;
+  c.proxy = end_from(start, move);
+  const Motion before_m = std::exchange(c.move_m, tool_.motion(start, c.proxy));
   // Where directions turn faster than the spring can follow, or a level bends more than its length, the proxy turns back: each
   // turn halves the longest move. After eight (max_sub_steps / 4) the probe position may be given up, which bounds the lag.
-  const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * norm_squared(before_m);
-  const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && norm_squared(c.move_m) > settling_m2;
+  const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * length_squared(before_m);
+  const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && length_squared(c.move_m) > settling_m2;
   extrapolate_moves(before_m, segment.fresh);
-  c.max_move_m = turns_back ? std::min(c.max_move_m, 0.5 * norm(before_m)) : may_give_up() ? c.max_move_m : 1.25 * c.max_move_m;
+  c.max_move_m = turns_back      ? std::min(c.max_move_m, 0.5 * tool_.way_m(before_m))
+                 : may_give_up() ? c.max_move_m
+                                 : 1.25 * c.max_move_m;
   const bool has_no_end =
       move.stop == Stop::release && segment.time_s <= contact_tolerance * c.whole_s;  // round a vortex: its time is over
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
-  if (segment.fresh) c.segment_start_m = start, c.probe_way_m = segment.to_m - segment.from_m;
+  if (segment.fresh) c.segment_start = start, c.probe_way_m = tool_.motion(segment.from, segment.to);
   walk_.released_m +=
-      released_part(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
+      released_part(c.move_m, length(tool_.motion(segment.from, segment.to)) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {
     c.whole_s = segment.time_s;
     queue_.pop(segment);
   }
   c.pending = pending_after(move, settled);
-  if (work_.any() && c.pending != Pending::path) c.followed_m = queue_.processed_up_to_m();
+  if (work_.any() && c.pending != Pending::path) c.followed = queue_.processed_up_to();
   c.followed_s = c.pending != Pending::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
   c.left_s = c.pending == Pending::settling ? segment.time_s
                                             : std::max(contact_tolerance * c.whole_s, (1.0 - move.fraction) * segment.time_s);
@@ -275,7 +284,7 @@ bool ProxyPath::may_give_up() const noexcept { return 4 * state_.turns >= Sessio
 void ProxyPath::give_up() noexcept {
   state_.pending = Pending::nothing;
   state_.turns = 0;
-  state_.followed_m = queue_.processed_up_to_m();
+  state_.followed = queue_.processed_up_to();
   state_.followed_s = state_.view_s;
 }
 
@@ -286,56 +295,74 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return !model_.set().empty() && !settled ? Pending::settling : Pending::nothing;
   const bool crosses = move.stop == Stop::event && !first_event().crossings.empty();  // else nothing changes on the spot
-  const bool gets_on = (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
+  const bool gets_on =
+      (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || tool_.way_m(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Pending::nothing;
   return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
 }
 
-// Lets the modes place primitives for a move of length `whole_m`, expected to end at `end_m`.
-void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
+// Lets the modes place primitives for a move of length `whole_m`, expected to end at `end`.
+void ProxyPath::place(const StepContext& context, const Pose& end, double whole_m) noexcept {
   const bool is_carried = modes_.furthest_carried_m() > 0.0 && whole_m > 0.0;
-  const double data_fraction = is_carried ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
-  const Vec3 middle_m = 0.5 * (state_.step_start_m + end_m);
-  const std::int32_t held_back = model_.place(context, middle_m, context.start_m, data_fraction, moved_n_);
+  const double data_fraction = is_carried ? 0.5 * std::min(1.0, tool_.way_m(context.start, end) / whole_m) : 0.0;
+  const std::int32_t held_back =
+      model_.place(context, tool_.middle(state_.step_start, end), context.start, data_fraction, moved_n_);
   if (held_back >= 0) contacts_.warn_held_back(static_cast<std::size_t>(held_back));
-  if (end_m != context.start_m) model_.predict_planes(end_m);
+  if (end != context.start) model_.predict_planes(end);
+}
+
+void ProxyPath::balance(Move& move, const Pose& probe, double time_step_s) noexcept {
+  move.to = model_.balance(probe, time_step_s);
+  move.to_pose = model_.pose_of(move.to, probe);
+}
+
+// Share [1] of a motion up to the way `longest_m` of any foot, and up to a turn on which no foot leaves its chord by more than
+// `piercing`.
+double ProxyPath::share_of(const Motion& motion, double longest_m) const noexcept {
+  const double way_m = tool_.way_m(motion);
+  const double share = way_m > longest_m ? longest_m / way_m : 1.0;
+  if (tool_.is_point() || motion.arc_m == Vec3{}) return share;
+  const double turn_rad = norm(motion.arc_m) / tool_.turning_radius_m();
+  const double most_rad = std::min(most_turn_rad, std::sqrt(8.0 * piercing * spacing_m_ / tool_.reach_m()));
+  return std::min(share, most_rad / turn_rad);
 }
 
 // One move towards the balance, at most half a sample spacing, to the first free position. If the end is not free, the facets
 // that exclude it are added and the balance is repeated. Directions are sampled at the middle of the move: sampled at its start
 // they would lead the proxy off the outside of every curve.
 ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
-  const Vec3& start = context.start_m;
+  const Pose& start = context.start;
   if (segment.fresh) state_.max_move_m = unbounded;
   double longest = std::min(step_m_, state_.max_move_m);
-  const bool flies = distance(segment.to_m, start) > longest && is_free();
+  const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
   if (flies) longest = unbounded;
-  const auto end_of = [&](const Vec3& to_m) {
-    const double length = distance(to_m, start);
-    return length > longest ? start + longest / length * (to_m - start) : to_m;
+  const auto end_of = [&](const Pose& to) {
+    const Motion motion = tool_.motion(start, to);
+    const double share = share_of(motion, longest);
+    return share < 1.0 ? tool_.moved(start, share * motion) : to;
   };
 
   Move made;
   bool rests = false;
   double change_before_m = unbounded;
-  Vec3 end = end_of(start + expected_m(segment));
+  Pose end = end_of(tool_.moved(start, expected_m(segment)));
   const double same_m = (settles ? piercing : turned) * spacing_m_;  // settling moves are a small part of a step
   model_.begin_move(context, spacing_m_);
-  place(context, end, distance(end, start));
+  place(context, end, tool_.way_m(start, end));
   for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_.any()); ++trial) {
-    made.to = model_.balance(context.probe_m, context.time_step_s);
+    balance(made, context.probe, context.time_step_s);
     // No level may give way because of a predicted plane.
-    if (model_.any_gives_way(crossings_) && model_.revert_prediction())
-      made.to = model_.balance(context.probe_m, context.time_step_s);
-    made.bound_met = made.bound_met || (trial == 0 && segment.fresh && locate_break_through(segment, context, made.to));
-    context.probe_m = segment.to_m;
+    if (model_.any_gives_way(crossings_) && model_.revert_prediction()) balance(made, context.probe, context.time_step_s);
+    made.bound_met = made.bound_met || (trial == 0 && segment.fresh && locate_break_through(segment, context, made));
+    context.probe = segment.to;
     context.time_step_s = segment.time_s;
-    const double length = distance(made.to.position_m, start);
-    const Vec3 before = std::exchange(end, end_of(made.to.position_m));
-    made.change_m = model_.has_directions() ? distance(end, before) : 0.0;
+    const Motion whole = tool_.motion(start, made.to_pose);
+    const double length = tool_.way_m(whole);
+    const Pose before = std::exchange(end, end_of(made.to_pose));
+    made.change_m = model_.has_directions() ? tool_.way_m(before, end) : 0.0;
     // Place again as long as the end changes, and by less each time.
     if (made.change_m > same_m && made.change_m < change_before_m && trial + 1 < max_trials && !made.bound_met &&
-        (before != start || distance(end, start) > same_m)) {
+        (before != start || tool_.way_m(start, end) > same_m)) {
       change_before_m = made.change_m;
       place(context, end, length);
       continue;
@@ -343,7 +370,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     change_before_m = unbounded;
     rests = settles && std::min(length, state_.max_move_m) <= rest * spacing_m_;
     if (rests) break;
-    made.fraction = length > longest ? longest / length : 1.0;
+    made.fraction = share_of(whole, longest);
     made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
     if (end_is_free(segment, context, flies, made)) return made;
     // A level that blocks without an explaining facet is shut: it bears its strength and no more. If the balance is nearer than
@@ -351,7 +378,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     const bool is_blocked = !(made.fraction > 0.0) || trial + 1 >= max_trials;
     if (is_blocked && (length <= shallow * spacing_m_ || !model_.shut())) break;
   }
-  if (!rests) made.to = model_.balance(context.probe_m, context.time_step_s);  // with all facets added
+  if (!rests) balance(made, context.probe, context.time_step_s);  // with all facets added
   made.fraction = 0.0;
   made.stop = Stop::energy;
   return made;
@@ -360,19 +387,12 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
 // Whether the move may end where `move` ends, shortened to its first event. False if a facet was added (balance again), or,
 // with a fraction of zero, if no nearer end is free.
 bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept {
-  const Vec3& start = context.start_m;
+  const Pose& start = context.start;
   do {
-    const Vec3 end = move.end_from(start);
-    find_events(start, end, flies);
-    // Events nearer to the move's end are left to the next sub-step.
-    const double left_m = (1.0 - first_event().share) * (distance(end, start) + modes_.furthest_carried_m());
-    if (first_event().kind != Event::Kind::none && left_m > rest * spacing_m_) {
-      move.fraction *= first_event().share;
-      move.stop = Stop::event;
-    }
-    const Vec3 reached = move.end_from(start);
+    stop_at_first_event(start, flies, move);
+    const Pose reached = end_from(start, move);
     const auto accepts = [&](double deepest) {
-      return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
+      return model_.accepts(reached, deepest, move.to_pose, move.fraction, segment.to, context.time_step_s);
     };
     if (accepts(still)) return true;
     const bool is_rejected = model_.repredict_once(reached) || model_.revert_prediction() || model_.add_cutting_planes(reached);
@@ -381,21 +401,35 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
     if (is_rejected) return false;
     move.fraction *= 0.5;
     move.stop = Stop::energy;
-  } while (distance(move.end_from(start), start) > rest * spacing_m_ && work_.any());
+  } while (tool_.way_m(start, end_from(start, move)) > rest * spacing_m_ && work_.any());
   move.fraction = 0.0;
   return false;
 }
 
+// Shortens the move to its first event. Events are searched on the chords of the feet; on a shorter arc a foot is not on its
+// former chord, so that the shorter chord is searched again.
+void ProxyPath::stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept {
+  for (int search = 0; search < most_chords; ++search) {
+    const Pose end = end_from(start, move);
+    find_events(start, end, flies);
+    if (first_event().kind == Event::Kind::none) return;
+    // Events nearer to the move's end are left to the next sub-step.
+    const double left_m = (1.0 - first_event().share) * (tool_.way_m(start, end) + modes_.furthest_carried_m());
+    if (!(left_m > rest * spacing_m_)) return;
+    move.fraction *= first_event().share;
+    move.stop = Stop::event;
+    if (end.turn == start.turn) return;
+  }
+}
+
 // Finds the first event of each foot in the move.
-void ProxyPath::find_events(const Vec3& start_m, const Vec3& end_m, bool flies) noexcept {
+void ProxyPath::find_events(const Pose& start, const Pose& end, bool flies) noexcept {
   first_foot_ = 0;
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
     Event& event = events_[foot];
-    const auto search = [&] {
-      crossings_.first_event(foot, tool_.foot_m(start_m, foot), tool_.foot_m(end_m, foot), policy_, modes_.samples(foot), work_,
-                             event);
-    };
-    configure_events(foot, end_m, flies);
+    const Vec3 start_m = tool_.foot_m(start, foot), end_m = tool_.foot_m(end, foot);
+    const auto search = [&] { crossings_.first_event(foot, start_m, end_m, policy_, modes_.samples(foot), work_, event); };
+    configure_events(foot, end, flies);
     search();
     if (reverses_last_crossing(foot, start_m, end_m)) {
       for (const Crossing& crossing : event.crossings)
@@ -417,12 +451,12 @@ bool ProxyPath::reverses_last_crossing(std::size_t foot, const Vec3& start_m, co
 }
 
 // Ends the segment where a shell that held gives way. Located by bisection of the probe's path.
-bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
+bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& context, Move& move) noexcept {
   if (!model_.any_gives_way(crossings_)) return false;
-  const double length = distance(segment.to_m, segment.from_m);
+  const double length = tool_.way_m(segment.from, segment.to);
   if (!(length > bound_m)) return false;
   const auto holds_at = [&](double share) {
-    to = model_.balance(segment.first(share).to_m, std::max(share, contact_tolerance) * context.time_step_s);
+    balance(move, segment.first(share, tool_).to, std::max(share, contact_tolerance) * context.time_step_s);
     return !model_.any_gives_way(crossings_);
   };
   // Most levels that give way here do so from the start on: a single balance detects it.
@@ -433,40 +467,42 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
     (holds_at(middle) ? held : gone) = middle;
   }
   if (!holds_at_first || !work_.any()) {  // without work for bisection: at the end of the segment
-    to = model_.balance(segment.to_m, context.time_step_s);
+    balance(move, segment.to, context.time_step_s);
     return false;
   }
   held -= bound_m / length;  // there rounding of forces does not decide whether the level holds
   holds_at(gone);
   model_.stop_at_bound();
-  segment = segment.first(held);
-  to = model_.balance(segment.to_m, segment.time_s);
+  segment = segment.first(held, tool_);
+  balance(move, segment.to, segment.time_s);
   return true;
 }
 
 // Sums the remaining moves (Aitken). A proxy pressed d into an elastic level of curvature 1/R rests after moves that shrink by
-// about d/R each; the ratio is taken from two moves without this sum.
-void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
+// about d/R each, a tool pressed along a lever b by a force F after moves that shrink by Fb/κ; the ratio is taken from two
+// moves without this sum.
+void ProxyPath::extrapolate_moves(const Motion& before_m, bool fresh) noexcept {
   PathState& c = state_;
-  c.moves_without_extrapolation = fresh || c.extrapolated_m == Vec3{} ? c.moves_without_extrapolation + 1 : 0;
-  const bool is_known = !fresh && c.moves_without_extrapolation >= 2 && contacts_.any_pressed_in() && before_m != Vec3{};
-  const double ratio = is_known ? std::clamp(dot(c.move_m, before_m) / norm_squared(before_m), 0.0, 0.9) : 0.0;
+  c.moves_without_extrapolation = fresh || c.extrapolated_m == Motion{} ? c.moves_without_extrapolation + 1 : 0;
+  const bool shrinks = contacts_.any_pressed_in() || !tool_.is_point();
+  const bool is_known = !fresh && c.moves_without_extrapolation >= 2 && shrinks && before_m != Motion{};
+  const double ratio = is_known ? std::clamp(dot(c.move_m, before_m) / length_squared(before_m), 0.0, 0.9) : 0.0;
   c.extrapolated_m = ratio / (1.0 - ratio) * c.move_m;
 }
 
 // Expected move: the last segment's, scaled by the probe's motion; when settling, the sum above.
-Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
-  const double before_m2 = norm_squared(state_.probe_way_m);
-  if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Vec3{};
+Motion ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
+  const double before_m2 = length_squared(state_.probe_way_m);
+  if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Motion{};
   if (playing_ || !(before_m2 > 0.0)) return {};
-  const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
-  return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
+  const double share = dot(tool_.motion(segment.from, segment.to), state_.probe_way_m) / before_m2;
+  return std::clamp(share, 0.0, 1.0) * tool_.motion(state_.segment_start, state_.proxy);
 }
 
-void ProxyPath::configure_events(std::size_t foot, const Vec3& end_m, bool flies) noexcept {
+void ProxyPath::configure_events(std::size_t foot, const Pose& end, bool flies) noexcept {
   policy_.clear();
   if (playing_) modes_.configure_events(foot, crossings_, policy_, tool_.foot_m(state_.proxy, foot));
-  model_.configure_events(foot, crossings_, end_m, policy_);
+  model_.configure_events(foot, crossings_, end, policy_);
   for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
 }
 

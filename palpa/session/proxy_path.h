@@ -27,9 +27,9 @@ enum class Steps : std::uint8_t {
 
 /// Result of one tick's walk.
 struct Walk {
-  Vec3 from_m, proxy_m;      ///< [m] proxy before and after it
-  Vec3 followed_m;           ///< [m] point of the probe's path up to which the proxy has followed it
-  Vec3 released_m;           ///< [m] part of the proxy's motion that was a release
+  Pose from, proxy;          ///< [m] proxy before and after it
+  Pose followed;             ///< [m] pose of the probe's path up to which the proxy has followed it
+  Motion released_m;         ///< [m] part of the proxy's motion that was a release
   bool is_complete = true;   ///< false: a cap was reached, part of the probe's path stays queued
   double unreached_m = 0.0;  ///< [m] from the proxy to the last balance; at rest below the tolerances of the path
   int dropped = 0;           ///< primitives refused
@@ -47,8 +47,8 @@ class ProxyPath {
 
   /// Clears the state; the next walk begins at its probe.
   void reset() noexcept;
-  /// Sets the position of a proxy that is not walked [m].
-  void put(const Vec3& proxy_m) noexcept { state_.proxy = proxy_m; }
+  /// Sets the pose of a proxy that is not walked [m].
+  void put(const Pose& proxy) noexcept { state_.proxy = proxy; }
   /// See Session.
   void set_force_limit(double most_n) noexcept { modes_.set_force_limit(most_n); }
   void refine(int times);
@@ -61,22 +61,22 @@ class ProxyPath {
 
   /// Advances the data's time by `time_step_s` [s], walking or not.
   void advance_clock(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
-  /// Starts with the proxy on the probe at `probe_m` [m], `time_step_s` [s] ago.
-  void start(const Vec3& probe_m, double time_step_s) noexcept;
-  /// Walks to the next probe position [m], `time_step_s` [s] later, as far as the caps allow. Requires `start`.
-  const Walk& walk(const Vec3& probe_m, double time_step_s) noexcept;
+  /// Starts with the proxy on the probe at `probe` [m], `time_step_s` [s] ago.
+  void start(const Pose& probe, double time_step_s) noexcept;
+  /// Walks to the next probe pose [m], `time_step_s` [s] later, as far as the caps allow. Requires `start`.
+  const Walk& walk(const Pose& probe, double time_step_s) noexcept;
 
-  const Vec3& proxy_m() const noexcept { return state_.proxy; }
+  const Tool& tool() const noexcept { return tool_; }
+  const Pose& proxy() const noexcept { return state_.proxy; }
   bool started() const noexcept { return state_.started; }
   /// End of the processed part of the probe's path [m].
-  const Vec3& processed_up_to_m() const noexcept { return queue_.processed_up_to_m(); }
+  const Pose& processed_up_to() const noexcept { return queue_.processed_up_to(); }
   /// Contacts with the primitives of the last sub-step.
   std::span<const Contact> contacts() const noexcept { return contacts_.all(); }
   void warn(const char* sentence) noexcept { contacts_.warn(sentence); }
   std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
   std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
   std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
-  static constexpr std::size_t max_primitives = ContactProblem::max_primitives;
 
  private:
   void sub_step(ProbeSegment segment) noexcept;
@@ -88,15 +88,15 @@ class ProxyPath {
   // State that the next sub-step depends on.
   struct PathState {
     bool started = false;
-    Vec3 proxy;
-    Vec3 move_m;                          // last move of the proxy
+    Pose proxy;
+    Motion move_m;                        // last move of the proxy
     bool felt = false;                    // a force was possible in the last move
-    Vec3 segment_start_m;                 // proxy before the last segment
-    Vec3 probe_way_m;                     // of the last segment
-    Vec3 extrapolated_m;                  // sum of the expected moves: on an elastic level they shrink in a constant ratio
+    Pose segment_start;                   // proxy before the last segment
+    Motion probe_way_m;                   // of the last segment
+    Motion extrapolated_m;                // sum of the expected moves: on an elastic level they shrink in a constant ratio
     int moves_without_extrapolation = 0;  // consecutive moves without it
     Pending pending = Pending::nothing;
-    Vec3 step_start_m;                      // of the moves that settle a step
+    Pose step_start;                        // of the moves that settle a step
     double max_move_m = 0.0;                // bound on this segment's moves; less after each turn back
     int turns = 0;                          // of this segment: turned back, or without end
     double left_s = 0.0, whole_s = 0.0;     // of the segment: pending and whole time
@@ -104,7 +104,7 @@ class ProxyPath {
     double view_s = 0.0, followed_s = 0.0;  // data time of samples, and of the proxy's advection
     Crossing stopped_by;                    // without a field if nothing was crossed
     std::size_t stopped_foot = 0;           // that crossed it
-    Vec3 followed_m;                        // point of the probe's path that the proxy has followed to
+    Pose followed;                          // pose of the probe's path that the proxy has followed to
   };
 
   // Result of one move.
@@ -114,9 +114,7 @@ class ProxyPath {
     Stop stop = Stop::full;
     double change_m = 0.0;   // of its end, in the last iteration
     bool bound_met = false;  // a shell breaks beyond its end
-    Vec3 end_from(const Vec3& start_m) const noexcept {
-      return fraction < 1.0 ? start_m + fraction * (to.position_m - start_m) : to.position_m;
-    }
+    Pose to_pose;            // of the balance
   };
 
   bool next_segment(ProbeSegment& segment) noexcept;
@@ -125,19 +123,25 @@ class ProxyPath {
   double advance_data(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
-  void find_events(const Vec3& start_m, const Vec3& end_m, bool flies) noexcept;
+  void stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
+  void find_events(const Pose& start, const Pose& end, bool flies) noexcept;
   bool reverses_last_crossing(std::size_t foot, const Vec3& start_m, const Vec3& end_m) const noexcept;
   const Event& first_event() const noexcept { return events_[first_foot_]; }
-  void place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept;
+  Pose end_from(const Pose& start, const Move& move) const noexcept {
+    return move.fraction < 1.0 ? tool_.moved(start, move.fraction * tool_.motion(start, move.to_pose)) : move.to_pose;
+  }
+  double share_of(const Motion& motion, double longest_m) const noexcept;
+  void balance(Move& move, const Pose& probe, double time_step_s) noexcept;
+  void place(const StepContext& context, const Pose& end, double whole_m) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
   bool may_give_up() const noexcept;
   void give_up() noexcept;
   Pending pending_after(const Move& move, bool settled) const noexcept;
-  void extrapolate_moves(const Vec3& before_m, bool fresh) noexcept;
-  Vec3 expected_m(const ProbeSegment& segment) const noexcept;
-  bool locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
-  void configure_events(std::size_t foot, const Vec3& end_m, bool flies) noexcept;
+  void extrapolate_moves(const Motion& before_m, bool fresh) noexcept;
+  Motion expected_m(const ProbeSegment& segment) const noexcept;
+  bool locate_break_through(ProbeSegment& segment, const StepContext& context, Move& move) noexcept;
+  void configure_events(std::size_t foot, const Pose& end, bool flies) noexcept;
 
   WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;

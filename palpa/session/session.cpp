@@ -18,7 +18,10 @@ namespace palpa {
 
 namespace {
 
-constexpr double largest_probe_m = 1e3;      // [m] larger is bad input. More: wrong units pass; less: large rooms do not
+constexpr double largest_probe_m = 1e3;  // [m] larger is bad input. More: wrong units pass; less: large rooms do not
+constexpr double turn_tolerance = 1e-3;  // [1] of a quaternion's length. More: no rotation passes; less: rounded files do not
+// [rad] from the device to the proxy. More: the torque could reverse within a tick; less: a strong twist ends sooner.
+constexpr double longest_turn_rad = 3.0;
 constexpr double largest_time_step_s = 1.0;  // [s] longer is bad input. More: a late tick moves far; less: slow replays fail
 
 bool usable(const Vec3& position_m) noexcept {
@@ -40,8 +43,9 @@ class Session::State {
         path(live, scene, map, std::move(law), steps),
         coupling_force(live.add<CouplingForce>()),
         held_j(live.add<double>()),
-        ledger(scene.modes().size()),
-        mode_ticks(scene.modes().size()) {
+        ledger(scene.modes().size(), path.tool()),
+        mode_ticks(scene.modes().size()),
+        shown(ContactProblem::most_primitives(path.tool().feet())) {
     coupling_force = CouplingForce(Damper(scene.coupling().damping_ns_per_m, encoder_step_m));
   }
 
@@ -71,7 +75,7 @@ class Session::State {
   Ledger ledger;
   std::vector<ModeForce> mode_ticks;
   bool has_forces_by_mode = true;  // mode_ticks hold the forces of the last sub-step
-  ShownForces shown{ProxyPath::max_primitives};
+  ShownForces shown;
 };
 
 void Session::State::resume_in_changed_scene(const State& other) noexcept {
@@ -79,7 +83,8 @@ void Session::State::resume_in_changed_scene(const State& other) noexcept {
   const bool after_state_copy = live.has_parts_of(other.live) && path.has_same_contacts_as(other.path);
   after_state_copy ? copy_state_from(other) : path.start_at_proxy_of(other.path);
   const bool keeps_damper = after_state_copy && scene.coupling().damping_ns_per_m == other.scene.coupling().damping_ns_per_m;
-  coupling_force.resume_in_changed_scene(other.coupling_force, own, keeps_damper, path.proxy_m());
+  const Motion extension_m = path.tool().motion(other.coupling_force.last_probe(), path.proxy());
+  coupling_force.resume_in_changed_scene(other.coupling_force, own, keeps_damper, extension_m);
   held_j = other.held_j;
 }
 
@@ -91,38 +96,51 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.probe_valid = probe.valid;
   result.probe_m = probe.position_m;
   if (probe.velocity_m_per_s) result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
-  result.proxy_m = path.proxy_m();
+  result.proxy_m = path.proxy().position_m;
+  const Tool& tool = path.tool();
+  const bool turn_usable = tool.is_point() || is_unit(probe.turn, turn_tolerance);
+  const Pose given{probe.position_m, tool.is_point() || !turn_usable ? Turn{} : unit_turn(probe.turn)};
+  result.probe_turn = given.turn;
+  result.proxy_turn = path.proxy().turn;
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path.advance_clock(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
-  if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
+  if (!probe.valid || !time_usable || !velocity_usable || !turn_usable || !usable(probe.position_m)) {
     reset();
     result.energy.released_j = std::exchange(held_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
-    if (!probe.valid && usable(probe.position_m)) result.proxy_m = probe.position_m;
-    path.put(result.proxy_m);
+    if (!probe.valid && turn_usable && usable(probe.position_m)) {
+      result.proxy_m = given.position_m;
+      result.proxy_turn = given.turn;
+    }
+    path.put({result.proxy_m, result.proxy_turn});
     return result;
   }
   dt = std::max(dt, shortest_time_s);  // velocities stay finite
-  const Vec3 p = probe.position_m;
   double lost_j = 0.0;
+  // The rotational spring reverses at half a turn: near it the tool begins anew, as after a gap.
+  if (path.started() && norm(tool.motion(given, path.proxy()).arc_m) > longest_turn_rad * tool.turning_radius_m()) reset();
   if (!path.started()) {
-    path.start(p, dt);
-    coupling_force.start(p);
+    path.start(given, dt);
+    coupling_force.start(given);
     lost_j = held_j;
   }
-  ledger.begin(path.proxy_m(), path.processed_up_to_m(), path.contacts());
-  const Walk& walk = path.walk(p, dt);
-  const CouplingForce::Update force = coupling_force.update(walk, p, scene.coupling(), dt);
-  result.energy = ledger.end(walk.proxy_m, p, force.probe_step_m, scene.coupling().stiffness_n_per_m, path.sub_steps(),
-                             path.placed(), path.contacts());
+  ledger.begin(path.proxy(), path.processed_up_to(), path.contacts());
+  const Pose last_probe = coupling_force.last_probe();
+  const Walk& walk = path.walk(given, dt);
+  const CouplingForce::Update force = coupling_force.update(walk, given, scene.coupling(), tool, dt);
+  result.energy = ledger.end(walk.proxy, given, last_probe, force.probe_step_m, scene.coupling().stiffness_n_per_m,
+                             path.sub_steps(), path.placed(), path.contacts());
   result.energy.released_j += lost_j;
   result.energy.damper_j = force.damper_j;
   held_j = result.energy.stored_j + result.energy.elastic_j;
 
-  result.probe_step_m = force.probe_step_m;
-  if (!probe.velocity_m_per_s) result.probe_velocity_m_per_s = force.probe_step_m / dt;
-  result.proxy_m = walk.proxy_m;
+  result.probe_step_m = force.probe_step_m.way_m;
+  if (!probe.velocity_m_per_s) result.probe_velocity_m_per_s = result.probe_step_m / dt;
+  result.proxy_m = walk.proxy.position_m;
+  result.proxy_turn = walk.proxy.turn;
+  if (!tool.is_point()) result.probe_turn_step_rad = force.probe_step_m.arc_m / tool.turning_radius_m();
+  result.torque_nm = force.torque_nm;
   result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + force.relative_m_per_s;
   result.force_n = force.force_n;
   result.given_back_n = force.given_back_n;

@@ -7,9 +7,9 @@
 
 namespace palpa {
 
-void StepRecord::reserve(std::size_t steps) {
+void StepRecord::reserve(std::size_t steps, std::size_t feet) {
   sub_steps_.reserve(steps);
-  placed_.reserve(steps * ContactProblem::max_primitives);
+  placed_.reserve(steps * ContactProblem::most_primitives(feet));
 }
 
 void StepRecord::clear() noexcept {
@@ -19,9 +19,10 @@ void StepRecord::clear() noexcept {
 
 void StepRecord::add(SubStep& step, bool settles, double spacing_m, const ContactProblem& model,
                      const ModeRuntime& modes) noexcept {
-  // A recorded sub-step is a straight path: only moves near the first move's end are joined.
-  const bool is_one = settles && !sub_steps_.empty() && sub_steps_.back().stop == Stop::full && step.stop == Stop::full &&
-                      distance(step.proxy_m, first_end_m_) <= path_tolerances::piercing * spacing_m;
+  // A recorded sub-step is a straight path: only moves near the first move's end are joined. A tool's levers and rotation are
+  // those at the start of a move: each of its balances is verifiable by itself alone.
+  const bool is_one = modes.tool().is_point() && settles && !sub_steps_.empty() && sub_steps_.back().stop == Stop::full &&
+                      step.stop == Stop::full && distance(step.proxy_m, first_end_m_) <= path_tolerances::piercing * spacing_m;
   if (is_one) {
     step.start_m = sub_steps_.back().start_m;
     step.balance.iterations += sub_steps_.back().balance.iterations;
@@ -39,6 +40,7 @@ void StepRecord::add(SubStep& step, bool settles, double spacing_m, const Contac
 // Leaves out facets without force, which changes nothing (theory.md); at most three have one.
 void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const ModeRuntime& modes) noexcept {
   const PrimitiveSet& set = model.set();
+  const Tool& tool = modes.tool();
   const std::span<const Vec3> forces = model.law().forces_n();
   step.first_primitive = static_cast<std::uint32_t>(placed_.size());
   for (std::size_t i = 0; i < set.size(); ++i) {
@@ -51,9 +53,10 @@ void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const Mode
       if (pressed > 0 ? forces[i] == Vec3{} : i != first) continue;
       if (pressed <= 1) p.kind = PrimitiveKind::plane;
     }
-    const Vec3 carried_m = begins_ ? modes.origin_m(p.id) - modes.tool().foot_m(step.start_m, p.id.foot) : Vec3{};
-    const PrimitiveState state = contact ? contact->state : state_at(set.primitives(), i, step.balance);
-    placed_.push_back({p, set.captured(i), forces[i], state, carried_m});
+    const Vec3 carried_m = begins_ ? modes.origin_m(p.id) - tool.foot_m({step.start_m, step.start_turn}, p.id.foot) : Vec3{};
+    const PrimitiveState state =
+        contact ? contact->state : state_at(set.primitives(), i, model.law().at_foot(step.balance, p.id));
+    placed_.push_back({p, set.captured(i), forces[i], state, carried_m, tool.lever_m(step.start_turn, p.id.foot)});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
   }
   step.primitives = static_cast<std::uint32_t>(placed_.size()) - step.first_primitive;

@@ -14,8 +14,8 @@ namespace palpa {
 /// first move's end; its balance is the last one, with all facets. Allocates at construction; one thread.
 class StepRecord {
  public:
-  /// Allocates for `steps` [1] sub-steps.
-  void reserve(std::size_t steps);
+  /// Allocates for `steps` [1] sub-steps of a tool with `feet` [1] feet.
+  void reserve(std::size_t steps, std::size_t feet);
   void clear() noexcept;
 
   /// Logs a solved move; `settles`: it settles the previous move's step. `spacing_m` [m] of the data nearby. Fills in directed

@@ -4,10 +4,18 @@
 #include <cmath>
 #include <limits>
 
+#include "palpa/solver/pose_solver.h"
+
 namespace palpa {
 
+Vec3 foot_way_m(const SubStep& step, const PlacedPrimitive& placed) noexcept {
+  const Vec3 way_m = step.proxy_m - step.start_m;
+  if (placed.lever_m == Vec3{}) return way_m;
+  return way_m + cross(rotation_between_rad(step.start_turn, step.proxy_turn), placed.lever_m);
+}
+
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
-  return dot(placed.force_n, step.proxy_m - step.start_m - step.move_fraction * placed.carried_m);
+  return dot(placed.force_n, foot_way_m(step, placed) - step.move_fraction * placed.carried_m);
 }
 
 namespace {
@@ -38,17 +46,23 @@ double gap_slope_n(const PlacedPrimitive& placed, const Vec3& force_n, const Bal
 }  // namespace
 
 double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m,
-                        double time_step_s) noexcept {
+                        double time_step_s, double turning_radius_m) noexcept {
   const double k = stiffness_n_per_m;
-  const Vec3& x_m = balance.position_m;
-  const double rounding_m =
-      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(x_m.x) + std::abs(x_m.y) + std::abs(x_m.z));
+  const auto size_of = [](const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  const bool is_tool = turning_radius_m > 0.0;
   double slope_n = 0.0;
   Vec3 corner_n;  // its facets press together, with a single strength
+  // A tool's motion from its start is recorded: its rounding is that of a small number, times the longest lever.
+  double reach_m = 0.0;
+  for (const PlacedPrimitive& row : placed) reach_m = std::max(reach_m, size_of(row.lever_m));
+  const double rounding_m = is_tool ? 2.0 * epsilon * (size_of(balance.way_m) + reach_m * size_of(balance.turn_rad))
+                                    : 0.5 * epsilon * size_of(balance.position_m);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     corner_n += placed[i].force_n;
     if (i + 1 < placed.size() && placed[i + 1].primitive.id == placed[i].primitive.id) continue;
-    slope_n += gap_slope_n(placed[i], corner_n, balance, k, time_step_s, rounding_m);
+    const Balance at = balance_at_foot(balance, placed[i].lever_m, turning_radius_m);
+    slope_n += gap_slope_n(placed[i], corner_n, at, k, time_step_s, rounding_m);
     corner_n = {};
   }
   // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
@@ -60,13 +74,24 @@ double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& 
 void complete(SubStep& step, std::span<const PlacedPrimitive> placed) noexcept {
   const double k = step.stiffness_n_per_m;
   double& bound_m = step.balance.error_bound_m;
-  bound_m = recorded_bound_m(placed, step.balance, k, step.time_step_s);
+  bound_m = recorded_bound_m(placed, step.balance, k, step.time_step_s, step.turning_radius_m);
   if (step.balance.status == BalanceStatus::exact && bound_m > exact_bound_m) step.balance.status = BalanceStatus::capped;
   const auto energy_j = [&](const Vec3& x) {
     return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
   };
   step.energy_before_j = energy_j(step.start_m);
   step.energy_after_j = energy_j(step.proxy_m);
+  if (step.turning_radius_m == 0.0) return;
+  const double kappa = k * step.turning_radius_m * step.turning_radius_m;
+  const auto turned_j = [&](const Turn& turn) {
+    return 0.5 * kappa * norm_squared(rotation_between_rad(turn, step.probe_turn));
+  };
+  step.energy_before_j += turned_j(step.start_turn);
+  step.energy_after_j += turned_j(step.proxy_turn);
+  for (const PlacedPrimitive& row : placed) {
+    if (row.primitive.kind == PrimitiveKind::directed)
+      step.energy_after_j -= dot(row.force_n, foot_way_m(step, row) - (step.proxy_m - step.start_m));
+  }
 }
 
 }  // namespace palpa

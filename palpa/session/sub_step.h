@@ -9,8 +9,8 @@ namespace palpa {
 
 /// Arguments of a sub-step besides its data.
 struct StepContext {
-  Vec3 start_m;  ///< [m] proxy at its start
-  Vec3 probe_m;  ///< [m]
+  Pose start;  ///< [m] proxy at its start
+  Pose probe;  ///< [m]
   double time_step_s = 0.0;
   double stiffness_n_per_m = 0.0;
   double spacing_m = 0.0;  ///< [m] finest, of the data nearby

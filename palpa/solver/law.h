@@ -30,7 +30,9 @@ struct Balance {
   BalanceStatus status = BalanceStatus::exact;
   int stage = 0;       ///< stage of the law that found it (0: nothing to solve)
   int iterations = 0;  ///< passes over all primitives: proofs and Newton steps, in all stages
-  Vec3 turn_rad{};     ///< of a tool: rotation vector from its orientation at the start; zero for a point
+  // Of a tool, whose balance is a motion from the start; zero for a point:
+  Vec3 way_m{};     ///< of the device's point, in finer steps than `position_m`
+  Vec3 turn_rad{};  ///< rotation vector
 };
 
 /// Finds the balance: the minimiser over x of
@@ -118,7 +120,11 @@ struct PlacedPrimitive {
   Vec3 lever_m{};  ///< from the device's point of a tool to the foot, at the start of the sub-step; zero for a point
 };
 
-/// Energy [J] that a primitive injected over its sub-step, F·(proxy − start − move_fraction · carried); below zero: dissipated.
+/// Way [m] of a primitive's foot in a sub-step, linear in the turn; of a point that of the proxy.
+Vec3 foot_way_m(const SubStep& step, const PlacedPrimitive& placed) noexcept;
+
+/// Energy [J] that a primitive injected over its sub-step, F·(way of the foot − move_fraction · carried); below zero:
+/// dissipated.
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 
 /// Upper bound [m] of the duality gap (`error_bound_m`) of a recorded balance, at its position in doubles. The law's bound is
@@ -129,7 +135,8 @@ double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 ///                           with a common state; facets without force may be left out
 /// \param stiffness_n_per_m  [N/m] k of Eq. 1, > 0
 /// \param time_step_s        [s] of the sub-step, used by drags; at least `shortest_time_s` is assumed
+/// \param turning_radius_m   [m] ρ of a tool; unused for a point
 double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m,
-                        double time_step_s) noexcept;
+                        double time_step_s, double turning_radius_m = 0.0) noexcept;
 
 }  // namespace palpa

@@ -365,6 +365,7 @@ void PoseSolver::Work::give(Balance& balance, Vec3* forces_n) noexcept {
   // In free space the tool is at the device, to the bit: the damper detects free space by that.
   const Vec3& start_m = step_.start.position_m;
   balance.position_m = free && any ? step_.probe.position_m : start_m + best_m_.way;
+  balance.way_m = free && any ? step_.probe.position_m - start_m : best_m_.way;
   balance.turn_rad =
       free && any ? rotation_between_rad(step_.start.turn, step_.probe.turn) : best_m_.arc / step_.turning_radius_m;
   const Vec3 remainder_m = (start_m - balance.position_m) + best_m_.way;

@@ -52,13 +52,16 @@ Balance PoseSolver::solve(const PrimitiveSet& set, const ToolStep& step) noexcep
   if (!fits || !is_solvable(primitives, step, feet_)) {
     std::fill_n(forces_.get(), size_, Vec3{});
     const Vec3& start_m = step.start.position_m;
-    return {is_within(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0, {}};
+    return {is_within(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
   // Without primitives the tool is at the device.
   if (primitives.empty()) {
     const Vec3 turn_rad = rotation_between_rad(step.start.turn, step.probe.turn);
     const double rounding_rad = turn_rad == Vec3{} ? 0.0 : detail::epsilon * (12.0 + 4.0 * norm(turn_rad));
-    return {step.probe.position_m, step.turning_radius_m * rounding_rad, BalanceStatus::exact, 0, 0, turn_rad};
+    return {.position_m = step.probe.position_m,
+            .error_bound_m = step.turning_radius_m * rounding_rad,
+            .way_m = step.probe.position_m - step.start.position_m,
+            .turn_rad = turn_rad};
   }
   work_->pose(primitives, forces_.get(), step, false);
   work_->solve();

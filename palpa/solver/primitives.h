@@ -241,6 +241,12 @@ class PrimitiveSet {
     primitives_[i].drag_ns_per_m *= share;
   }
 
+  /// Reduces primitive i to a `share` [1], 0…1, of itself: strength, drag and the stiffness of an elastic plane.
+  void bear(std::size_t i, double share) noexcept {
+    fade(i, share);
+    primitives_[i].stiffness_n_per_m *= share;
+  }
+
   /// Sets the force of a directed primitive [N].
   void set_directed(std::size_t i, const Vec3& force_n) noexcept;
 

@@ -12,6 +12,8 @@ namespace {
 constexpr double furthest_point_m = 1.0;  // [m] further is a wrong unit
 constexpr double largest_radius_m = 0.5;
 
+constexpr double shortest_span_m = 1e-5;  // [m] nearer feet count as one
+
 // [1] Share of the largest lever below which ρ never falls. Less: feet yield by turning far more than by moving.
 constexpr double least_radius_share = 0.1;
 
@@ -92,6 +94,13 @@ Tool::Tool(const ToolOptions& options, const CouplingOptions& coupling) {
   for (Vec3& lever_m : levers_m_) {
     lever_m -= options.centre_m;
     reach_m_ = std::max(reach_m_, norm(lever_m));
+  }
+  least_span_m_ = std::max(reach_m_, shortest_span_m);
+  for (std::size_t i = 0; i < levers_m_.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double span_m = distance(levers_m_[i], levers_m_[j]);
+      if (span_m > shortest_span_m) least_span_m_ = std::min(least_span_m_, span_m);
+    }
   }
   share_ = options.share;
   is_point_ = feet() == 1 && reach_m_ == 0.0;

@@ -51,6 +51,8 @@ class Tool {
   /// Allocates. Throws std::invalid_argument for options or a coupling that are not valid.
   Tool(const ToolOptions& options, const CouplingOptions& coupling);
 
+  friend bool operator==(const Tool&, const Tool&) = default;
+
   std::size_t feet() const noexcept { return levers_m_.size(); }
   bool is_point() const noexcept { return is_point_; }
   /// [1] of each primitive's strength and drag that a foot bears.
@@ -70,19 +72,28 @@ class Tool {
   Vec3 foot_m(const Pose& pose, std::size_t foot) const noexcept {
     return is_point_ ? pose.position_m : pose.position_m + rotated(pose.turn, levers_m_[foot]);
   }
-  Vec3 foot_m(const Vec3& proxy_m, std::size_t) const noexcept { return proxy_m; }
-  Vec3 proxy_m(const Vec3& foot_m, std::size_t) const noexcept { return foot_m; }
   /// Motion between two poses.
   Motion motion(const Pose& from, const Pose& to) const noexcept {
     return {to.position_m - from.position_m, is_point_ ? Vec3{} : turning_radius_m_ * rotation_between_rad(from.turn, to.turn)};
   }
   /// `from`, moved.
   Pose moved(const Pose& from, const Motion& motion) const noexcept {
-    return {from.position_m + motion.way_m, is_point_ ? from.turn : turned_further(from.turn, motion.arc_m / turning_radius_m_)};
+    return {from.position_m + motion.way_m,
+            is_point_ ? from.turn : turned_further(from.turn, motion.arc_m / turning_radius_m_)};
+  }
+  /// Pose halfway between two.
+  Pose middle(const Pose& a, const Pose& b) const noexcept {
+    const Vec3 position_m = 0.5 * (a.position_m + b.position_m);
+    return {position_m, is_point_ ? a.turn : turned_further(a.turn, 0.5 * rotation_between_rad(a.turn, b.turn))};
   }
   /// Upper bound [m] on the way of any foot in a motion; of a point its length.
   double way_m(const Motion& motion) const noexcept {
     return is_point_ ? norm(motion.way_m) : norm(motion.way_m) + reach_m_ / turning_radius_m_ * norm(motion.arc_m);
+  }
+  /// Force of the coupling, stretched by `motion`, on a single foot, divided by its stiffness [m]: two neighbouring feet bear
+  /// the torque.
+  double pull_m(const Motion& motion) const noexcept {
+    return norm(motion.way_m) + turning_radius_m_ / least_span_m_ * norm(motion.arc_m);
   }
   /// Likewise between two poses.
   double way_m(const Pose& from, const Pose& to) const noexcept {
@@ -93,6 +104,7 @@ class Tool {
   std::vector<Vec3> levers_m_{1};  // in the handle's axes
   bool is_point_ = true;
   double share_ = 1.0, turning_radius_m_ = 1.0, reach_m_ = 0.0;
+  double least_span_m_ = 1.0;  // between different feet
 };
 
 }  // namespace palpa

@@ -13,18 +13,27 @@ namespace {
 
 /// Clamps the scene to the device's limits; reports the changes, and sets them in the trace's scene as well.
 void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
-  const CouplingOptions asked = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits)).coupling();
+  const Scene scene = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits));
+  const CouplingOptions& asked = scene.coupling();
   const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
     if (wanted == taken) return;
-    const std::string text = detail::text("coupling.%s: the scene has %g %s, the device allows %g %s, which is used.", key,
-                                          wanted, unit, taken, unit);
-    header.sets.emplace_back(std::string("coupling.") + key, detail::toml_number(taken));
+    const std::string text =
+        detail::text("%s: the scene has %g %s, the device allows %g %s, which is used.", key, wanted, unit, taken, unit);
+    header.sets.emplace_back(key, detail::toml_number(taken));
     prepared.notes.push_back(text);
     header.notes.push_back(text);
   };
   const CouplingOptions& held = prepared.loaded.scene.coupling();
-  tell(asked.stiffness_n_per_m, held.stiffness_n_per_m, "stiffness_n_per_m", "N/m");
-  tell(asked.damping_ns_per_m, held.damping_ns_per_m, "damping_ns_per_m", "N·s/m");
+  tell(asked.stiffness_n_per_m, held.stiffness_n_per_m, "coupling.stiffness_n_per_m", "N/m");
+  tell(asked.damping_ns_per_m, held.damping_ns_per_m, "coupling.damping_ns_per_m", "N·s/m");
+  if (scene.tool() != prepared.loaded.scene.tool())
+    tell(Tool(scene.tool(), asked).turning_radius_m(), *prepared.loaded.scene.tool().turning_radius_m, "tool.turning_radius_m",
+         "m");
+  if (asked.turn_damping_nms_per_rad != held.turn_damping_nms_per_rad) {
+    const double radius_m = Tool(scene.tool(), asked).turning_radius_m();
+    tell(asked.turn_damping_nms_per_rad.value_or(asked.damping_ns_per_m * radius_m * radius_m), *held.turn_damping_nms_per_rad,
+         "coupling.turn_damping_nms_per_rad", "N·m·s/rad");
+  }
 }
 
 /// Header of a live run's trace, with the scene clamped to the device's limits.

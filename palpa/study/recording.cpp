@@ -38,7 +38,9 @@ std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, cons
                                        const std::string& scene_text, const Scene& scene) {
   std::vector<std::string> modes;
   for (const SceneMode& mode : scene.modes()) modes.push_back(mode.name);
-  return std::make_unique<TraceWriter>(folder, header, scene_text, std::move(modes));
+  TraceHeader of_scene = header;
+  of_scene.has_tool = !Tool(scene.tool(), scene.coupling()).is_point();
+  return std::make_unique<TraceWriter>(folder, of_scene, scene_text, std::move(modes));
 }
 
 TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits) {
@@ -55,6 +57,8 @@ TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, co
   header.device_max_stiffness_n_per_m = limits.max_stiffness_n_per_m;
   header.device_workspace_radius_m = limits.workspace_radius_m;
   header.device_encoder_step_m = limits.encoder_step_m;
+  header.device_max_torque_nm = limits.max_torque_nm;
+  header.device_max_turn_damping_nms_per_rad = limits.max_turn_damping_nms_per_rad;
   header.data_files = data_files(prepared.loaded.scene);
   header.seeds = seeds_of(options.hand);
   header.primitives = options.primitives;
@@ -85,7 +89,9 @@ GuardOptions guard_options_of(const TraceHeader& header) {
   GuardOptions options = guard_options_for({.max_force_n = header.device_max_force_n,
                                             .continuous_force_n = header.device_continuous_force_n,
                                             .max_damping_ns_per_m = header.device_max_damping_ns_per_m,
-                                            .damping_ns_per_m = header.device_damping_ns_per_m},
+                                            .damping_ns_per_m = header.device_damping_ns_per_m,
+                                            .max_torque_nm = header.device_max_torque_nm,
+                                            .max_turn_damping_nms_per_rad = header.device_max_turn_damping_nms_per_rad},
                                            header.device_max_force_n);
   options.motors = header.motors;
   options.dead_man_buttons = header.dead_man_buttons;

@@ -68,7 +68,8 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
     const Probe probe{.position_m = recorded.result.probe_m,
                       .velocity_m_per_s = recorded.result.probe_velocity_m_per_s,
                       .valid = recorded.result.probe_valid,
-                      .buttons = recorded.buttons};
+                      .buttons = recorded.buttons,
+                      .turn = recorded.result.probe_turn};
     const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe, recorded.circumstances);
     builder.add(frame, session);
     writer->append(frame, session.modes(), session.sub_steps(), session.primitives(), session.events());

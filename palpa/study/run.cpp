@@ -69,6 +69,11 @@ class Telling {
       if (writer) writer->add_note(sentence);
     };
     if (prepared_.is_rigid_hand && often_limited(summary)) note(format_limit(summary));
+    if (summary.unfelt_j > told_unfelt_j)
+      note(
+          detail::text("Turning the handle brought in %.1f mJ that no motor resists: the device senses turns and drives no "
+                       "torque against them.",
+                       1e3 * summary.unfelt_j));
     if (const double share = summary.contact_share; share < little_contact) {
       const std::string lead =
           share > 0.0 ? detail::text("Little was felt: in %.1f %% of the ticks.", 100.0 * share) : "Nothing was felt.";

@@ -139,6 +139,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
 
   summary_.work_on_hand_j += frame.command.work_on_hand_j;
   summary_.withheld_j += frame.command.withheld_j;
+  summary_.unfelt_j += frame.command.unfelt_j;
   palpa::add(tick.energy, summary_.energy);
   const bool known = tick.probe_valid && tick.status != TickStatus::bad_input;
   if (known && last_probe_m_ && tick.energy.sampling_j > rounding * tick.energy.sampling_bound_j) {

@@ -46,6 +46,7 @@ struct Summary {
   double error_bound_max_m = 0.0;
   Energy energy;                                  ///< sums over the run; stored_j: at the end
   double work_on_hand_j = 0.0, withheld_j = 0.0;  ///< sums of the commands
+  double unfelt_j = 0.0;                          ///< sum of the commands
   double sampling_gained_j = 0.0;                 ///< Energy::sampling_j of the ticks that injected energy
   double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over these ticks: a damping dissipates at least this times itself
   double first_break_through_s = -1.0;  ///< -1: none

@@ -57,6 +57,10 @@ void put(std::string& line, const Value& value) {
     put_number(line, value.y);
     line += ',';
     put_number(line, value.z);
+  } else if constexpr (std::is_same_v<Value, Turn>) {
+    put_number(line, value.w);
+    line += ',';
+    put(line, Vec3{value.x, value.y, value.z});
   } else if constexpr (std::is_same_v<Value, bool>) {
     line += value ? '1' : '0';
   } else if constexpr (std::is_same_v<Value, std::string_view>) {
@@ -74,6 +78,9 @@ template <class Value>
 bool take(Cells cells, Value& value) {
   if constexpr (std::is_same_v<Value, Vec3>) {
     return take_number(cells[0], value.x) && take_number(cells[1], value.y) && take_number(cells[2], value.z);
+  } else if constexpr (std::is_same_v<Value, Turn>) {
+    return take_number(cells[0], value.w) && take_number(cells[1], value.x) && take_number(cells[2], value.y) &&
+           take_number(cells[3], value.z);
   } else if constexpr (std::is_same_v<Value, bool>) {
     value = cells[0] == "1";
     return value || cells[0] == "0";
@@ -88,6 +95,11 @@ bool take(Cells cells, Value& value) {
   }
 }
 
+template <class Value>
+constexpr int cells_of = std::is_same_v<Value, Vec3>   ? 3
+                         : std::is_same_v<Value, Turn> ? 4
+                                                       : 1;
+
 // `Get` is a lambda from a row to its member; rows that are only written hold const values.
 template <class Row, class Get>
 Column<Row> column(std::string_view name, std::string_view unit, std::string_view meaning, Get) {
@@ -95,18 +107,26 @@ Column<Row> column(std::string_view name, std::string_view unit, std::string_vie
   Column<Row> made{.name = name,
                    .unit = unit,
                    .meaning = meaning,
-                   .cells = std::is_same_v<std::remove_const_t<Value>, Vec3> ? 3 : 1,
+                   .cells = cells_of<std::remove_const_t<Value>>,
                    .later = false,
+                   .of_tool = false,
                    .write = [](const Row& row, std::string& line) { put(line, Get{}(row)); },
                    .read = nullptr};
   if constexpr (std::is_same_v<Row, TickFrame>) made.read = [](Cells cells, Row& row) { return take(cells, Get{}(row)); };
   return made;
 }
 
-// Scalar column missing in the first traces.
+// Column missing in the first traces.
 template <class Row>
 Column<Row> later(Column<Row> column) {
   column.later = true;
+  return column;
+}
+
+// Column of a tool with an orientation.
+template <class Row>
+Column<Row> of_tool(Column<Row> column) {
+  column.later = column.of_tool = true;
   return column;
 }
 
@@ -121,6 +141,7 @@ std::vector<std::string> cell_names(std::string_view name, std::string_view unit
   if (cells == 1) return {std::string(name)};
   const std::string end = unit.empty() ? std::string() : "_" + std::string(unit);
   std::vector<std::string> names;
+  if (cells == 4) names.push_back(std::string(name) + "_w" + end);
   for (const char* axis : {"_x", "_y", "_z"}) names.push_back(std::string(name) + axis + end);
   return names;
 }
@@ -163,6 +184,12 @@ const Table<TickFrame>& ticks_table() {
       later(COLUMN(
           TickFrame, "circumstances", "", circumstances,
           "what the loop knew, one bit each from 1 on: device fault, link lost, late, view moves, panic, resume, new scene")),
+      of_tool(COLUMN(TickFrame, "probe_turn", "", result.probe_turn, "orientation of the handle, a unit quaternion")),
+      of_tool(COLUMN(TickFrame, "proxy_turn", "", result.proxy_turn, "that of the tool in the data")),
+      of_tool(COLUMN(TickFrame, "torque", "nm", result.torque_nm, "about the probe, unlimited")),
+      of_tool(COLUMN(TickFrame, "command_torque", "nm", command.torque_nm, "sent to the device: the torque after the guard")),
+      of_tool(COLUMN(TickFrame, "unfelt_j", "", command.unfelt_j,
+                     "brought in by turning a handle that is sensed and not driven: work that the torque did not draw")),
   };
   static const Table<TickFrame> table{"ticks.csv", "One row per tick.", columns};
   return table;
@@ -203,6 +230,12 @@ const Table<BalanceRow>& balances_table() {
       COLUMN(BalanceRow, "proxy", "m", step.proxy_m, "the proxy after the sub-step"),
       COLUMN(BalanceRow, "energy_before_j", "", step.energy_before_j, "spring energy less directed work, at the start"),
       COLUMN(BalanceRow, "energy_after_j", "", step.energy_after_j, "the same after the sub-step"),
+      of_tool(COLUMN(BalanceRow, "start_turn", "", step.start_turn, "the tool's orientation before the sub-step")),
+      of_tool(COLUMN(BalanceRow, "probe_turn", "", step.probe_turn, "the orientation that the balance was solved for")),
+      of_tool(COLUMN(BalanceRow, "turn", "rad", step.balance.turn_rad, "rotation vector from the start to the minimiser")),
+      of_tool(COLUMN(BalanceRow, "proxy_turn", "", step.proxy_turn, "the tool's orientation after the sub-step")),
+      of_tool(COLUMN(BalanceRow, "turning_radius_m", "", step.turning_radius_m,
+                     "the stiffness against turning is k_n_per_m times its square")),
   };
   static const Table<BalanceRow> table{"balances.csv", "With `--primitives`: one row per tick and sub-step.", columns};
   return table;
@@ -224,6 +257,8 @@ const Table<PrimitiveRow>& primitives_table() {
       COLUMN(PrimitiveRow, "force", "n", placed.force_n, "on the proxy; the law's split, where several share one of many"),
       COLUMN(PrimitiveRow, "state", "", placed.state, "stick, slip or off"),
       COLUMN(PrimitiveRow, "stiffness_n_per_m", "", stiffness_n_per_m, "of an elastic level; empty: rigid"),
+      of_tool(COLUMN(PrimitiveRow, "foot", "", placed.primitive.id.foot, "number of the foot on which it acts, from 0")),
+      of_tool(COLUMN(PrimitiveRow, "lever", "m", placed.lever_m, "from the proxy to that foot, at the start of the sub-step")),
   };
   static const Table<PrimitiveRow> table{"primitives.csv", "With `--primitives`: one row per tick, sub-step and primitive.",
                                          columns};
@@ -291,8 +326,12 @@ namespace {
 
 template <class Row>
 void describe(const Table<Row>& table, std::string& out) {
-  out += "## " + std::string(table.file) + "\n\n" + table.contents + "\n\n| column | meaning |\n|---|---|\n";
+  constexpr const char* head = "\n\n| column | meaning |\n|---|---|\n";
+  out += "## " + std::string(table.file) + "\n\n" + table.contents + head;
+  bool of_tool = false;
   for (const Column<Row>& column : table.columns) {
+    if (column.of_tool && !of_tool) out += std::string("\nOf a [tool](scene.md) with an orientation also:") + head;
+    of_tool = column.of_tool;
     out += "| ";
     bool first = true;
     for (const std::string& name : cell_names(column.name, column.unit, column.cells)) {

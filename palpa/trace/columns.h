@@ -1,6 +1,7 @@
 // Columns of a trace's files: one table for writing, reading, comparison and documentation.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -56,20 +57,21 @@ struct BreakThroughRow {
   const SessionEvent& event;
 };
 
-/// Column, or the three of a vector.
+/// Column, or the three of a vector, or the four of a turn.
 template <class Row>
 struct Column {
   std::string_view name;     ///< a vector's without the unit
   std::string_view unit;     ///< of a vector, the suffix of its columns' names; a scalar's is in its name
   std::string_view meaning;  ///< for docs/trace.md
-  int cells;                 ///< 1, or 3 for a vector
-  bool later;                ///< missing in the first traces
+  int cells;                 ///< 1, 3 for a vector, 4 for a turn
+  bool later;                ///< missing in the first traces, or of a tool
+  bool of_tool;              ///< only in traces of a tool with an orientation; behind all others
   void (*write)(const Row& row, std::string& line);
   /// Parses the column's cells; false if invalid. Null for columns that are never read.
   bool (*read)(std::span<const std::string_view> cells, Row& row);
 };
 
-/// Names of a column's cells: NAME, or NAME_x_UNIT, NAME_y_UNIT, NAME_z_UNIT.
+/// Names of a column's cells: NAME, or NAME_x_UNIT, NAME_y_UNIT, NAME_z_UNIT, or NAME_w, NAME_x, NAME_y, NAME_z.
 std::vector<std::string> cell_names(std::string_view name, std::string_view unit, int cells);
 
 /// File of a trace.
@@ -79,6 +81,11 @@ struct Table {
   const char* contents;  ///< one sentence
   std::span<const Column<Row>> columns;
 
+  /// The table with the columns of a trace of a tool with an orientation, or of a point.
+  Table of(bool has_tool) const {
+    const auto end = std::find_if(columns.begin(), columns.end(), [&](const Column<Row>& c) { return c.of_tool && !has_tool; });
+    return {file, contents, columns.first(static_cast<std::size_t>(end - columns.begin()))};
+  }
   /// Names of all cells of a row, in the order of writing.
   std::vector<std::string> names() const {
     std::vector<std::string> all;
@@ -90,7 +97,9 @@ struct Table {
   /// Whether recordings may lack this cell's column.
   bool is_later(std::string_view cell) const {
     for (const Column<Row>& column : columns) {
-      if (column.later && column.name == cell) return true;
+      if (!column.later) continue;
+      const std::vector<std::string> cells = cell_names(column.name, column.unit, column.cells);
+      if (std::find(cells.begin(), cells.end(), cell) != cells.end()) return true;
     }
     return false;
   }
@@ -105,6 +114,7 @@ struct Table {
   }
 };
 
+// With the columns of a tool.
 const Table<TickFrame>& ticks_table();
 const Table<ModeRow>& modes_table();
 const Table<BalanceRow>& balances_table();

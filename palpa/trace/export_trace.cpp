@@ -76,6 +76,7 @@ void write_vtp(const FeltPath& path, NewFile& file) {
 /// Names of a column's cells, as in a trace.
 std::vector<std::string> cells_of(const FeltColumn& column) {
   if (column.components == 1) return {column.name};
+  if (column.components == 4) return detail::cell_names(column.name, "", column.components);
   const std::size_t unit = column.name.rfind('_');
   return detail::cell_names(column.name.substr(0, unit), column.name.substr(unit + 1), column.components);
 }

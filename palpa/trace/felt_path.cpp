@@ -30,6 +30,11 @@ class PathBuilder {
     whole("status", [](const TickFrame& f) { return static_cast<double>(f.result.status); });
     whole("guard", [](const TickFrame& f) { return static_cast<double>(f.command.guard); });
     whole("buttons", [](const TickFrame& f) { return static_cast<double>(f.buttons); });
+    if (!trace.header().has_tool) return;
+    turn("probe_turn", [](const TickFrame& f) { return f.result.probe_turn; });
+    turn("proxy_turn", [](const TickFrame& f) { return f.result.proxy_turn; });
+    vector("torque_nm", [this](const TickFrame& f) { return map_.turned_to_world(f.result.torque_nm); });
+    vector("command_torque_nm", [this](const TickFrame& f) { return map_.turned_to_world(f.command.torque_nm); });
   }
 
   void add_modes(const fs::path& folder) {
@@ -88,6 +93,16 @@ class PathBuilder {
     for (const TickFrame& frame : ticks_) {
       const Vec3 v = of(frame);
       made.values.insert(made.values.end(), {v.x, v.y, v.z});
+    }
+  }
+
+  /// A rotation of the hand frame about the same axis of the world.
+  void turn(const char* name, const std::function<Turn(const TickFrame&)>& of) {
+    FeltColumn& made = path_.columns.emplace_back(FeltColumn{name, 4, false, {}});
+    for (const TickFrame& frame : ticks_) {
+      const Turn turn = of(frame);
+      const Vec3 axis = map_.turned_to_world({turn.x, turn.y, turn.z});
+      made.values.insert(made.values.end(), {turn.w, axis.x, axis.y, axis.z});
     }
   }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "palpa/base/input_file.h"
@@ -37,10 +38,16 @@ std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, con
 TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder), header_(detail::read_header(folder)) {
   scene_text_ =
       detail::read_whole(detail::InputFile(folder / "scene.toml"), limit::scene_bytes, "a trace holds the scene that was felt");
+  detail::LineFile file(folder / detail::ticks_table().file);
+  std::string_view line;
+  if (!file.next(line)) return;
+  std::vector<std::string_view> cells;
+  detail::split(line, cells);
+  header_.has_tool = std::find(cells.begin(), cells.end(), "probe_turn_w") != cells.end();
 }
 
 bool TraceReader::has_energy() const {
-  const detail::Table<TickFrame>& table = detail::ticks_table();
+  const detail::Table<TickFrame> table = detail::ticks_table().of(false);
   detail::LineFile file(folder_ / table.file);
   std::string_view line;
   if (!file.next(line)) return true;
@@ -72,18 +79,20 @@ std::vector<TraceTick> TraceReader::ticks() const {
     TickFrame& frame = ticks.emplace_back().frame;
     std::size_t first = 0;
     for (const detail::Column<TickFrame>& column : table.columns) {
-      if (at[first] == nowhere) {
-        ++first;
-        continue;
+      std::array<std::string_view, 4> own;
+      const auto count = static_cast<std::size_t>(column.cells);
+      bool is_there = true;
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t cell = at[first + i];
+        is_there = is_there && cell != nowhere;
+        own[i] = cell == nowhere ? std::string_view() : cells[cell];
       }
-      std::string_view own[3];
-      for (int i = 0; i < column.cells; ++i) own[i] = cells[at[first + static_cast<std::size_t>(i)]];
-      if (!column.read({own, static_cast<std::size_t>(column.cells)}, frame)) {
-        throw LoadError(file.place() + ": column '" + std::string(column.name) + "' cannot be " + detail::in_quotes(own[0]) +
-                        (column.cells == 3 ? ", " + detail::in_quotes(own[1]) + ", " + detail::in_quotes(own[2]) : "") +
-                        "; docs/trace.md says what it holds");
-      }
-      first += static_cast<std::size_t>(column.cells);
+      first += count;
+      if (!is_there || column.read({own.data(), count}, frame)) continue;
+      std::string shown;
+      for (std::size_t i = 0; i < count; ++i) shown += (i ? ", " : "") + detail::in_quotes(own[i]);
+      throw LoadError(file.place() + ": column '" + std::string(column.name) + "' cannot be " + shown +
+                      "; docs/trace.md says what it holds");
     }
   }
   return ticks;

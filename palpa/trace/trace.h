@@ -64,12 +64,16 @@ struct Command {
   GuardCause cause = GuardCause::none;
   double snap_n = 0.0;  ///< step of the force as the proxy is released by something other than a level, if spread over time
   double work_on_hand_j = 0.0;  ///< work of the last tick's command until this tick
-  double withheld_j = 0.0;      ///< likewise of the last tick's force less its command
+  double withheld_j = 0.0;      ///< likewise of the last tick's force and torque less its command
   Vec3 torque_nm{};             ///< sent to the device; zero where it drives no torque
-  /// Work that the last tick's torque would have done on the hand, had a device that senses turns drawn it: energy that turning
-  /// brings in where it cannot be felt (docs/theory.md 10.8).
+  /// Energy that the hand's turning brought in since the last tick without feeling it, where the device drives no torque: minus
+  /// the work of the last tick's torque on the turn, and minus its part of `withheld_j` (docs/theory.md 10.8).
   double unfelt_j = 0.0;
 };
+
+/// Energy [J] brought in by turning that a run reports (Command::unfelt_j). Less: rounding of a grip's turns counts; more: a
+/// hand feels it before.
+inline constexpr double told_unfelt_j = 1e-3;
 
 /// Tick in the loop: the session's result, and the command made of it.
 struct TickFrame {
@@ -104,11 +108,14 @@ struct TraceHeader {
   double device_continuous_force_n = std::numeric_limits<double>::infinity();
   double device_max_damping_ns_per_m = std::numeric_limits<double>::infinity();
   double device_damping_ns_per_m = 0.0;
+  double device_max_torque_nm = 0.0;  ///< of a tool, as the next; 0: it drives no torque
+  double device_max_turn_damping_nms_per_rad = std::numeric_limits<double>::infinity();
   std::uint32_t dead_man_buttons = 0;
   std::vector<SourceFile> data_files;
   std::vector<std::uint64_t> seeds;  ///< below 2^63
   std::vector<std::string> notes;    ///< sentences for the reader: placement of the hand, reasons for little contact
   bool primitives = false;           ///< balances.csv and primitives.csv exist
+  bool has_tool = false;             ///< a tool with an orientation: ticks.csv and the others have its columns, which say so
 };
 
 /// Writes a trace into a new folder. Not in a tick: it formats, writes and throws. `flush` passes the appended data to the
@@ -189,7 +196,7 @@ TraceDifference compare_traces(const std::filesystem::path& recorded, const std:
 /// Number, or vector, for every tick of a path.
 struct FeltColumn {
   std::string name;    ///< with its unit as suffix: "force_n", "mode.skin.force_n"; without one: whole numbers
-  int components = 1;  ///< 1, or 3 along the axes of the world
+  int components = 1;  ///< 1, 3 along the axes of the world, or 4 of a turn in the world: w, x, y, z
   bool is_whole = false;
   std::vector<double> values;  ///< in the column's own unit; the components of a tick together
 };
@@ -208,7 +215,7 @@ struct FeltPath {
   /// Of equal lengths, in this order: tick, t_s, proxy_m, probe_m, probe_valid, force_n, command_n, error_bound_m, status (of
   /// TickStatus), guard (of GuardState), buttons; of each mode mode.NAME.force_n and, if primitives were recorded,
   /// mode.NAME.strength_n: the sum over its primitives in the last sub-step; of each kind of event present, its count:
-  /// event.KIND.
+  /// event.KIND. Of a tool with an orientation, after `buttons`: probe_turn, proxy_turn, torque_nm, command_torque_nm.
   std::vector<FeltColumn> columns;
   std::vector<FeltEvent> events;
 

@@ -108,6 +108,10 @@ std::string header_to_toml(const TraceHeader& header) {
   put("max_stiffness_n_per_m", number(header.device_max_stiffness_n_per_m));
   put("workspace_radius_m", number(header.device_workspace_radius_m));
   put("encoder_step_m", number(header.device_encoder_step_m));
+  if (header.has_tool) {
+    put("max_torque_nm", number(header.device_max_torque_nm));
+    put("max_turn_damping_nms_per_rad", number(header.device_max_turn_damping_nms_per_rad));
+  }
   if (header.motors) {
     put("motors", "true");
     put("continuous_force_n", number(header.device_continuous_force_n));
@@ -157,6 +161,9 @@ void read_device(const toml::node_view<const toml::node>& device, TraceHeader& h
   header.device_continuous_force_n = device["continuous_force_n"].value_or(usual.device_continuous_force_n);
   header.device_max_damping_ns_per_m = device["max_damping_ns_per_m"].value_or(usual.device_max_damping_ns_per_m);
   header.device_damping_ns_per_m = device["damping_ns_per_m"].value_or(0.0);
+  header.device_max_torque_nm = device["max_torque_nm"].value_or(0.0);
+  header.device_max_turn_damping_nms_per_rad =
+      device["max_turn_damping_nms_per_rad"].value_or(usual.device_max_turn_damping_nms_per_rad);
   header.dead_man_buttons = whole_or(device["dead_man_buttons"], std::uint32_t{0});
 }
 

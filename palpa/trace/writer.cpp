@@ -116,15 +116,15 @@ class TraceWriter::Files {
   template <class Row>
   std::unique_ptr<OutputFile> begin(const detail::Table<Row>& table) const {
     auto file = std::make_unique<OutputFile>(folder / table.file);
-    const std::vector<std::string> names = table.names();
+    const std::vector<std::string> names = table.of(header.has_tool).names();
     for (std::size_t i = 0; i < names.size(); ++i) file->rows() += (i ? "," : "") + names[i];
     file->rows() += '\n';
     return file;
   }
 
   template <class Row>
-  static void add(OutputFile& file, const detail::Table<Row>& table, const Row& row) {
-    table.write(row, file.rows());
+  void add(OutputFile& file, const detail::Table<Row>& table, const Row& row) const {
+    table.of(header.has_tool).write(row, file.rows());
     file.write_if_long();
   }
 
@@ -168,6 +168,8 @@ class TraceWriter::Files {
   TraceHeader header;
   std::vector<std::string> mode_names;
   std::unique_ptr<OutputFile> ticks, modes, events, break_throughs, timing, balances, primitives, works;
+  double unfelt_j = 0.0;  // since the begin
+  bool has_told_unfelt = false;
   GuardState last_guard = GuardState::pass;
   GuardCause last_cause = GuardCause::none;
   std::optional<std::string> failure;
@@ -207,10 +209,10 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
                          std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) {
   Files& files = *files_;
   files.guarded([&] {
-    Files::add(*files.ticks, detail::ticks_table(), frame);
-    Files::add(*files.timing, detail::timing_table(), frame);
+    files.add(*files.ticks, detail::ticks_table(), frame);
+    files.add(*files.timing, detail::timing_table(), frame);
     for (std::size_t i = 0; i < modes.size(); ++i) {
-      Files::add(*files.modes, detail::modes_table(), {frame.tick, files.mode_name(static_cast<std::int64_t>(i)), modes[i]});
+      files.add(*files.modes, detail::modes_table(), {frame.tick, files.mode_name(static_cast<std::int64_t>(i)), modes[i]});
     }
     if (files.header.primitives) {
       for (std::size_t i = 0; i < sub_steps.size(); ++i) {
@@ -218,14 +220,14 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
         const auto own = placed.subspan(step.first_primitive, step.primitives);
         const auto number = static_cast<std::int64_t>(i);
         step.primitives -= static_cast<std::uint32_t>(std::count_if(own.begin(), own.end(), is_idle_facet));
-        Files::add(*files.balances, detail::balances_table(), {frame.tick, number, step});
+        files.add(*files.balances, detail::balances_table(), {frame.tick, number, step});
         for (const PlacedPrimitive& one : own) {
           if (is_idle_facet(one)) continue;
           const Primitive& row = one.primitive;
           const auto stiffness = row.is_elastic() ? std::optional(row.stiffness_n_per_m) : std::nullopt;
           const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
           const std::string_view mode = files.mode_name(one.primitive.id.mode);
-          Files::add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured, stiffness});
+          files.add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured, stiffness});
           if (one.carried_m == Vec3{}) continue;
           files.add_to(files.works, detail::works_table(), {frame.tick, number, mode, one, work_j(step, one)});
         }
@@ -248,6 +250,11 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
       std::string value;
       detail::put_number(value, frame.command.snap_n);
       files.put_event(frame.tick, frame.t_s, "snap", "proxy", value);
+    }
+    files.unfelt_j += frame.command.unfelt_j;
+    if (files.unfelt_j > told_unfelt_j && !std::exchange(files.has_told_unfelt, true)) {
+      files.put_event(frame.tick, frame.t_s, "warning", "session",
+                      "turning the handle brings in energy: the device senses turns and drives no torque against them");
     }
     if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
       files.put_event(frame.tick, frame.t_s, "scene", "session", "another scene is felt from here on");

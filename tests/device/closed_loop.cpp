@@ -53,7 +53,7 @@ LoopFelt felt_in(const ClosedLoop& loop, double duration_s) {
     const Vec3 at_m = position_m + 0.3 * q * loop.normal;
     const Vec3 read_m{rounded(at_m.x, q), rounded(at_m.y, q), rounded(at_m.z, q)};
     const Vec3 stretch_m = std::max(0.0, -dot(read_m, loop.normal)) * loop.normal;
-    const Vec3 relative = damper.relative_velocity(stretch_m, {}, dt, k);
+    const Vec3 relative = damper.relative_velocity({stretch_m, {}}, {}, dt, k).way_m;
     const Vec3 command_n = shortened(k * stretch_m + loop.damping_ns_per_m * relative, loop.plant.limits.max_force_n);
     const Vec3 acting_n = std::exchange(late_n, command_n);
     if (i >= ticks - 1000) {

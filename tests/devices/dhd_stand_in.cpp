@@ -1,4 +1,5 @@
-// Stand-in for Force Dimension's libdhd and libdrd with two omega.3: watchdog, force limit, brakes, status, and faults.
+// Stand-in for Force Dimension's libdhd and libdrd with two omega.3, or others of its
+// devices by their wrist: watchdog, limits of force and torque, brakes, status, and faults.
 #include "tests/devices/dhd_stand_in.h"
 
 #include <fcntl.h>
@@ -22,6 +23,7 @@ using palpa::test::DhdStandIn;
 using What = DhdStandIn::What;
 
 constexpr double most_n = 12.0;
+constexpr double most_nm = 0.3;
 
 struct Omega {
   bool is_there = true, has_power = true, is_initialized = true, freezes = false, lies = false, refuses = false;
@@ -29,7 +31,10 @@ struct Omega {
   int off_cause = 0;
   bool is_touched = false;
   unsigned buttons = 0;
-  std::array<double, 3> place{}, speed{}, force{};
+  int wrist = 0;
+  bool wrist_lies = false;
+  std::array<double, 3> place{}, speed{}, force{}, torque{};
+  std::array<std::array<double, 3>, 3> turn{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::chrono::microseconds watchdog{0};
   Clock::time_point fed{};
 
@@ -57,7 +62,7 @@ int id_of(const Omega* omega) { return omega == nullptr ? -1 : static_cast<int>(
 /// An open device has a handle already.
 int opened(Omega* omega) {
   if (omega == nullptr) return -1;
-  if (!omega->is_open) omega->force = {};
+  if (!omega->is_open) omega->force = omega->torque = {};
   omega->is_open = true;
 #ifndef WITHOUT_OPEN_SERIAL
   omega->is_touched = true;
@@ -98,6 +103,25 @@ DhdSeen* seen() {
   return shared;
 }
 
+/// A command of force and torque, each kept within its limit.
+int pushed(Omega& omega, const std::array<double, 3>& force, const std::array<double, 3>& torque) {
+  omega.force = omega.torque = {};
+  if (omega.refuses) return -1;
+  omega.look_at_watchdog();
+  omega.is_touched = true;
+  omega.fed = Clock::now();
+  omega.force = force;
+  omega.torque = torque;
+  const auto is_cut = [](std::array<double, 3>& vector, double most) {
+    const double size = std::hypot(vector[0], vector[1], vector[2]);
+    if (size <= most) return false;
+    for (double& component : vector) component *= most / size;
+    return true;
+  };
+  const bool cut_force = is_cut(omega.force, most_n), cut_torque = is_cut(omega.torque, most_nm);
+  return cut_force || cut_torque ? 2 : 0;
+}
+
 void reset(int device) {
   const std::lock_guard lock(mutex);
   omegas[static_cast<std::size_t>(device)] = {};
@@ -108,11 +132,22 @@ void hold(int device, const double place_m[3], const double speed_m_per_s[3]) {
   std::copy_n(place_m, 3, omega.place.begin());
   std::copy_n(speed_m_per_s, 3, omega.speed.begin());
 }
+void turn(int device, const double rows[3][3]) {
+  const std::lock_guard lock(mutex);
+  for (std::size_t row = 0; row < 3; ++row)
+    std::copy_n(rows[row], 3, omegas[static_cast<std::size_t>(device)].turn[row].begin());
+}
 void force_n(int device, double made_n[3]) {
   const std::lock_guard lock(mutex);
   Omega& omega = omegas[static_cast<std::size_t>(device)];
   const bool makes = omega.makes_force();
   for (std::size_t axis = 0; axis < 3; ++axis) made_n[axis] = makes ? omega.force[axis] : 0.0;
+}
+void torque_nm(int device, double made_nm[3]) {
+  const std::lock_guard lock(mutex);
+  Omega& omega = omegas[static_cast<std::size_t>(device)];
+  const bool makes = omega.makes_force() && omega.wrist == 2;
+  for (std::size_t axis = 0; axis < 3; ++axis) made_nm[axis] = makes ? omega.torque[axis] : 0.0;
 }
 void set(int device, What what, int value) {
   const std::lock_guard lock(mutex);
@@ -135,6 +170,8 @@ void set(int device, What what, int value) {
     case What::lies: omega.lies = on; return;
     case What::refuses: omega.refuses = on; return;
     case What::buttons: omega.buttons = static_cast<unsigned>(value); return;
+    case What::wrist: omega.wrist = value; return;
+    case What::wrist_lies: omega.wrist_lies = on; return;
   }
 }
 bool is_touched(int device) {
@@ -151,7 +188,7 @@ bool brakes(int device) {
 extern "C" {
 
 extern const DhdStandIn dhd_stand_in;
-const DhdStandIn dhd_stand_in{reset, hold, force_n, set, brakes, is_touched};
+const DhdStandIn dhd_stand_in{reset, hold, turn, force_n, torque_nm, set, brakes, is_touched};
 
 int dhdGetDeviceCount() {
   const std::lock_guard lock(mutex);
@@ -191,18 +228,7 @@ int dhdSetForce(double x, double y, double z, char id) {
       const double word[3] = {x, y, z};
       std::copy_n(word, 3, shared->last_word_n);
     }
-    if (omega.refuses) {
-      omega.force = {};
-      return -1;
-    }
-    omega.look_at_watchdog();
-    omega.is_touched = true;
-    omega.fed = Clock::now();
-    omega.force = {x, y, z};
-    const double size = std::sqrt(x * x + y * y + z * z);
-    if (size <= most_n) return 0;
-    for (double& component : omega.force) component *= most_n / size;
-    return 2;
+    return pushed(omega, {x, y, z}, {});
   });
 }
 #endif
@@ -228,8 +254,34 @@ int dhdGetStatus(int* status, char id) {
     return 0;
   });
 }
-const char* dhdGetSystemName(char) { return "omega.3"; }
+const char* dhdGetSystemName(char id) {
+  const std::lock_guard lock(mutex);
+  const Omega* omega = of(id);
+  const int wrist = omega != nullptr ? omega->wrist : 0;
+  return wrist == 2 ? "sigma.7 right" : wrist == 1 ? "omega.6 right" : "omega.3";
+}
 #ifndef WITHOUT_EXTRAS
+bool dhdHasWrist(char id) {
+  const std::lock_guard lock(mutex);
+  const Omega* omega = of(id);
+  return omega != nullptr && omega->wrist > 0;
+}
+bool dhdHasActiveWrist(char id) {
+  const std::lock_guard lock(mutex);
+  const Omega* omega = of(id);
+  return omega != nullptr && omega->wrist == 2;
+}
+int dhdGetOrientationFrame(double rows[3][3], char id) {
+  return call(id, [&](Omega& omega) {
+    for (std::size_t row = 0; row < 3; ++row) std::copy_n(omega.turn[row].begin(), 3, rows[row]);
+    if (omega.wrist == 0 || omega.wrist_lies) std::fill_n(rows[1], 3, 0.0);
+    return 0;
+  });
+}
+int dhdSetForceAndTorqueAndGripperForce(double x, double y, double z, double about_x, double about_y, double about_z, double,
+                                        char id) {
+  return call(id, [&](Omega& omega) { return pushed(omega, {x, y, z}, {about_x, about_y, about_z}); });
+}
 int dhdGetSerialNumber(unsigned short* number, char id) {
   return call(id, [&](Omega& omega) {
     *number = static_cast<unsigned short>(4711 + id_of(&omega));

@@ -22,10 +22,14 @@ struct DhdStandIn {
     lies,         ///< its positions are not numbers
     refuses,
     buttons,
+    wrist,       ///< 0: none, as an omega.3; 1: sensed, as an omega.6; 2: with motors, as a sigma.7. Before it is opened
+    wrist_lies,  ///< its orientation is no rotation
   };
   void (*reset)(int device);
   void (*hold)(int device, const double place_m[3], const double speed_m_per_s[3]);
+  void (*turn)(int device, const double rows[3][3]);  ///< orientation frame of the wrist
   void (*force_n)(int device, double force_n[3]);
+  void (*torque_nm)(int device, double torque_nm[3]);
   void (*set)(int device, What what, int value);
   bool (*brakes)(int device);
   /// True if its motors got a command since the last `reset`, or it was opened in a library that opens by number.

@@ -24,9 +24,10 @@ constexpr auto rest_after = std::chrono::milliseconds(20);
 
 struct Touch {
   bool is_there = true, is_calibrated = true, stalls = false, is_open = false, has_output = false, is_touched = false;
-  int error = 0, buttons = 0;
+  int error = 0, buttons = 0, freedoms = 6;
   double temperature = 0.2;
   std::array<double, 3> place{}, speed{}, asked{}, made{};
+  std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   Clock::time_point framed{};
 };
 struct Callback {
@@ -72,6 +73,10 @@ void hold(int device, const double place_mm[3], const double speed_mm_per_s[3]) 
   std::copy_n(place_mm, 3, touch.place.begin());
   std::copy_n(speed_mm_per_s, 3, touch.speed.begin());
 }
+void turn(int device, const double transform[16]) {
+  const std::lock_guard lock(mutex);
+  std::copy_n(transform, 16, touches[static_cast<std::size_t>(device)].transform.begin());
+}
 void force_n(int device, double made_n[3]) {
   const std::lock_guard lock(mutex);
   const Touch& touch = touches[static_cast<std::size_t>(device)];
@@ -89,6 +94,7 @@ void set(int device, What what, int value) {
     case What::warm: touch.temperature = value / 100.0; return;
     case What::stalls: touch.stalls = value != 0; return;
     case What::buttons: touch.buttons = value; return;
+    case What::freedoms: touch.freedoms = value; return;
   }
 }
 
@@ -102,7 +108,7 @@ bool is_touched(int device) {
 extern "C" {
 
 extern const HdStandIn hd_stand_in;
-const HdStandIn hd_stand_in{reset, hold, force_n, set, is_touched};
+const HdStandIn hd_stand_in{reset, hold, turn, force_n, set, is_touched};
 
 struct HDErrorInfo {
   unsigned code;
@@ -183,6 +189,10 @@ void hdGetDoublev(unsigned what, double* values) {
   switch (what) {
     case 0x2050: std::copy(touch->place.begin(), touch->place.end(), values); return;
     case 0x2051: std::copy(touch->speed.begin(), touch->speed.end(), values); return;
+    case 0x2052:
+      std::copy(touch->transform.begin(), touch->transform.end(), values);
+      std::copy(touch->place.begin(), touch->place.end(), values + 12);
+      return;
     case 0x2550: {
       const double box[6] = {-210, -110, -85, 210, 205, 130};
       std::copy_n(box, 6, values);
@@ -198,7 +208,10 @@ void hdGetDoublev(unsigned what, double* values) {
 }
 void hdGetIntegerv(unsigned what, int* values) {
   const std::lock_guard lock(mutex);
-  if (const Touch* touch = now(); touch != nullptr && what == 0x2000) *values = touch->buttons;
+  const Touch* touch = now();
+  if (touch == nullptr) return;
+  if (what == 0x2000) *values = touch->buttons;
+  if (what == 0x2553) *values = touch->freedoms;
 }
 void hdSetDoublev(unsigned what, const double* values) {
   const std::lock_guard lock(mutex);

@@ -13,9 +13,11 @@ struct HdStandIn {
     warm,        ///< temperature of its motors in hundredths
     stalls,      ///< the library's thread has no frames
     buttons,
+    freedoms,  ///< of its encoders: 6, or 3 without a gimbal
   };
   void (*reset)(int device);
   void (*hold)(int device, const double place_mm[3], const double speed_mm_per_s[3]);
+  void (*turn)(int device, const double transform[16]);  ///< by columns; of its rotation
   void (*force_n)(int device, double force_n[3]);
   void (*set)(int device, What what, int value);
   bool (*is_touched)(int device);  ///< its motors got a command since the last `reset`

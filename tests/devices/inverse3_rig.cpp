@@ -27,6 +27,12 @@ class Inverse3Rig final : public Rig {
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
     service_.hold(test::service_from_hand(position_m), test::service_from_hand(velocity_m_per_s));
   }
+  void turn(const Turn& turn) override {
+    const Vec3 axis = test::service_from_hand({turn.x, turn.y, turn.z});
+    service_.turn_grip({turn.w, axis.x, axis.y, axis.z});
+  }
+  Wrist wrist() const override { return Wrist::sensed; }
+  double turn_rate_hz() const override { return 50.0; }
   Vec3 force_n() override { return test::hand_from_service(service_.force_n()); }
   void press_button(int number, bool down) override { service_.press_wireless(number, down); }
   void unplug() override { service_.connect_device(false); }

@@ -35,6 +35,8 @@ using std::chrono::milliseconds;
 // The service's: lifetime of a force without a further message.
 constexpr milliseconds force_lifetime{50};
 constexpr milliseconds slow_by{40};
+// Of a grip's orientation.
+constexpr milliseconds grip_interval{20};
 constexpr milliseconds drip_interval{5};
 constexpr std::size_t fragment_bytes = 7;
 // Of a frame with a huge declared length, before the stand-in waits for the reaction.
@@ -42,6 +44,7 @@ constexpr std::size_t huge_bytes = std::size_t{1} << 20;
 constexpr std::size_t most_kept_messages = 200;
 constexpr const char* own_id = "049D";
 
+json quaternion_of(const Turn& turn) { return {{"w", turn.w}, {"x", turn.x}, {"y", turn.y}, {"z", turn.z}}; }
 json vector_of(const Vec3& v) { return {{"x", v.x}, {"y", v.y}, {"z", v.z}}; }
 
 /// A frame by RFC 6455, of a server: not masked.
@@ -152,7 +155,11 @@ class Inverse3StandIn::Server {
         {"status",
          {{"calibrated", is_calibrated}, {"in_use", true}, {"power_supply", has_power}, {"ready", true}, {"started", true}}}};
   }
-  json told() const {
+  json told() {
+    if (const auto now = Clock::now(); now - grip_read >= grip_interval) {
+      grip_read = now;
+      grip_shown = grip_turn;
+    }
     json arms = json::array();
     if (has_second) arms.push_back(entry("0BEE"));
     if (is_there) arms.push_back(entry(own_id));
@@ -160,6 +167,7 @@ class Inverse3StandIn::Server {
     const json wireless{{"device_id", "65280"},
                         {"state",
                          {{"buttons", {{"a", wireless_buttons[0]}, {"b", wireless_buttons[1]}, {"c", wireless_buttons[2]}}},
+                          {"orientation", quaternion_of(grip_shown)},
                           {"battery_level", 0.75}}},
                         {"status", {{"connected", !is_grip_gone}, {"awake", true}, {"ready", true}}}};
     json all_wireless = json::array();
@@ -175,7 +183,8 @@ class Inverse3StandIn::Server {
 
   // Owned by the server's thread.
   Vec3 position_m, velocity_m_per_s, commanded_n, last_word_n;
-  Clock::time_point last_message;
+  Turn grip_turn, grip_shown;
+  Clock::time_point last_message, grip_read;
   bool has_power = true, is_calibrated = true, is_there = true, has_second = false, is_second_touched = false;
   bool has_grip = true, is_grip_gone = false;
   double force_scale = 1.0;
@@ -394,6 +403,9 @@ bool Inverse3StandIn::is_second_touched() {
   bool is_touched = false;
   server_->in_thread([&] { is_touched = server_->is_second_touched; });
   return is_touched;
+}
+void Inverse3StandIn::turn_grip(const Turn& turn) {
+  server_->in_thread([&] { server_->grip_turn = turn; });
 }
 void Inverse3StandIn::connect_grip(bool there) {
   server_->in_thread([&] { server_->has_grip = there; });

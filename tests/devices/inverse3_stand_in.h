@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/solver/vec3.h"
+#include "palpa/solver/pose.h"
 
 namespace palpa::test {
 
@@ -53,6 +53,8 @@ class Inverse3StandIn {
   void scale_forces(double factor);        ///< [1] POST /settings/devices/force_scale of the service
   void press_wired(bool down);             ///< the button of a verse_grip
   void press_wireless(int number, bool down);
+  /// Orientation of the wireless grip, w, x, y, z about the service's axes. It shows in messages at the grip's own rate, 50 Hz.
+  void turn_grip(const Turn& turn);
   void connect_grip(bool there);      ///< the wireless one, in the list
   void tell_grip_is_gone(bool gone);  ///< it stays in the list, with its status "connected" false and its buttons unchanged
 

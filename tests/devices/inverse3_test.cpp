@@ -280,7 +280,7 @@ TEST(Inverse3Settings, ThatCannotBeAreRefusedWithWhatCan) {
     DeviceSettings settings;
     const char* words;
   } refused[] = {
-      {{{"speed", "3"}}, "no setting 'speed'; known are id, host, port, force, profile and remote"},
+      {{{"speed", "3"}}, "no setting 'speed'; known are id, host, port, force, grip, profile and remote"},
       {{{"a\nb", ""}}, "no setting 'a?b'"},
       {{{"host", "192.168.1.20"}}, "give remote=yes"},
       {{{"host", "::ffff:10.0.0.1"}}, "give remote=yes"},
@@ -308,7 +308,7 @@ TEST(Inverse3Settings, ThatCannotBeAreRefusedWithWhatCan) {
       EXPECT_LT(said.size(), 400u);
     }
   }
-  EXPECT_THAT(device_backend("inverse3").settings(), SizeIs(6));
+  EXPECT_THAT(device_backend("inverse3").settings(), SizeIs(7));
 }
 
 // ---- a service of another making ----

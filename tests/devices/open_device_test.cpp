@@ -86,10 +86,17 @@ TEST_F(DevicesToml, LowersLimits) {
 
 TEST_F(DevicesToml, NeverRaisesOne) {
   for (const char* line :
-       {"max_force_n = 3.4", "continuous_force_n = 0.9", "max_stiffness_n_per_m = 2001", "max_damping_ns_per_m = 6"}) {
+       {"max_force_n = 3.4", "continuous_force_n = 0.9", "max_stiffness_n_per_m = 2001", "max_damping_ns_per_m = 6",
+        "max_torque_nm = 0.21", "max_turn_stiffness_nm_per_rad = 1.1", "max_turn_damping_nms_per_rad = 0.08"}) {
     write("[touch]\n" + std::string(line) + "\n");
     const std::string words = message_of([&] {
-      with_notes({.max_force_n = 3.3, .max_stiffness_n_per_m = 2000, .continuous_force_n = 0.88, .max_damping_ns_per_m = 5},
+      with_notes({.max_force_n = 3.3,
+                  .max_stiffness_n_per_m = 2000,
+                  .continuous_force_n = 0.88,
+                  .max_damping_ns_per_m = 5,
+                  .max_torque_nm = 0.2,
+                  .max_turn_stiffness_nm_per_rad = 1,
+                  .max_turn_damping_nms_per_rad = 0.07},
                  device_notes(file, "touch"), "HERE");
     });
     EXPECT_THAT(words, AllOf(HasSubstr("HERE"), HasSubstr(std::string(line).substr(0, 12)), Not(HasSubstr("\n")))) << line;
@@ -139,6 +146,21 @@ TEST_F(DevicesToml, HoldsADeviceThatIsOpened) {
   }
   write("[force-dimension]\nmax_force_n = 13\n");
   EXPECT_THAT(message_of([&] { open_device(description, file); }), AllOf(HasSubstr("devices.toml"), HasSubstr("13")));
+}
+
+TEST_F(DevicesToml, HoldsTheTorqueOfADeviceThatIsOpened) {
+  const DeviceDescription description{.name = "force-dimension", .settings = {{"library", PALPA_TESTS_DHD}}};
+  const auto rig = force_dimension_rig(DhdLibrary::whole, Rig::Wrist::driven);
+  write("[force-dimension]\nmax_torque_nm = 0.05\nmax_turn_stiffness_nm_per_rad = 0.5\n");
+  const auto device = open_device(description, file);
+  EXPECT_EQ(device->limits().max_torque_nm, 0.05);
+  EXPECT_EQ(device->limits().max_turn_stiffness_nm_per_rad, 0.5);
+  for (int n = 0; n < 2000 && norm(rig->torque_nm()) == 0.0; ++n) {
+    device->write({1, 0, 0}, {0, 3, 4});
+    ::usleep(1000);
+  }
+  EXPECT_NEAR(distance(rig->torque_nm(), {0, 0.03, 0.04}), 0.0, 1e-9);
+  EXPECT_NEAR(distance(rig->force_n(), {1, 0, 0}), 0.0, 1e-9);
 }
 
 TEST_F(DevicesToml, LiesWhereTheUserHasSuchFiles) {

@@ -1,6 +1,7 @@
 // Interface of a device's stand-in for the conformance tests (conformance_test.cpp).
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <ostream>
@@ -20,8 +21,15 @@ class Rig {
   virtual std::unique_ptr<Device> open() = 0;
   /// Sets the handle's position [m, hand frame] and velocity [m/s]. For rate-controlled hands: the deflection; 1 is full.
   virtual void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) = 0;
+  /// Sets the handle's orientation [hand frame], if it senses one.
+  virtual void turn(const Turn&) {}
+  /// Orientation and torque of the handle.
+  enum class Wrist : std::uint8_t { none, sensed, driven };
+  virtual Wrist wrist() const { return Wrist::none; }
   /// The motors' present force [N, hand frame]; 0 after a watchdog of the device.
   virtual Vec3 force_n() = 0;
+  /// Likewise their torque [N·m, hand frame].
+  virtual Vec3 torque_nm() { return {}; }
   virtual void press_button(int number, bool down) = 0;
   virtual void unplug() = 0;
   virtual void plug() = 0;
@@ -49,6 +57,8 @@ class Rig {
   virtual std::vector<Fault> faults() { return {}; }
   /// The largest error of a position by the device's own units [m] (numbers of bits, of digits).
   virtual double position_step_m() const { return 1e-9; }
+  /// Rate of its orientations; the driver walks between slow ones.
+  virtual double turn_rate_hz() const { return 1000.0; }
 };
 
 struct NamedRig {

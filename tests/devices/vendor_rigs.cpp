@@ -41,11 +41,13 @@ class Numbers {
 
 class ForceDimensionRig final : public ForceDimensionRigBase {
  public:
-  explicit ForceDimensionRig(DhdLibrary library)
-      : file_(library == DhdLibrary::whole ? PALPA_TESTS_DHD : PALPA_TESTS_DHD_BY_INDEX),
+  ForceDimensionRig(DhdLibrary library, Wrist wrist)
+      : wrist_(wrist),
+        file_(library == DhdLibrary::whole ? PALPA_TESTS_DHD : PALPA_TESTS_DHD_BY_INDEX),
         stand_in_(*static_cast<const DhdStandIn*>(::dlsym(opened_library(file_), "dhd_stand_in"))),
         number_(numbers().take()) {
     stand_in().reset(number_);
+    set(DhdStandIn::What::wrist, static_cast<int>(wrist_));
     if (!numbers().is_taken(1 - number_)) unplug_another();
   }
   ~ForceDimensionRig() override {
@@ -64,11 +66,24 @@ class ForceDimensionRig final : public ForceDimensionRigBase {
     const double speed[3] = {velocity_m_per_s.z, velocity_m_per_s.x, velocity_m_per_s.y};
     stand_in().hold(number_, place, speed);
   }
+  // The vendor's words: a matrix whose columns are the handle's axes.
+  void turn(const Turn& turn) override {
+    const Vec3 to_user = rotated(turn, {0, 0, 1}), right = rotated(turn, {1, 0, 0}), up = rotated(turn, {0, 1, 0});
+    const double rows[3][3] = {{to_user.z, right.z, up.z}, {to_user.x, right.x, up.x}, {to_user.y, right.y, up.y}};
+    stand_in().turn(number_, rows);
+  }
+  Wrist wrist() const override { return wrist_; }
   Vec3 force_n() override {
     double made[3];
     stand_in().force_n(number_, made);
     const double to_user = made[0], right = made[1], up = made[2];
     return {right, up, to_user};
+  }
+  Vec3 torque_nm() override {
+    double made[3];
+    stand_in().torque_nm(number_, made);
+    const double about_to_user = made[0], about_right = made[1], about_up = made[2];
+    return {about_right, about_up, about_to_user};
   }
   void press_button(int number, bool down) override {
     buttons_ = down ? buttons_ | (1 << number) : buttons_ & ~(1 << number);
@@ -93,13 +108,15 @@ class ForceDimensionRig final : public ForceDimensionRigBase {
     const auto fault = [this](const char* name, DhdStandIn::What what, int wrong) {
       return Fault{name, [this, what, wrong] { set(what, wrong); }, [this, what, wrong] { set(what, 1 - wrong); }};
     };
-    return {fault("the power supply is off", DhdStandIn::What::power, 0),
-            fault("not initialized", DhdStandIn::What::initialized, 0),
-            fault("the button on the base", DhdStandIn::What::off_button, 1),
-            fault("faster than its own limit", DhdStandIn::What::speed_brake, 1),
-            fault("the library hangs", DhdStandIn::What::freezes, 1),
-            fault("positions that are no numbers", DhdStandIn::What::lies, 1),
-            fault("forces are refused", DhdStandIn::What::refuses, 1)};
+    std::vector<Fault> all{fault("the power supply is off", DhdStandIn::What::power, 0),
+                           fault("not initialized", DhdStandIn::What::initialized, 0),
+                           fault("the button on the base", DhdStandIn::What::off_button, 1),
+                           fault("faster than its own limit", DhdStandIn::What::speed_brake, 1),
+                           fault("the library hangs", DhdStandIn::What::freezes, 1),
+                           fault("positions that are no numbers", DhdStandIn::What::lies, 1),
+                           fault("forces are refused", DhdStandIn::What::refuses, 1)};
+    if (wrist_ != Wrist::none) all.push_back(fault("an orientation that is no rotation", DhdStandIn::What::wrist_lies, 1));
+    return all;
   }
 
  private:
@@ -110,6 +127,7 @@ class ForceDimensionRig final : public ForceDimensionRigBase {
   const DhdStandIn& stand_in() const { return stand_in_; }
   void set(DhdStandIn::What what, int value) { stand_in().set(number_, what, value); }
 
+  const Wrist wrist_;
   const std::string file_;
   const DhdStandIn& stand_in_;
   const int number_;
@@ -138,6 +156,20 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
     const double speed[3] = {1000 * velocity_m_per_s.x, 1000 * velocity_m_per_s.y, 1000 * velocity_m_per_s.z};
     stand_in().hold(number_, place, speed);
   }
+  // The vendor's words: a matrix by columns, which are the stylus' axes.
+  void turn(const Turn& turn) override {
+    double transform[16] = {};
+    for (int column = 0; column < 3; ++column) {
+      const Vec3 axis = rotated(turn, {column == 0 ? 1.0 : 0.0, column == 1 ? 1.0 : 0.0, column == 2 ? 1.0 : 0.0});
+      transform[4 * column] = axis.x;
+      transform[4 * column + 1] = axis.y;
+      transform[4 * column + 2] = axis.z;
+    }
+    transform[15] = 1.0;
+    stand_in().turn(number_, transform);
+  }
+  Wrist wrist() const override { return Wrist::sensed; }
+  void take_gimbal() override { set(HdStandIn::What::freedoms, 3); }
   Vec3 force_n() override {
     double made[3];
     stand_in().force_n(number_, made);
@@ -165,6 +197,12 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
                      [this] { set(HdStandIn::What::error, 0); }});
     all.push_back(
         {"not calibrated", [this] { set(HdStandIn::What::calibrated, 0); }, [this] { set(HdStandIn::What::calibrated, 1); }});
+    all.push_back({"an orientation that is no rotation",
+                   [this] {
+                     const double none[16] = {};
+                     stand_in().turn(number_, none);
+                   },
+                   [this] { turn({}); }});
     all.push_back({"the library's thread stalls", [this] { set(HdStandIn::What::stalls, 1); },
                    [this] { set(HdStandIn::What::stalls, 0); }});
     return all;
@@ -187,8 +225,8 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
 
 }  // namespace
 
-std::unique_ptr<ForceDimensionRigBase> force_dimension_rig(DhdLibrary library) {
-  return std::make_unique<ForceDimensionRig>(library);
+std::unique_ptr<ForceDimensionRigBase> force_dimension_rig(DhdLibrary library, Rig::Wrist wrist) {
+  return std::make_unique<ForceDimensionRig>(library, wrist);
 }
 std::unique_ptr<OpenHapticsRigBase> openhaptics_rig() { return std::make_unique<OpenHapticsRig>(); }
 

@@ -19,9 +19,41 @@ using test::Random;
 
 constexpr double dt_s = 1e-3;
 
+/// The filter of a force without a torque.
+class ForceFilter {
+ public:
+  Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool springs_released = false) {
+    return filter_.shape({command_n, {}}, is_released, by_hand_n, time_step_s, springs_released, 1.0).force_n;
+  }
+  double snap_n() const { return filter_.snap_n(); }
+  void reset() { filter_.reset(); }
+
+ private:
+  BreakThroughFilter filter_;
+};
+
+// A torque falls with the force, on one line, as a force at the turning radius.
+TEST(BreakThroughFilter, LetsForceAndTorqueFallTogether) {
+  Random random(9);
+  for (int run = 0; run < 200; ++run) {
+    const double radius_m = random.uniform(1e-3, 0.3);
+    const Wrench before{random.in_cube(8.0), radius_m * random.in_cube(8.0)}, after{random.in_cube(2.0), {}};
+    BreakThroughFilter filter;
+    filter.shape(before, false, 0.0, dt_s, false, radius_m);
+    const Wrench whole = after - before;
+    const double apart_n = size_n(whole, radius_m);
+    EXPECT_NEAR(apart_n, std::hypot(norm(whole.force_n), norm(whole.torque_nm) / radius_m), 1e-12 * apart_n);
+    for (int i = 1; i <= 25; ++i) {
+      const Wrench sent = filter.shape(after, i == 1, 0.0, dt_s, false, radius_m);
+      const double share = std::min(1.0, i * dt_s / std::clamp(apart_n / 500.0, 0.005, 0.020));
+      EXPECT_NEAR(size_n(sent - (before + share * whole), radius_m), 0.0, 1e-9 * apart_n) << i;
+    }
+  }
+}
+
 TEST(BreakThroughFilter, LeavesACommandAsItIsWhileNothingLetsGo) {
   Random random(1);
-  BreakThroughFilter release;
+  ForceFilter release;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 command_n = random.in_cube(5.0);
     EXPECT_EQ(release.shape(command_n, false, 0.0, dt_s), command_n);
@@ -36,7 +68,7 @@ TEST(BreakThroughFilter, FallsInAStraightLineInItsTime) {
     const Vec3 before_n = random.in_cube(8.0), after_n = random.below(2) == 0 ? Vec3{} : random.in_cube(2.0);
     const double apart_n = distance(before_n, after_n);
     const double whole_s = std::clamp(apart_n / 500.0, 0.005, 0.020);
-    BreakThroughFilter release;
+    ForceFilter release;
     release.shape(before_n, false, 0.0, step_s);
     Vec3 last_n = before_n;
     double t_s = 0.0;
@@ -60,7 +92,7 @@ TEST(BreakThroughFilter, SpreadsWhatAProxyLetsGo) {
     const Vec3 before_n = random.in_cube(2.0),
                after_n = before_n + random.uniform(0.0, run % 2 ? 1.0 : 8.0) * random.direction();
     const double apart_n = distance(before_n, after_n), by_hand_n = random.below(2) ? 0.0 : random.uniform(0.0, 0.02);
-    BreakThroughFilter release;
+    ForceFilter release;
     release.shape(before_n, false, 0.0, dt_s);
     Vec3 last_n = before_n;
     for (int i = 0; i < 25; ++i) {
@@ -83,7 +115,7 @@ TEST(BreakThroughFilter, SpreadsWhatStepsWhileAProxyLetsGo) {
   int begun_again = 0;
   for (int run = 0; run < 500; ++run) {
     const double by_hand_n = random.uniform(0.0, 0.02);
-    BreakThroughFilter release;
+    ForceFilter release;
     Vec3 command_n = random.in_cube(2.0), last_n = release.shape(command_n, false, 0.0, dt_s);
     command_n += random.uniform(0.1, run % 2 ? 1.0 : 8.0) * random.direction();
     double furthest_n = 0.0;
@@ -108,7 +140,7 @@ TEST(BreakThroughFilter, GivesNoMoreThanTheSpringLetGo) {
     const double k = random.uniform(200.0, 2000.0), speed = random.uniform(0.0, 0.3);
     const Vec3 before_n = random.in_cube(2.0), after_n = random.in_cube(2.0);
     const bool is_level = random.below(2);
-    BreakThroughFilter release;
+    ForceFilter release;
     release.shape(before_n, false, 0.0, dt_s);
     double given_j = 0.0, held_j = 0.0;
     Vec3 lag_n = before_n - after_n;  // the force of the tick before acts until this tick
@@ -129,7 +161,7 @@ TEST(BreakThroughFilter, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) 
   for (int run = 0; run < 500; ++run) {
     const Vec3 before_n = random.in_cube(3.0);
     const double relaxes_s = random.uniform(2e-4, 5e-3);
-    BreakThroughFilter release;
+    ForceFilter release;
     release.shape(before_n, false, 0.0, dt_s);
     Vec3 last_n = before_n;
     for (int i = 0; i < 25; ++i) {
@@ -147,7 +179,7 @@ TEST(BreakThroughFilter, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) 
 TEST(BreakThroughFilter, AddsNoForceOfItsOwnAndEnds) {
   Random random(4);
   for (int run = 0; run < 500; ++run) {
-    BreakThroughFilter release;
+    ForceFilter release;
     Vec3 last_n = random.in_cube(8.0), last_command_n = last_n;
     release.shape(last_n, false, 0.0, dt_s);
     for (int i = 0; i < 40; ++i) {
@@ -167,7 +199,7 @@ TEST(BreakThroughFilter, AddsNoForceOfItsOwnAndEnds) {
 }
 
 TEST(BreakThroughFilter, BeginsAnewWhereTheNextLevelLetsGo) {
-  BreakThroughFilter release;
+  ForceFilter release;
   release.shape({0, 0, 5}, false, 0.0, dt_s);
   Vec3 last_n{0, 0, 5};
   for (int i = 0; i < 40; ++i) {

@@ -129,7 +129,8 @@ TEST(Impact, IsNothingWithoutAGain) {
   for (int i = 0; i < 400; ++i) {
     const Probe probe{.position_m = {1e-4 * i, 0.0, 0.01 - 2e-4 * i}};
     const TickFrame frame = guarded.tick(i, 1e-3 * i, 1e-3, probe);
-    const Vec3 shaped_n = release.shape(guard.pass(same.tick(probe, 1e-3).force_n).command_n, false, 0.1, 1e-3);
+    const Vec3 passed_n = guard.pass(same.tick(probe, 1e-3).force_n).command_n;
+    const Vec3 shaped_n = release.shape({passed_n, {}}, false, 0.1, 1e-3, false, 1.0).force_n;
     ASSERT_EQ(frame.command.force_n, guard.pass(shaped_n).command_n) << i;
   }
 }

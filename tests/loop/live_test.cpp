@@ -402,7 +402,7 @@ TEST(ClutchMapping, ATurnedViewTurnsMotionAndForceAlike) {
   const Vec3 a = grip.hold({.position_m = {0.01, 0, 0}, .valid = true}, 1e-3).probe.position_m;
   const Vec3 b = grip.hold({.position_m = {0.03, 0.01, 0}, .valid = true}, 1e-3).probe.position_m;
   const Vec3 force_n{0.3, -0.2, 0.7};
-  EXPECT_NEAR(dot(force_n, b - a), dot(grip.at_device(force_n), Vec3{0.02, 0.01, 0}), 1e-15) << "work is work";
+  EXPECT_NEAR(dot(force_n, b - a), dot(grip.at_device({force_n, {}}).force_n, Vec3{0.02, 0.01, 0}), 1e-15) << "work is work";
   EXPECT_LT(distance(b - a, quarter * Vec3{0.02, 0.01, 0}), 1e-15);
   grip.turn(2.0 * quarter);
   EXPECT_FALSE(grip.hold({.position_m = {0.03, 0.01, 0}, .valid = true}, 1e-3).moves) << "what is no rotation is left out";

@@ -1,0 +1,37 @@
+#include "palpa/session/tool_law.h"
+
+#include <utility>
+
+namespace palpa {
+
+ToolLaw::ToolLaw(std::unique_ptr<Law> law, const Tool& tool, std::size_t capacity)
+    : law_(std::move(law)), tool_(tool), levers_m_(tool.feet()) {
+  if (!tool.is_point()) pose_law_ = std::make_unique<PoseSolver>(capacity, tool.feet());
+}
+
+void ToolLaw::begin_move(const Pose& start) noexcept {
+  start_ = start;
+  if (tool_.is_point()) return;
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) levers_m_[foot] = tool_.lever_m(start.turn, foot);
+}
+
+Balance ToolLaw::solve(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept {
+  if (tool_.is_point()) return law_->solve(set, set.start_m(), probe.position_m, stiffness_n_per_m, time_step_s);
+  return pose_law_->solve(set, {start_, probe, levers_m_, stiffness_n_per_m, tool_.turning_radius_m(), time_step_s});
+}
+
+void ToolLaw::reset() noexcept { tool_.is_point() ? law_->reset() : pose_law_->reset(); }
+
+Pose ToolLaw::pose_of(const Balance& balance, const Pose& probe) const noexcept {
+  if (tool_.is_point()) return {balance.position_m, start_.turn};
+  const bool is_at_probe =
+      balance.position_m == probe.position_m && balance.turn_rad == rotation_between_rad(start_.turn, probe.turn);
+  return is_at_probe ? probe : Pose{balance.position_m, turned_further(start_.turn, balance.turn_rad)};
+}
+
+Vec3 ToolLaw::linear_foot_m(const PrimitiveId& id, const Pose& end) const noexcept {
+  if (tool_.is_point()) return end.position_m;
+  return end.position_m + lever_m(id) + cross(rotation_between_rad(start_.turn, end.turn), lever_m(id));
+}
+
+}  // namespace palpa

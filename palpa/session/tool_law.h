@@ -1,0 +1,53 @@
+// Law of a tool's balance: the scene's law for a point, the exact law in six unknowns for a body.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "palpa/solver/pose_solver.h"
+
+namespace palpa {
+
+/// Balances of a tool from the start of a move. A point uses a Law, to the bit as without a tool. Allocates at construction
+/// only; one thread.
+class ToolLaw {
+ public:
+  /// \param law       of a point tool; unused by another
+  /// \param tool      outlives this
+  /// \param capacity  [1] of primitives
+  ToolLaw(std::unique_ptr<Law> law, const Tool& tool, std::size_t capacity);
+
+  /// Starts a move at `start` [m].
+  void begin_move(const Pose& start) noexcept;
+  /// Balance of a set that starts there, for the device at `probe` [m].
+  Balance solve(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept;
+  std::span<const Vec3> forces_n() const noexcept { return tool_.is_point() ? law_->forces_n() : pose_law_->forces_n(); }
+  void reset() noexcept;
+
+  const Tool& tool() const noexcept { return tool_; }
+  /// From the device's point to a foot at the start of the move [m].
+  const Vec3& lever_m(const PrimitiveId& id) const noexcept { return levers_m_[id.foot]; }
+  /// A balance as the foot of a primitive has it.
+  Balance at_foot(const Balance& balance, const PrimitiveId& id) const noexcept {
+    return tool_.is_point() ? balance : balance_at_foot(balance, lever_m(id), tool_.turning_radius_m());
+  }
+  /// Largest residual motion of a foot per force at it, times the stiffness [1]: 1 for a point.
+  double gain(const PrimitiveId& id) const noexcept {
+    return tool_.is_point() ? 1.0 : 1.0 + norm_squared(lever_m(id) / tool_.turning_radius_m());
+  }
+  /// Pose of a balance of this move; the device's to the bit where it is there.
+  Pose pose_of(const Balance& balance, const Pose& probe) const noexcept;
+  /// Position of a foot [m] with the tool moved to `end`, had it gone on the straight line of its linear motion: primitives act
+  /// there. Of a point its position.
+  Vec3 linear_foot_m(const PrimitiveId& id, const Pose& end) const noexcept;
+
+ private:
+  std::unique_ptr<Law> law_;
+  std::unique_ptr<PoseSolver> pose_law_;
+  const Tool& tool_;
+  Pose start_;
+  std::vector<Vec3> levers_m_;  // by foot
+};
+
+}  // namespace palpa
