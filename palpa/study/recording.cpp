@@ -89,7 +89,9 @@ GuardOptions guard_options_of(const TraceHeader& header) {
   GuardOptions options = guard_options_for({.max_force_n = header.device_max_force_n,
                                             .continuous_force_n = header.device_continuous_force_n,
                                             .max_damping_ns_per_m = header.device_max_damping_ns_per_m,
-                                            .damping_ns_per_m = header.device_damping_ns_per_m},
+                                            .damping_ns_per_m = header.device_damping_ns_per_m,
+                                            .max_torque_nm = header.device_max_torque_nm,
+                                            .max_turn_damping_nms_per_rad = header.device_max_turn_damping_nms_per_rad},
                                            header.device_max_force_n);
   options.motors = header.motors;
   options.dead_man_buttons = header.dead_man_buttons;
