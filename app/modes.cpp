@@ -26,6 +26,7 @@ const char* name_of(ParameterKind kind) {
     case ParameterKind::strength: return "strength";
     case ParameterKind::level: return "level";
     case ParameterKind::vector: return "vector";
+    case ParameterKind::vectors: return "vectors";
     case ParameterKind::list: return "list";
     case ParameterKind::whole_number: return "whole number";
     case ParameterKind::texts: return "texts";
@@ -64,6 +65,7 @@ class JsonOfParameters final : public ParameterVisitor {
   }
   void numbers(const ParameterInfo& info, std::vector<double>& value) override { add(info)["default"] = value; }
   void texts(const ParameterInfo& info, std::vector<std::string>& value) override { add(info)["default"] = value; }
+  void vectors(const ParameterInfo& info, std::vector<Vec3>&) override { add(info); }
   void strength(const ParameterInfo& info, Strength& value) override {
     Json& entry = add(info);
     entry["default"] = value.constant_n;

@@ -1,6 +1,6 @@
 // Time of a balance: the exact law by family, number of primitives and stage, and in scenes under a moving hand.
 //
-//   bench_solver [--problems 200] [--family NAME] [--part scenes|families]
+//   bench_solver [--problems 200] [--family NAME] [--part scenes|families|tools]
 //
 // Times are of `Solver::solve` alone, by the clock named at the top, less the clock's own time. Each problem is timed 3 times
 // and the best kept; median, p99 and maximum are over problems, so that they show hard problems, not a noisy machine. Cold: an
@@ -23,6 +23,7 @@
 
 #include "solver_clock.h"
 #include "solver_scenes.h"
+#include "solver_tools.h"
 #include "tests/solver/counted_allocations.h"
 #include "tests/solver/problem_families.h"
 #include "tests/solver/random_problems.h"
@@ -353,13 +354,45 @@ void measure_families(Bench& bench, const Options& options, Figures& figures) {
   print_rows("", pooled);
 }
 
+Values times_us(const bench::ToolTimes& tool) {
+  Values values;
+  for (const double ns : tool.times_ns) values.add(1e-3 * ns);
+  return values;
+}
+
+void print_tool(const bench::ToolTimes& tool, const Values& us) {
+  std::printf("%-24s %4d %-8s %6.1f %8zu | %8.2f %8.2f %9.1f | %9.2e %6d\n", tool.name.c_str(), tool.feet,
+              tool.friction ? "friction" : "", tool.rows, us.size(), us.median(), us.quantile(0.99), us.max(),
+              tool.largest_bound_m, tool.capped);
+}
+
+void measure_tools(Bench& bench, const Options& options, Figures& figures) {
+  std::printf("\nTools: balances of walks at 1 kHz, warm, the best of 3 repetitions\n");
+  std::printf("%-24s %4s %-8s %6s %8s | %8s %8s %9s | %9s %6s   [us]\n", "walk", "feet", "", "rows", "balances", "median",
+              "p99", "max", "bound [m]", "capped");
+  for (const bench::ToolTimes& tool : bench::times_of_walks(bench.clock())) {
+    const Values us = times_us(tool);
+    print_tool(tool, us);
+    if (tool.feet != 16 && tool.feet != 256) continue;
+    const std::string what = tool.name + ", " + std::to_string(tool.feet) + " feet" + (tool.friction ? ", friction" : "");
+    const double allowed = tool.friction ? 2.0 : 1.0;
+    if (tool.feet == 16) figures.at_most(what + ": median", us.median(), allowed, "us");
+    figures.at_most(what + ": p99", us.quantile(0.99), allowed * (tool.feet == 16 ? 10 : 60), "us");
+  }
+  for (const bench::ToolTimes& tool : bench::times_jammed(bench.clock(), options.problems)) {
+    const Values us = times_us(tool);
+    print_tool(tool, us);
+    figures.at_most(tool.name + ", " + std::to_string(tool.feet) + " feet: max", us.max(), 1000, "us");
+  }
+}
+
 std::optional<Options> options_of(int argc, char** argv) {
   Options options;
   for (int i = 1; i < argc; ++i) {
     const std::string_view key = argv[i];
     if (key == "--part" && i + 1 < argc) {
       options.part = argv[++i];
-      constexpr std::string_view parts[] = {"scenes", "families"};
+      constexpr std::string_view parts[] = {"scenes", "families", "tools"};
       if (std::find(std::begin(parts), std::end(parts), options.part) == std::end(parts)) return std::nullopt;
     } else if (key == "--problems" && i + 1 < argc) {
       options.problems = std::atoi(argv[++i]);
@@ -379,7 +412,7 @@ std::optional<Options> options_of(int argc, char** argv) {
 int main(int argc, char** argv) {
   const std::optional<Options> options = options_of(argc, argv);
   if (!options) {
-    std::fputs("usage: bench_solver [--problems N] [--family NAME] [--part scenes|families]\n", stderr);
+    std::fputs("usage: bench_solver [--problems N] [--family NAME] [--part scenes|families|tools]\n", stderr);
     return 2;
   }
   Bench bench;
@@ -391,6 +424,7 @@ int main(int argc, char** argv) {
     return options->family.empty() || part == "families";
   };
   if (asked("scenes")) measure_scenes(bench, figures);
+  if (asked("tools")) measure_tools(bench, *options, figures);
   if (asked("families")) measure_families(bench, *options, figures);
   figures.at_most("allocations in " + std::to_string(bench.solves()) + " solves", static_cast<double>(bench.allocations()), 0,
                   "");

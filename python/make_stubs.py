@@ -58,7 +58,7 @@ def function(name, thing, indent=""):
     parameters = []
     if name == "__init__" and thing is palpa.Scene.__init__:  # parameters of its coupling
         signature = signature.replace(return_annotation=None, parameters=[
-            p if p.name == "self" else p.replace(annotation=float) for p in signature.parameters.values()])
+            p if p.name in ("self", "tool") else p.replace(annotation="float | None" if p.default is None else float) for p in signature.parameters.values()])
     for parameter in signature.parameters.values():
         default = parameter.default if parameter.default is inspect.Parameter.empty else ...
         parameters.append(parameter.replace(default=default))

@@ -37,6 +37,7 @@ constexpr std::chrono::milliseconds retry_interval{100};
 constexpr std::chrono::milliseconds look_interval{10};
 // At the end, for code that does not return. Longer: a program ends later; shorter: a slow device is not closed.
 constexpr std::chrono::seconds longest_end{1};
+constexpr double turn_tolerance = 1e-3;  // [1] of a quaternion's length, as of a session
 constexpr std::size_t max_warnings = 8;  // [1] sentences; more: repetitions
 
 double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
@@ -64,6 +65,7 @@ DeviceState state_of(const py::object& returned) {
   state.valid = state.valid && is_finite(state.position_m);
   if (!state.valid) state.buttons = 0;  // an absent handle holds no buttons
   if (state.velocity_m_per_s && !is_finite(*state.velocity_m_per_s)) state.velocity_m_per_s.reset();
+  if (state.turn && !is_unit(*state.turn, turn_tolerance)) state.valid = false;
   return state;
 }
 
@@ -83,10 +85,12 @@ std::string type_name(const py::object& object) { return object.get_type().attr(
 
 struct OwnDevice::Shared {
   struct Wish {
-    Vec3 force_n;
+    Vec3 force_n, torque_nm{};
     Clock::time_point time{};
+    bool is_zero() const noexcept { return force_n == Vec3{} && torque_nm == Vec3{}; }
   };
   py::object device;  // for its thread alone, with the interpreter's lock
+  bool drives_torque = false;
   Latest<Wish> wishes;
   Latest<DeviceState> states;
   std::atomic<bool> ends{false}, is_linked{true}, rests{false};
@@ -102,10 +106,11 @@ struct OwnDevice::Shared {
       warnings.push_back(std::move(sentence));
   }
   /// Calls `write`. With the interpreter's lock; raises its exceptions.
-  void write(const Vec3& force_n) {
+  void write(const Wish& wish) {
     rests = false;
-    device.attr("write")(array_of(force_n));
-    rests = norm(force_n) == 0.0;
+    drives_torque ? device.attr("write")(array_of(wish.force_n), array_of(wish.torque_nm))
+                  : device.attr("write")(array_of(wish.force_n));
+    rests = wish.is_zero();
   }
   bool exchange(const Wish& wish, bool may_push);
   void write_zero() noexcept;
@@ -131,7 +136,7 @@ bool OwnDevice::Shared::exchange(const Wish& wish, bool may_push) {
   try {
     DeviceState state = state_of(device.attr("read")());
     const bool is_fresh = Clock::now() - wish.time < force_lifetime;
-    write(may_push && is_fresh ? wish.force_n : Vec3{});
+    write(may_push && is_fresh ? wish : Wish{});
     state.time_s = seconds(Clock::now());
     states.give(state);
     return true;
@@ -162,7 +167,7 @@ void OwnDevice::run(const std::shared_ptr<Shared>& shared) {
     const Clock::time_point begin = Clock::now();
     // After a failure the first exchange sends nothing: the loop must read the fault first.
     const Shared::Wish wish = shared->wishes.take();
-    if (norm(wish.force_n) > 0.0) shared->rests = false;
+    if (!wish.is_zero()) shared->rests = false;
     const bool went_well = shared->exchange(wish, is_well);
     shared->is_linked = went_well;
     is_well = went_well;
@@ -208,6 +213,7 @@ void OwnDevice::watch(const std::shared_ptr<Shared>& shared) {
 OwnDevice::OwnDevice(py::object device) : limits_(limits_of(device)), shared_(std::make_shared<Shared>()) {
   name_ = type_name(device);
   shared_->device = std::move(device);
+  shared_->drives_torque = limits_.max_torque_nm > 0.0;
   std::thread([shared = shared_] { run(shared); }).detach();
   std::thread([shared = shared_] { watch(shared); }).detach();
 }
@@ -234,8 +240,10 @@ DeviceState OwnDevice::read() noexcept {
   return state;
 }
 
-bool OwnDevice::write(const Vec3& force_n) noexcept {
-  shared_->wishes.give({is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{}, Clock::now()});
+bool OwnDevice::write(const Vec3& force_n, const Vec3& torque_nm) noexcept {
+  const bool is_usable = is_finite(force_n) && is_finite(torque_nm);
+  shared_->wishes.give({is_usable ? shortened(force_n, limits_.max_force_n) : Vec3{},
+                        is_usable ? shortened(torque_nm, limits_.max_torque_nm) : Vec3{}, Clock::now()});
   return shared_->is_linked.load(std::memory_order_relaxed);
 }
 
@@ -262,11 +270,12 @@ class Guarded {
         guarded_(session_, options(limits, scene, dead_man_buttons)) {}
 
   TickFrame tick(const py::object& position_m, double dt_s, const py::object& velocity_m_per_s, bool valid,
-                 std::uint32_t buttons, bool fault) {
+                 std::uint32_t buttons, bool fault, const py::object& turn) {
     if (in_use_.exchange(true)) throw std::runtime_error("another thread feels this session; each thread needs one of its own");
     const Leaves leaves{in_use_};
     Probe probe{.position_m = vector_of(position_m, "position_m"), .valid = valid, .buttons = buttons};
     if (!velocity_m_per_s.is_none()) probe.velocity_m_per_s = vector_of(velocity_m_per_s, "velocity_m_per_s");
+    if (!turn.is_none()) probe.turn = turn_of(turn, "turn");
     std::uint32_t circumstances = 0;
     if (fault || std::exchange(has_failed_, false)) circumstances |= bit_of(Circumstance::device_fault);
     if (panics_) circumstances |= bit_of(Circumstance::panic);
@@ -310,20 +319,28 @@ class Guarded {
 void bind_limits(py::module_& module) {
   py::class_<DeviceLimits>(module, "DeviceLimits", "What a device may be asked for.")
       .def(py::init([](double max_force_n, bool has_motors, double max_stiffness_n_per_m, double workspace_radius_m,
-                       double encoder_step_m, double continuous_force_n, double max_damping_ns_per_m, double damping_ns_per_m) {
-             return DeviceLimits{.max_force_n = in_range(max_force_n, "max_force_n", true),
-                                 .has_motors = has_motors,
-                                 .max_stiffness_n_per_m = in_range(max_stiffness_n_per_m, "max_stiffness_n_per_m", false),
-                                 .workspace_radius_m = in_range(workspace_radius_m, "workspace_radius_m", false),
-                                 .encoder_step_m = in_range(encoder_step_m, "encoder_step_m", true),
-                                 .continuous_force_n = in_range(continuous_force_n, "continuous_force_n", true),
-                                 .max_damping_ns_per_m = in_range(max_damping_ns_per_m, "max_damping_ns_per_m", true),
-                                 .damping_ns_per_m = in_range(damping_ns_per_m, "damping_ns_per_m", true)};
+                       double encoder_step_m, double continuous_force_n, double max_damping_ns_per_m, double damping_ns_per_m,
+                       double max_torque_nm, double max_turn_stiffness_nm_per_rad, double max_turn_damping_nms_per_rad) {
+             return DeviceLimits{
+                 .max_force_n = in_range(max_force_n, "max_force_n", true),
+                 .has_motors = has_motors,
+                 .max_stiffness_n_per_m = in_range(max_stiffness_n_per_m, "max_stiffness_n_per_m", false),
+                 .workspace_radius_m = in_range(workspace_radius_m, "workspace_radius_m", false),
+                 .encoder_step_m = in_range(encoder_step_m, "encoder_step_m", true),
+                 .continuous_force_n = in_range(continuous_force_n, "continuous_force_n", true),
+                 .max_damping_ns_per_m = in_range(max_damping_ns_per_m, "max_damping_ns_per_m", true),
+                 .damping_ns_per_m = in_range(damping_ns_per_m, "damping_ns_per_m", true),
+                 .max_torque_nm = in_range(max_torque_nm, "max_torque_nm", true),
+                 .max_turn_stiffness_nm_per_rad =
+                     in_range(max_turn_stiffness_nm_per_rad, "max_turn_stiffness_nm_per_rad", false),
+                 .max_turn_damping_nms_per_rad = in_range(max_turn_damping_nms_per_rad, "max_turn_damping_nms_per_rad", true)};
            }),
            py::kw_only(), py::arg("max_force_n"), py::arg("has_motors") = true, py::arg("max_stiffness_n_per_m") = 1e5,
            py::arg("workspace_radius_m") = 0.15, py::arg("encoder_step_m") = 0.0,
            py::arg("continuous_force_n") = std::numeric_limits<double>::infinity(),
-           py::arg("max_damping_ns_per_m") = std::numeric_limits<double>::infinity(), py::arg("damping_ns_per_m") = 0.0)
+           py::arg("max_damping_ns_per_m") = std::numeric_limits<double>::infinity(), py::arg("damping_ns_per_m") = 0.0,
+           py::arg("max_torque_nm") = 0.0, py::arg("max_turn_stiffness_nm_per_rad") = std::numeric_limits<double>::infinity(),
+           py::arg("max_turn_damping_nms_per_rad") = std::numeric_limits<double>::infinity())
       .def_readonly("max_force_n", &DeviceLimits::max_force_n, "[N] no force is larger")
       .def_readonly("has_motors", &DeviceLimits::has_motors, "False: nothing holds a force on the hand")
       .def_readonly("max_stiffness_n_per_m", &DeviceLimits::max_stiffness_n_per_m, "[N/m] the coupling is no stiffer")
@@ -332,24 +349,33 @@ void bind_limits(py::module_& module) {
       .def_readonly("continuous_force_n", &DeviceLimits::continuous_force_n, "[N] that its motors bear for ever")
       .def_readonly("max_damping_ns_per_m", &DeviceLimits::max_damping_ns_per_m, "[N*s/m] the coupling damps no more")
       .def_readonly("damping_ns_per_m", &DeviceLimits::damping_ns_per_m, "[N*s/m] of its own mechanics")
+      .def_readonly("max_torque_nm", &DeviceLimits::max_torque_nm, "[N m] no torque is larger; 0: it drives none")
+      .def_readonly("max_turn_stiffness_nm_per_rad", &DeviceLimits::max_turn_stiffness_nm_per_rad,
+                    "[N m/rad] the coupling is no stiffer against turning")
+      .def_readonly("max_turn_damping_nms_per_rad", &DeviceLimits::max_turn_damping_nms_per_rad,
+                    "[N m s/rad] the coupling damps turning no more")
       .def("__repr__", [](const DeviceLimits& l) {
         return py::str("DeviceLimits(max_force_n={:g}, max_stiffness_n_per_m={:g}, encoder_step_m={:g})")
             .format(l.max_force_n, l.max_stiffness_n_per_m, l.encoder_step_m);
       });
   py::class_<DeviceState>(module, "DeviceState", "A device at one moment, in the hand frame: what palpa.Device.read returns.")
       .def(py::init([](const py::object& position_m, const py::object& velocity_m_per_s, bool valid, std::uint32_t buttons,
-                       const std::optional<std::string>& fault) {
+                       const std::optional<std::string>& fault, const py::object& turn) {
              DeviceState state{.position_m = vector_of(position_m, "position_m"), .valid = valid, .buttons = buttons};
              if (!velocity_m_per_s.is_none()) state.velocity_m_per_s = vector_of(velocity_m_per_s, "velocity_m_per_s");
              if (fault) state.fault = kept_words(*fault);
+             if (!turn.is_none()) state.turn = turn_of(turn, "turn");
              return state;
            }),
            py::arg("position_m"), py::kw_only(), py::arg("velocity_m_per_s") = py::none(), py::arg("valid") = true,
-           py::arg("buttons") = 0, py::arg("fault") = py::none())
+           py::arg("buttons") = 0, py::arg("fault") = py::none(), py::arg("turn") = py::none())
       .def_property_readonly(
           "position_m", [](const DeviceState& s) { return array_of(s.position_m); }, "[m] shape (3,)")
       .def_readonly("valid", &DeviceState::valid, "the position can be used")
       .def_readonly("buttons", &DeviceState::buttons, "those that are held, a bit each")
+      .def_property_readonly(
+          "turn", [](const DeviceState& s) { return s.turn ? py::object(array_of(*s.turn)) : py::object(py::none()); },
+          "orientation of the handle, a unit quaternion (w, x, y, z); None: it senses none")
       .def_property_readonly(
           "fault", [](const DeviceState& s) { return s.fault ? py::object(py::str(s.fault)) : py::object(py::none()); },
           "why no force can be felt; None: all is well")
@@ -366,6 +392,9 @@ void bind_devices(py::module_& module) {
       .def_property_readonly(
           "command_n", [](const TickFrame& f) { return array_of(f.command.force_n); },
           "[N] shape (3,): the force that may be sent to the device, and nothing else")
+      .def_property_readonly(
+          "command_torque_nm", [](const TickFrame& f) { return array_of(f.command.torque_nm); },
+          "[N m] shape (3,): likewise the torque; zero where the device drives none")
       .def_property_readonly(
           "guard", [](const TickFrame& f) { return name_of(f.command.guard); },
           "state of the guard (docs/safety.md): \"pass\", …")
@@ -388,9 +417,9 @@ void bind_devices(py::module_& module) {
            }),
            py::arg("scene"), py::arg("limits"), py::arg("dead_man_buttons") = 0)
       .def("tick", &Guarded::tick, py::arg("position_m"), py::arg("dt_s"), py::arg("velocity_m_per_s") = py::none(),
-           py::arg("valid") = true, py::arg("buttons") = 0, py::arg("fault") = false,
+           py::arg("valid") = true, py::arg("buttons") = 0, py::arg("fault") = false, py::arg("turn") = py::none(),
            "One update; returns a GuardedTick, whose command_n is what may be sent.\n\n"
-           "position_m, dt_s, velocity_m_per_s, valid, buttons: as of Session.tick. fault: the device has one.\n"
+           "position_m, dt_s, velocity_m_per_s, valid, buttons, turn: as of Session.tick. fault: the device has one.\n"
            "A step above 0.05 s is late, for motors held the last force meanwhile: no force, then the gate and the ramp.\n"
            "Where a mode in Python raises, so does this, and the next tick counts as one after a fault: send zero then.")
       .def("__repr__", &Guarded::text)

@@ -11,11 +11,12 @@
 
 namespace palpa::python {
 
-/// Device from a Python object with `limits`, `read()` and `write(force_n)` (palpa.Device). A thread of its own alternates both
-/// calls, at most a thousand times a second; the loop only exchanges a value, so the interpreter never blocks it. If Python
-/// code raises, or does not return for 50 ms, the device has a fault: the guard removes the force, and only zero is written
-/// until a whole exchange has succeeded. While a call hangs, another thread calls `release()`, by which the device may remove
-/// the force without that code. A force is not written later than 20 ms after the loop set it.
+/// Device from a Python object with `limits`, `read()` and `write(force_n)`, or with limits of torque `write(force_n,
+/// torque_nm)` (palpa.Device). A thread of its own alternates both calls, at most a thousand times a second; the loop only
+/// exchanges a value, so the interpreter never blocks it. If Python code raises, or does not return for 50 ms, the device has a
+/// fault: the guard removes the force, and only zero is written until a whole exchange has succeeded. While a call hangs,
+/// another thread calls `release()`, by which the device may remove the force without that code. A force is not written later
+/// than 20 ms after the loop set it.
 class OwnDevice final : public Device {
  public:
   /// With the interpreter's lock. Raises TypeError if the object is no device.
@@ -26,7 +27,8 @@ class OwnDevice final : public Device {
   std::string name() const override { return name_; }
   DeviceLimits limits() const override { return limits_; }
   DeviceState read() noexcept override;
-  bool write(const Vec3& force_n) noexcept override;
+  bool write(const Vec3& force_n) noexcept override { return write(force_n, {}); }
+  bool write(const Vec3& force_n, const Vec3& torque_nm) noexcept override;
   bool rests() const noexcept override;
 
   /// Writes zero and closes the device on its thread; blocks for at most a second: code that does not return keeps its thread.

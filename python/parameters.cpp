@@ -48,6 +48,7 @@ std::string annotation_of(const detail::Key& key, ParameterKind kind) {
     case ParameterKind::strength: type = "float | Strength"; break;
     case ParameterKind::vector:
     case ParameterKind::numbers: type = "Sequence[float] | None"; break;
+    case ParameterKind::vectors: type = "Sequence[Sequence[float]]"; break;
     case ParameterKind::whole_numbers: type = "Sequence[int] | None"; break;
     case ParameterKind::texts: type = "Sequence[str]"; break;
     case ParameterKind::list: type = "list"; break;
@@ -179,6 +180,11 @@ class Getter final : public ParameterVisitor {
     take(info, value.empty() ? py::object(py::none()) : py::tuple(py::cast(value)));
   }
   void texts(const ParameterInfo& info, std::vector<std::string>& value) override { take(info, py::tuple(py::cast(value))); }
+  void vectors(const ParameterInfo& info, std::vector<Vec3>& value) override {
+    py::list rows;
+    for (const Vec3& v : value) rows.append(py::make_tuple(v.x, v.y, v.z));
+    take(info, py::tuple(rows));
+  }
 
   py::object result;
   bool found = false;
@@ -270,6 +276,14 @@ class Setter final : public ParameterVisitor {
       set(value, value_.cast<std::vector<std::string>>());
     } catch (const py::cast_error&) {  // reported as a wrong type
     }
+  }
+  void vectors(const ParameterInfo& info, std::vector<Vec3>& value) override {
+    const auto rows = info.name == name_ ? numbers_of(value_) : std::nullopt;
+    if (!rows || (rows->size() > 0 && (rows->ndim() != 2 || rows->shape(1) != 3))) return;
+    std::vector<Vec3> vectors;
+    for (py::ssize_t n = 0; rows->size() > 0 && n < rows->shape(0); ++n)
+      vectors.push_back({within(info, rows->at(n, 0)), within(info, rows->at(n, 1)), within(info, rows->at(n, 2))});
+    set(value, std::move(vectors));
   }
 
   bool done = false;
@@ -514,6 +528,20 @@ py::array_t<double> array_of(const Vec3& v) {
   return py::array_t<double>(3, numbers);
 }
 
+Turn turn_of(py::handle value, std::string_view name) {
+  const auto numbers = numbers_of(value);
+  if (!numbers || numbers->ndim() != 1 || numbers->shape(0) != 4) {
+    throw py::type_error(detail::in_quotes(name) + " takes four numbers [w, x, y, z], not " +
+                         detail::one_line(py::str(value).cast<std::string>().substr(0, 60)));
+  }
+  return {numbers->at(0), numbers->at(1), numbers->at(2), numbers->at(3)};
+}
+
+py::array_t<double> array_of(const Turn& turn) {
+  const double numbers[4] = {turn.w, turn.x, turn.y, turn.z};
+  return py::array_t<double>(4, numbers);
+}
+
 py::list described(const detail::Keys& keys) {
   py::list all;
   for (const detail::Key& key : keys) {
@@ -558,6 +586,7 @@ void bind_parameters(py::module_& module) {
     if (name == "coupling") return described(detail::keys_of<CouplingOptions>());
     if (name == "workspace") return described(detail::keys_of<Workspace>());
     if (name == "time") return described(detail::keys_of<TimeOptions>());
+    if (name == "tool") return described(detail::keys_of<ToolOptions>());
     return described(detail::keys_of<VolumeRequest>());
   });
 }

@@ -48,13 +48,14 @@ class StructPart final : public Part {
   T value_;
 };
 
-/// Coupling, workspace or time of a scene.
+/// Coupling, workspace, time or tool of a scene.
 template <class T>
 class OptionsPart final : public Part {
  public:
   using Get = const T& (Scene::*)() const noexcept;
   OptionsPart(std::shared_ptr<Scene> scene, Get get) : scene_(std::move(scene)), get_(get) {}
-  void visit(ParameterVisitor& visitor) override { StructPart<T>(((*scene_).*get_)()).visit(visitor); }
+  const T& value() const { return ((*scene_).*get_)(); }
+  void visit(ParameterVisitor& visitor) override { StructPart<T>(value()).visit(visitor); }
   void edit(const std::function<void(Part&)>& change) override {
     scene_->edit<T>([&](T& options) {
       StructPart<T> part(options);
@@ -117,7 +118,10 @@ std::optional<std::vector<double>> maybe_numbers(py::handle value);
 /// Python number; TypeError with `name` on anything else.
 double number_of(py::handle value, std::string_view name);
 Vec3 vector_of(py::handle value, std::string_view name);
+/// Four numbers (w, x, y, z); TypeError with `name` on anything else.
+Turn turn_of(py::handle value, std::string_view name);
 py::array_t<double> array_of(const Vec3& v);
+py::array_t<double> array_of(const Turn& turn);  ///< w, x, y, z
 
 /// Descriptions of the keys: (name, annotation, form, fallback, sentence, keys of its items or None).
 py::list described(const detail::Keys& keys);

@@ -372,7 +372,7 @@ py::tuple state_of(const SceneMode& mode) {
     }
     content = py::make_tuple(type, values_of(std::make_shared<python::ModePart>(mode.mode)));
   }
-  return py::make_tuple(mode.name, content, mode.masks, mode.enabled);
+  return py::make_tuple(mode.name, content, mode.masks, mode.enabled, mode.feet ? static_cast<int>(*mode.feet) : -1);
 }
 void add_mode(Scene& scene, const py::tuple& state) {
   const auto name = state[0].cast<std::string>();
@@ -390,7 +390,10 @@ void add_mode(Scene& scene, const py::tuple& state) {
     part = state[1].attr("_to_part")().cast<PartPtr>();
   }
   const Mode& mode = dynamic_cast<python::ModePart&>(*part).mode();
-  scene.add(name, named(mode, name), state[2].cast<std::vector<Mask>>(), state[3].cast<bool>());
+  const int feet = state[4].cast<int>();
+  scene.add(detail::CheckedMode({name, named(mode, name), state[3].cast<bool>(), state[2].cast<std::vector<Mask>>(),
+                                 feet < 0 ? std::nullopt : std::optional(static_cast<SceneMode::Feet>(feet))},
+                                scene.modes().size()));
 }
 
 py::list state_of(const std::vector<ViewLayer>& layers) {
@@ -425,6 +428,7 @@ py::dict state_of(const Scene& scene) {
   state["coupling"] = values_of_struct(scene.coupling());
   state["workspace"] = values_of_struct(scene.workspace());
   state["time"] = values_of_struct(scene.time());
+  state["tool"] = values_of_struct(scene.tool());
   state["view"] = values_of_struct(scene.view);
   state["layers"] = state_of(scene.layers);
   state["volumes"] = volumes;
@@ -442,6 +446,7 @@ std::shared_ptr<Scene> scene_of(const py::dict& state) {
   scene->set(filled<CouplingOptions>(state["coupling"]));
   scene->set(filled<Workspace>(state["workspace"]));
   scene->set(filled<TimeOptions>(state["time"]));
+  scene->set(filled<ToolOptions>(state["tool"]));
   scene->view = filled<ViewOptions>(state["view"]);
   scene->layers = layers_of(state["layers"]);
   return scene;
@@ -458,8 +463,11 @@ void each_member(Energy& e, const Act& act) {
 }
 template <class Act>
 void each_member(Tick& t, const Act& act) {
-  for (Vec3* v : {&t.probe_m, &t.probe_velocity_m_per_s, &t.probe_step_m, &t.proxy_m, &t.proxy_velocity_m_per_s, &t.force_n})
+  for (Vec3* v : {&t.probe_m, &t.probe_velocity_m_per_s, &t.probe_step_m, &t.proxy_m, &t.proxy_velocity_m_per_s, &t.force_n,
+                  &t.probe_turn_step_rad, &t.torque_nm})
     for (double* number : {&v->x, &v->y, &v->z}) act(*number);
+  for (Turn* turn : {&t.probe_turn, &t.proxy_turn})
+    for (double* number : {&turn->w, &turn->x, &turn->y, &turn->z}) act(*number);
   for (double* number : {&t.given_back_n, &t.error_bound_m, &t.unborne_n}) act(*number);
   for (int* number : {&t.sub_steps, &t.iterations, &t.dropped, &t.work}) act(*number);
   act(t.probe_valid);

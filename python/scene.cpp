@@ -242,6 +242,54 @@ std::vector<Mask> masks_of(const py::iterable& masks) {
   return all;
 }
 
+constexpr std::array feet_words{"all", "first"};  // of SceneMode::Feet
+
+std::optional<SceneMode::Feet> feet_of(const py::object& word) {
+  if (word.is_none()) return {};
+  for (std::size_t n = 0; n < feet_words.size(); ++n) {
+    if (py::isinstance<py::str>(word) && word.cast<std::string>() == feet_words[n]) return static_cast<SceneMode::Feet>(n);
+  }
+  throw py::value_error("'feet' is 'all', 'first' or None, not " +
+                        detail::one_line(py::repr(word).cast<std::string>().substr(0, 60)));
+}
+
+/// Modes of a scene.
+void bind_modes_of(py::class_<Scene, std::shared_ptr<Scene>>& bound) {
+  bound
+      .def("_mode", [](const std::shared_ptr<Scene>& scene,
+                       const std::string& name) { return PartPtr(std::make_shared<SceneModePart>(scene, name)); })
+      .def("_mode_names",
+           [](const Scene& scene) {
+             std::vector<std::string> names;
+             for (const SceneMode& mode : scene.modes()) names.push_back(mode.name);
+             return names;
+           })
+      .def("_is_enabled",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name) { return mode_of(scene, name).enabled; })
+      .def("_enable",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name, bool enabled) {
+             mode_of(scene, name), scene->edit_mode(name, [&](SceneMode& mode) { mode.enabled = enabled; });
+           })
+      .def("_feet",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name) -> py::object {
+             const auto feet = mode_of(scene, name).feet;
+             return feet ? py::object(py::str(feet_words[static_cast<std::size_t>(*feet)])) : py::none();
+           })
+      .def("_set_feet",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name, const py::object& feet) {
+             mode_of(scene, name), scene->edit_mode(name, [&](SceneMode& mode) { mode.feet = feet_of(feet); });
+           })
+      .def("_masks",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name) {
+             py::list all;
+             for (const Mask& mask : mode_of(scene, name).masks) all.append(mask);
+             return py::tuple(all);
+           })
+      .def("_set_masks", [](const std::shared_ptr<Scene>& scene, const std::string& name, const py::iterable& masks) {
+        mode_of(scene, name), scene->edit_mode(name, [&](SceneMode& mode) { mode.masks = masks_of(masks); });
+      });
+}
+
 /// Volumes and modes of a scene.
 void bind_parts_of(py::class_<Scene, std::shared_ptr<Scene>>& bound) {
   bound
@@ -258,35 +306,14 @@ void bind_parts_of(py::class_<Scene, std::shared_ptr<Scene>>& bound) {
              return added;
            })
       .def("_add_mode",
-           [](Scene& scene, const std::string& name, const PartPtr& mode, const py::iterable& masks, bool enabled) {
+           [](Scene& scene, const std::string& name, const PartPtr& mode, const py::iterable& masks, bool enabled,
+              const py::object& feet) {
              auto* const own = dynamic_cast<ModePart*>(mode.get());
              auto* const of_scene = dynamic_cast<SceneModePart*>(mode.get());
              if (!own && !of_scene) throw py::type_error("a mode is added to a scene");
-             scene.add(name, named(own ? own->mode() : of_scene->mode().mode, name), masks_of(masks), enabled);
-           })
-      .def("_mode", [](const std::shared_ptr<Scene>& scene,
-                       const std::string& name) { return PartPtr(std::make_shared<SceneModePart>(scene, name)); })
-      .def("_mode_names",
-           [](const Scene& scene) {
-             std::vector<std::string> names;
-             for (const SceneMode& mode : scene.modes()) names.push_back(mode.name);
-             return names;
-           })
-      .def("_is_enabled",
-           [](const std::shared_ptr<Scene>& scene, const std::string& name) { return mode_of(scene, name).enabled; })
-      .def("_enable",
-           [](const std::shared_ptr<Scene>& scene, const std::string& name, bool enabled) {
-             mode_of(scene, name), scene->edit_mode(name, [&](SceneMode& mode) { mode.enabled = enabled; });
-           })
-      .def("_masks",
-           [](const std::shared_ptr<Scene>& scene, const std::string& name) {
-             py::list all;
-             for (const Mask& mask : mode_of(scene, name).masks) all.append(mask);
-             return py::tuple(all);
-           })
-      .def("_set_masks",
-           [](const std::shared_ptr<Scene>& scene, const std::string& name, const py::iterable& masks) {
-             mode_of(scene, name), scene->edit_mode(name, [&](SceneMode& mode) { mode.masks = masks_of(masks); });
+             scene.add(detail::CheckedMode(
+                 {name, named(own ? own->mode() : of_scene->mode().mode, name), enabled, masks_of(masks), feet_of(feet)},
+                 scene.modes().size()));
            })
       .def("_volumes",
            [](const Scene& scene) {
@@ -297,6 +324,19 @@ void bind_parts_of(py::class_<Scene, std::shared_ptr<Scene>>& bound) {
       .def(
           "remove_mode", [](Scene& scene, const std::string& name) { scene.remove_mode(name); }, py::arg("name"),
           "Takes a mode away; nothing where there is none of this name.");
+}
+
+/// Parts of a scene with a list of parameters.
+void bind_options_of(py::module_& module, py::class_<Scene, std::shared_ptr<Scene>>& bound) {
+  bound.def("_coupling", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::coupling); })
+      .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::workspace); })
+      .def("_time", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::time); })
+      .def("_tool", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::tool); })
+      .def("_set_tool", [](Scene& scene, const PartPtr& part) {
+        if (auto* const own = dynamic_cast<StructPart<ToolOptions>*>(part.get())) return scene.set(own->value());
+        scene.set(dynamic_cast<OptionsPart<ToolOptions>&>(*part).value());
+      });
+  module.def("new_tool", [] { return PartPtr(std::make_shared<StructPart<ToolOptions>>(ToolOptions{})); });
 }
 
 }  // namespace
@@ -315,10 +355,9 @@ void bind_scene(py::module_& module) {
       .def_property(
           "needs", [](const Scene& scene) { return py::tuple(py::cast(scene.needs)); },
           [](Scene& scene, const std::vector<std::string>& needs) { scene.needs = needs; },
-          "types of modes that plug-ins must bring")
-      .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::coupling); })
-      .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::workspace); })
-      .def("_time", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::time); });
+          "types of modes that plug-ins must bring");
+  bind_options_of(module, bound);
+  bind_modes_of(bound);
   bind_parts_of(bound);
   bound
       .def(

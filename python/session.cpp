@@ -98,10 +98,11 @@ class FeltSession {
 };
 
 Tick tick(FeltSession& felt, const py::object& position_m, double dt_s, const py::object& velocity_m_per_s, bool valid,
-          std::uint32_t buttons) {
+          std::uint32_t buttons, const py::object& turn) {
   FeltSession::Use use(felt);
   Probe probe{.position_m = vector_of(position_m, "position_m"), .valid = valid, .buttons = buttons};
   if (!velocity_m_per_s.is_none()) probe.velocity_m_per_s = vector_of(velocity_m_per_s, "velocity_m_per_s");
+  if (!turn.is_none()) probe.turn = turn_of(turn, "turn");
   ModeFailure failure;
   const ModeFailure::Watch watch(failure);
   const Tick made = use.session().tick(probe, dt_s);
@@ -347,6 +348,11 @@ py::list sub_steps_of(FeltSession& felt) {
     one["balance_m"] = array_of(step.balance.position_m);
     one["proxy_m"] = array_of(step.proxy_m);
     one["directed_n"] = array_of(step.directed_n);
+    one["start_turn"] = array_of(step.start_turn);
+    one["probe_turn"] = array_of(step.probe_turn);
+    one["turn_rad"] = array_of(step.balance.turn_rad);
+    one["proxy_turn"] = array_of(step.proxy_turn);
+    one["turning_radius_m"] = step.turning_radius_m;
     one["error_bound_m"] = step.balance.error_bound_m;
     one["stage"] = step.balance.stage;
     one["iterations"] = step.balance.iterations;
@@ -375,6 +381,37 @@ py::list events_of(FeltSession& felt) {
   return events;
 }
 
+void bind_tick(py::module_& module) {
+  py::class_<Tick>(module, "Tick", "One tick's answer, in the hand frame. `force_n` is Eq. 1 before any limit.")
+      .def_property_readonly(
+          "probe_m", [](const Tick& t) { return array_of(t.probe_m); }, "[m] shape (3,)")
+      .def_property_readonly(
+          "probe_velocity_m_per_s", [](const Tick& t) { return array_of(t.probe_velocity_m_per_s); }, "[m/s] shape (3,)")
+      .def_readonly("probe_valid", &Tick::probe_valid, "the device knew where it was")
+      .def_property_readonly(
+          "proxy_m", [](const Tick& t) { return array_of(t.proxy_m); }, "[m] shape (3,)")
+      .def_property_readonly(
+          "proxy_velocity_m_per_s", [](const Tick& t) { return array_of(t.proxy_velocity_m_per_s); }, "[m/s] shape (3,)")
+      .def_property_readonly(
+          "force_n", [](const Tick& t) { return array_of(t.force_n); }, "[N] shape (3,)")
+      .def_property_readonly(
+          "torque_nm", [](const Tick& t) { return array_of(t.torque_nm); }, "[N m] shape (3,), of a tool, about the probe")
+      .def_property_readonly(
+          "probe_turn", [](const Tick& t) { return array_of(t.probe_turn); }, "orientation of a tool's handle, (w, x, y, z)")
+      .def_property_readonly(
+          "proxy_turn", [](const Tick& t) { return array_of(t.proxy_turn); }, "that of the tool in the data, (w, x, y, z)")
+      .def_readonly("error_bound_m", &Tick::error_bound_m, "[m] proven error of the balance, worst of the sub-steps")
+      .def_readonly("sub_steps", &Tick::sub_steps, "balances along the proxy's path")
+      .def_readonly("iterations", &Tick::iterations, "of the law, over all sub-steps")
+      .def_readonly("status", &Tick::status, "what became of the tick")
+      .def_readonly("dropped", &Tick::dropped, "primitives that were refused")
+      .def_readonly("energy", &Tick::energy, "where energy came from and went [J]")
+      .def("__repr__", [](const Tick& t) {
+        return py::str("Tick(proxy_m={}, force_n={}, error_bound_m={:.3g}, status={!r})")
+            .format(array_of(t.proxy_m), array_of(t.force_n), t.error_bound_m, name_of(t.status));
+      });
+}
+
 void bind_ticks(py::module_& module) {
   py::enum_<TickStatus>(module, "TickStatus", py::arithmetic(), "What became of a tick.")
       .value("resting", TickStatus::complete, "the proxy is where this probe position leads")
@@ -399,28 +436,7 @@ void bind_ticks(py::module_& module) {
             .format(e.stored_j, e.elastic_j, e.dissipated_j, e.injected_j, e.path_and_release_j, e.damper_j, e.data_motion_j,
                     e.released_j, e.sampling_j);
       });
-  py::class_<Tick>(module, "Tick", "One tick's answer, in the hand frame. `force_n` is Eq. 1 before any limit.")
-      .def_property_readonly(
-          "probe_m", [](const Tick& t) { return array_of(t.probe_m); }, "[m] shape (3,)")
-      .def_property_readonly(
-          "probe_velocity_m_per_s", [](const Tick& t) { return array_of(t.probe_velocity_m_per_s); }, "[m/s] shape (3,)")
-      .def_readonly("probe_valid", &Tick::probe_valid, "the device knew where it was")
-      .def_property_readonly(
-          "proxy_m", [](const Tick& t) { return array_of(t.proxy_m); }, "[m] shape (3,)")
-      .def_property_readonly(
-          "proxy_velocity_m_per_s", [](const Tick& t) { return array_of(t.proxy_velocity_m_per_s); }, "[m/s] shape (3,)")
-      .def_property_readonly(
-          "force_n", [](const Tick& t) { return array_of(t.force_n); }, "[N] shape (3,)")
-      .def_readonly("error_bound_m", &Tick::error_bound_m, "[m] proven error of the balance, worst of the sub-steps")
-      .def_readonly("sub_steps", &Tick::sub_steps, "balances along the proxy's path")
-      .def_readonly("iterations", &Tick::iterations, "of the law, over all sub-steps")
-      .def_readonly("status", &Tick::status, "what became of the tick")
-      .def_readonly("dropped", &Tick::dropped, "primitives that were refused")
-      .def_readonly("energy", &Tick::energy, "where energy came from and went [J]")
-      .def("__repr__", [](const Tick& t) {
-        return py::str("Tick(proxy_m={}, force_n={}, error_bound_m={:.3g}, status={!r})")
-            .format(array_of(t.proxy_m), array_of(t.force_n), t.error_bound_m, name_of(t.status));
-      });
+  bind_tick(module);
   py::class_<ModeForce>(module, "ModeForce", "A mode's part in one tick.")
       .def_property_readonly(
           "force_n", [](const ModeForce& m) { return array_of(m.force_n); }, "[N] shape (3,), on the proxy")
@@ -447,12 +463,16 @@ void bind_state(py::class_<FeltSession>& session) {
            "Sets the force limit of guard and device [N], infinity by default: a stronger level cannot be broken through.")
       .def(
           "primitives", [](FeltSession& felt) { return primitives_of(FeltSession::Use(felt).session().primitives()); },
-          "Primitives of the last tick, sub-step by sub-step: a dict each. kind; mode (its number in the scene) and slot;\n"
+          "Primitives of the last tick, sub-step by sub-step: a dict each. kind; mode (its number in the scene), slot and "
+          "foot;\n"
+          "lever_m from the proxy to the foot of a tool;\n"
           "position_m, direction, strength_n, drag_ns_per_m, stiffness_n_per_m (inf: rigid); force_n on the proxy; state.")
       .def("sub_steps", &sub_steps_of,
            "Sub-steps of the last tick: a dict each. time_step_s; start_m, probe_m, balance_m, proxy_m; stiffness_n_per_m of "
            "the\n"
-           "coupling; directed_n; error_bound_m, stage, iterations of the balance; stop, why the move ended; primitives "
+           "coupling; directed_n; of a tool start_turn, probe_turn, turn_rad from the start to the balance, proxy_turn and\n"
+           "turning_radius_m (0: a point); error_bound_m, stage, iterations of the balance; stop, why the move ended; "
+           "primitives "
            "(first, end) in primitives().")
       .def(
           "hand_to_world", [](FeltSession& felt) { return matrix_of(FeltSession::Use(felt).session().hand_to_world()); },
@@ -469,6 +489,8 @@ py::list primitives_of(std::span<const PlacedPrimitive> placed) {
     one["kind"] = name_of(primitive.kind);
     one["mode"] = primitive.id.mode;
     one["slot"] = primitive.id.slot;
+    one["foot"] = primitive.id.foot;
+    one["lever_m"] = array_of(each.lever_m);
     one["position_m"] = array_of(primitive.position_m);
     one["direction"] = array_of(primitive.direction);
     one["strength_n"] = primitive.strength_n;
@@ -502,10 +524,11 @@ void bind_session(py::module_& module) {
            }),
            py::arg("scene"), py::arg("encoder_step_m") = 0.0)
       .def("tick", &tick, py::arg("position_m"), py::arg("dt_s"), py::arg("velocity_m_per_s") = py::none(),
-           py::arg("valid") = true, py::arg("buttons") = 0,
+           py::arg("valid") = true, py::arg("buttons") = 0, py::arg("turn") = py::none(),
            "One update: modes place primitives, the balance is solved, the proxy moves, the coupling pulls the hand.\n\n"
            "position_m: [m] where the hand is, hand frame. dt_s: [s] since the last tick, above 0 and at most 1.\n"
            "velocity_m_per_s: [m/s] of the hand; None: taken from the positions. valid: the device knows where it is.\n"
+           "turn: orientation of a tool's handle, a unit quaternion (w, x, y, z); None: none.\n"
            "Returns a Tick; one that cannot be used has the status bad_input and no force.")
       .def("_ticks", &ticks, py::arg("positions_m"), py::arg("dt_s"))
       .def(

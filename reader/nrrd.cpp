@@ -477,7 +477,7 @@ class NrrdSource : public Source {
   long byte_skip_ = 0;      ///< before the voxels; negative: from the end
   unsigned line_skip_ = 0;  ///< lines before these bytes
   RawVoxels raw_;
-  Turn turn_;
+  VectorTurn turn_;
   std::int64_t first_ = 0;         ///< index of the first value of the first frame to read
   std::int64_t frame_stride_ = 0;  ///< values from frame to frame
   std::uint64_t all_bytes_ = 0;

@@ -325,14 +325,16 @@ class RowReader {
     if (!read_number(cell, value))
       file_.refuse(detail::in_quotes(cell) + " is no number", "every cell of a recorded hand is one");
   }
-  /// The orientation of a row; no rotation in a row without a position.
-  Turn read_turn(const std::vector<std::string_view>& cells, bool is_valid) const {
+  /// The orientation of a row; no rotation in a row without a position. Of a trace's row without one the position is unknown,
+  /// too.
+  Turn read_turn(const std::vector<std::string_view>& cells, bool& is_valid) const {
     Turn turn;
     double* const parts[] = {&turn.w, &turn.x, &turn.y, &turn.z};
     for (std::size_t i = 0; i < 4; ++i) take(cells[places_.turn[i]], *parts[i]);
     constexpr double tolerance = 1e-3;  // [1] of a length. More: no rotations pass; less: those of few digits are refused
     constexpr double exact = 1e-12;     // within it a trace's own bits stay
     if (is_unit(turn, tolerance)) return is_unit(turn, exact) ? turn : unit_turn(turn);
+    if (form_.own) is_valid = false;  // a trace has what the device gave
     if (!is_valid) return {};
     file_.refuse("the orientation is no unit quaternion", "the squares of turn_w, turn_x, turn_y and turn_z add up to 1");
   }

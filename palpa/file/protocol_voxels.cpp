@@ -68,7 +68,7 @@ Mat3 unit_axes(const GridGeometry& grid) noexcept {
   return transposed(rows);
 }
 
-void keep(const RawVoxels& raw, Turn& turn, FieldHeader& field, std::vector<std::string>& warnings) {
+void keep(const RawVoxels& raw, VectorTurn& turn, FieldHeader& field, std::vector<std::string>& warnings) {
   field.components = raw.components;
   field.grid.dims = raw.dims;
   if (raw.components != 3) turn = {};
@@ -155,7 +155,7 @@ GridGeometry placed_by(const ArrayLayout& layout, Header& header) {
   return grid;
 }
 
-bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const FieldHeader& field) noexcept {
+bool kept_as_they_are(const RawVoxels& raw, const VectorTurn& turn, const FieldHeader& field) noexcept {
   bool same = false;
   with_type(raw.type,
             [&](auto from) { with_type(field.type, [&](auto to) { same = std::is_same_v<decltype(from), decltype(to)>; }); });
@@ -164,7 +164,7 @@ bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const FieldHeader&
          raw.stride[0] == c && raw.stride[1] == c * raw.dims[0] && raw.stride[2] == c * raw.dims[0] * raw.dims[1];
 }
 
-void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const FieldHeader& field, std::byte* to) {
+void copy_voxels(const void* first, const RawVoxels& raw, const VectorTurn& turn, const FieldHeader& field, std::byte* to) {
   if (kept_as_they_are(raw, turn, field)) {
     std::memcpy(to, first, *voxel_bytes(field));
     return;

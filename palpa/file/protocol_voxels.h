@@ -73,7 +73,7 @@ RawVoxels arranged(RawType type, const std::vector<std::int64_t>& lengths, const
 GridGeometry placed_by(const ArrayLayout& layout, Header& header);
 
 /// Rotation of vector components to the world: value = axes · (raw · scale + offset).
-struct Turn {
+struct VectorTurn {
   Mat3 axes = Mat3::identity();
   double scale = 1.0;   ///< [1]
   double offset = 0.0;  ///< the field's own unit
@@ -87,12 +87,12 @@ Mat3 unit_axes(const GridGeometry& grid) noexcept;
 
 /// Sets in `field` the type for voxels of `raw`: their own; the next exact one (int8 → int16, uint32 → float64); float64 with a
 /// warning (64-bit integers); or, for rotated vectors, a floating type, with scale and offset applied.
-void keep(const RawVoxels& raw, Turn& turn, FieldHeader& field, std::vector<std::string>& warnings);
+void keep(const RawVoxels& raw, VectorTurn& turn, FieldHeader& field, std::vector<std::string>& warnings);
 
 /// Whether the file's voxels need no conversion.
-bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const FieldHeader& field) noexcept;
+bool kept_as_they_are(const RawVoxels& raw, const VectorTurn& turn, const FieldHeader& field) noexcept;
 
 /// Copies voxels from `first` to `to` as set by `keep`.
-void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const FieldHeader& field, std::byte* to);
+void copy_voxels(const void* first, const RawVoxels& raw, const VectorTurn& turn, const FieldHeader& field, std::byte* to);
 
 }  // namespace palpa::protocol

@@ -53,7 +53,7 @@ RawFile::RawFile(const protocol::Request& request) {
   protocol::FieldHeader field;
   field.name = raw_.components == 3 ? "vector" : "value";
   field.grid = protocol::placed_by(layout, header);
-  protocol::Turn none;  // the grid's axes are the world's
+  protocol::VectorTurn none;  // the grid's axes are the world's
   keep(raw_, none, field, header.warnings);
   header.fields.push_back(field);
 

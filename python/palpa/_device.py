@@ -19,6 +19,9 @@ class Device:
             def write(self, force_n):        # an array of 3 numbers [N]; held on the hand until the next one
                 self.port.send(force_n)
 
+    A device that senses its handle's orientation gives DeviceState a `turn`. One that drives torque has max_torque_nm in its
+    limits, and `write(self, force_n, torque_nm)`.
+
     The device's own thread calls `read` and `write` alternately, up to a thousand times a second; each must return within 20
     ms. `write` receives a force limited by the guard (docs/safety.md). If either raises, or does not return for 50 ms, the
     device has a fault: zero is written as soon as possible, only zero until a whole exchange has succeeded, and then the force

@@ -24,6 +24,8 @@ Workspace = make_class("Workspace", Parameters, "How the hand's reach lies in th
                        lambda: _palpa.Scene()._workspace())
 TimeOptions = make_class("TimeOptions", Parameters, "How the data's time goes while the hand feels.", _palpa.part_keys("time"),
                          lambda: _palpa.Scene()._time())
+ToolOptions = make_class("ToolOptions", Parameters, "The tool in the hand: where it touches the data. It is set as a whole.",
+                         _palpa.part_keys("tool"), _palpa.new_tool)
 
 
 def _part_property(cls, name, doc):
@@ -77,6 +79,15 @@ class SceneMode(Strict):
         self._scene._enable(self._name, enabled)
 
     @property
+    def feet(self) -> str | None:
+        """"all" or "first": the feet of a tool that feel it; None: all of a mode with levels, else the first"""
+        return self._scene._feet(self._name)
+
+    @feet.setter
+    def feet(self, feet: str | None) -> None:
+        self._scene._set_feet(self._name, feet)
+
+    @property
     def masks(self) -> tuple[Mask, ...]:
         """factors between 0 and 1 on all its strengths and drags: palpa.Mask each"""
         return self._scene._masks(self._name)
@@ -111,12 +122,15 @@ class Scene(_palpa.Scene, Strict):
 
     Keyword arguments are those of CouplingOptions: palpa.Scene(stiffness_n_per_m=400). They are attributes, too:
     scene.stiffness_n_per_m is scene.coupling.stiffness_n_per_m. An unknown attribute raises AttributeError.
+    tool: palpa.ToolOptions; None: a point.
     """
 
-    _elsewhere = (("workspace", Workspace._attributes), ("time", TimeOptions._attributes))
+    _elsewhere = (("workspace", Workspace._attributes), ("time", TimeOptions._attributes), ("tool", ToolOptions._attributes))
 
-    def __init__(self, *, _of=None, **coupling):
+    def __init__(self, *, tool=None, _of=None, **coupling):
         super().__init__(*([] if _of is None else [_of]))
+        if tool is not None:
+            self.tool = tool
         if coupling:
             try:
                 self.coupling._fill(coupling)
@@ -126,6 +140,18 @@ class Scene(_palpa.Scene, Strict):
     coupling = _part_property(CouplingOptions, "coupling", "the spring between hand and proxy")
     workspace = _part_property(Workspace, "workspace", "how the hand's reach lies in the world")
     time = _part_property(TimeOptions, "time", "how the data's time goes while the hand feels")
+
+    @property
+    def tool(self) -> ToolOptions:
+        """the tool in the hand; a point by default"""
+        return ToolOptions._of(self._tool())
+
+    @tool.setter
+    def tool(self, tool: ToolOptions) -> None:
+        if not isinstance(tool, ToolOptions):
+            raise TypeError(f"Scene: 'tool' takes a palpa.ToolOptions, not {type(tool).__name__}")
+        self._set_tool(tool._part)
+
     for _name in CouplingOptions._attributes:
         locals()[_name] = _of_coupling(_name)
     del _name
@@ -134,25 +160,25 @@ class Scene(_palpa.Scene, Strict):
         raise AttributeError(self._unknown(name))
 
     def add(self, name: str, what: Volume | Mode, *, masks: Iterable[Mask] = (), enabled: bool = True,
-            filter: str | None = None) -> str:
+            filter: str | None = None, feet: str | None = None) -> str:
         """Adds a volume, or a mode after its fields; returns the name of the volume's first field, or the mode's name.
 
         filter: for a volume, "trilinear", "smooth" or "cubic"; None: the default of its voxels.
-        masks, enabled: for a mode. The scene holds a copy: change it by scene.modes[name].mode.
+        masks, enabled, feet: for a mode, as in palpa.SceneMode. The scene holds a copy: change it by scene.modes[name].mode.
         """
         if not isinstance(name, str):
             raise TypeError(f"Scene.add: 'name' takes a text, not {type(name).__name__}")
         _check_flag("Scene.add", "enabled", enabled)
         masks = _masks(masks)
         if isinstance(what, _palpa.Volume):
-            if masks or not enabled:
-                raise TypeError(f"Scene.add: 'masks' and 'enabled' are of modes, and {name!r} is a volume")
+            if masks or not enabled or feet is not None:
+                raise TypeError(f"Scene.add: 'masks', 'enabled' and 'feet' are of modes, and {name!r} is a volume")
             return self._add_volume(name, what, filter)
         if not isinstance(what, Mode):
             raise TypeError(f"{name!r} is to be a palpa.Volume or a palpa.Mode, not {type(what).__name__}")
         if filter is not None:
             raise TypeError(f"Scene.add: 'filter' is of volumes, and {name!r} is a mode")
-        self._add_mode(name, what._to_part(), masks, enabled)
+        self._add_mode(name, what._to_part(), masks, enabled, feet)
         return name
 
     def add_array(self, name: str, array: ndarray, spacing_m: float | Sequence[float] | None = None, *,
@@ -304,7 +330,8 @@ def _in_toml(key, value):
 
 
 Scene.__init__.__signature__ = inspect.Signature([
-    inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD), *CouplingOptions.__signature__.parameters.values()])
+    inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD), *CouplingOptions.__signature__.parameters.values(),
+    inspect.Parameter("tool", inspect.Parameter.KEYWORD_ONLY, default=None, annotation="ToolOptions | None")])
 
 
 class PalpaWarning(UserWarning):

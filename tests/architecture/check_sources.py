@@ -13,7 +13,7 @@ from exceptions import internal, knows_toml, words
 
 product = ("palpa", "reader", "app", "explorer", "devices", "python")
 unit_name = re.compile(r"(.*_(U|(U|n_s|ns|ticks)_per_U|per_U|bytes)|per_U|newtons|metres|seconds|bytes)"
-                       r"(_(min|max|mean|p50|p99|sum))?".replace("U", "(m|mm|um|m2|m3|s|ms|us|n|j|hz|kg|deg|rad)"))
+                       r"(_(min|max|mean|p50|p99|sum))?".replace("U", "(m|mm|um|m2|m3|s|ms|us|n|nm|nms|j|hz|kg|deg|rad)"))
 unit_comment = re.compile(r"\[1\]|\[[^\],;_(){}]*[A-Za-z][^\],;_(){}]*\]|own unit")
 literal = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])*\'|'
                      r'^[ \t]*#(?:\\\n|[^\n])*', re.S | re.M)
@@ -177,7 +177,7 @@ def check(root):
         if path.startswith("palpa/") and path.endswith(".h"):
             for name in types_of(text):
                 types.setdefault(name, []).append(path)
-            if path != "palpa/solver/vec3.h":  # vectors of any unit: their members have it
+            if path not in ("palpa/solver/vec3.h", "palpa/solver/pose.h"):  # vectors of any unit: their members have it
                 yield from ((path, line, f"{name} says no unit; end its name with it, or say it in the comment: [1], [N], the "
                              "field's own unit") for line, name in unitless_numbers(text))
         for what, pattern, folders, instead, may in words:

@@ -18,6 +18,12 @@ double stiffness_of(const CsvRows& primitives) {
   return primitives.has(column) && !primitives.text(column).empty() ? primitives.number(column) : 0.0;
 }
 
+// Mode, slot and foot, which the facets of a corner have in common.
+std::string owner_of(const CsvRows& primitives) {
+  return std::string(primitives.text("mode")) + ',' + std::string(primitives.text("slot")) +
+         (primitives.has("foot") ? ',' + std::string(primitives.text("foot")) : "");
+}
+
 struct Corner {
   std::string owner;
   Facets facets;
@@ -81,6 +87,10 @@ Vec3 CsvRows::vector(const std::string& name, const std::string& unit) const {
   return {number(name + "_x" + tail), number(name + "_y" + tail), number(name + "_z" + tail)};
 }
 
+Turn CsvRows::turn(const std::string& name) const {
+  return {number(name + "_w"), number(name + "_x"), number(name + "_y"), number(name + "_z")};
+}
+
 void check_balances(const std::filesystem::path& trace, const std::function<void(const CheckedBalance&)>& visit) {
   CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
   bool more = primitives.next();
@@ -92,6 +102,11 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
     checked.claimed_m = balances.number("error_bound_m");
     BalanceFormula formula(balances.vector("balance", "m"), balances.vector("probe", "m"), balances.vector("directed", "n"),
                            balances.number("k_n_per_m"), balances.number("dt_s"));
+    const bool is_of_tool = balances.has("turning_radius_m") && balances.number("turning_radius_m") > 0.0;
+    if (is_of_tool) {
+      formula.turns(balances.vector("turn", "rad"), balances.turn("start_turn"), balances.turn("probe_turn"),
+                    balances.number("turning_radius_m"));
+    }
     const std::int64_t expected = balances.integer("primitives");
     Corner corner;
     for (std::int64_t i = 0; i < expected; ++i, more = primitives.next()) {
@@ -100,10 +115,14 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
                         " the sub-step of " + balances.place());
       }
       const std::string_view kind = primitives.text("kind");
-      if (kind == "directed") continue;
+      const std::string owner = kind == "facet" ? owner_of(primitives) : std::string();
+      if (owner != corner.owner) corner.put_into(formula), corner.owner = owner;
+      if (is_of_tool) formula.at_foot(primitives.vector("lever", "m"));
+      if (kind == "directed") {
+        formula.add_directed(primitives.vector("force", "n"));
+        continue;
+      }
       if (kind == "facet") {
-        const std::string owner = std::string(primitives.text("mode")) + ',' + std::string(primitives.text("slot"));
-        if (owner != corner.owner) corner.put_into(formula), corner.owner = owner;
         corner.strength_n = primitives.number("strength_n");
         corner.stiffness_n_per_m = stiffness_of(primitives);
         corner.facets.push_back({primitives.vector("position", "m"), primitives.vector("direction", "")});

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/solver/vec3.h"
+#include "palpa/solver/pose.h"
 #include "palpa/trace/csv.h"
 
 namespace palpa::test {
@@ -30,6 +30,7 @@ class CsvRows {
   std::int64_t integer(const std::string& column) const;
   /// NAME_x_UNIT and its two neighbours; without a unit NAME_x.
   Vec3 vector(const std::string& name, const std::string& unit) const;
+  Turn turn(const std::string& name) const;
   std::string place() const { return lines_.place(); }
 
  private:

@@ -308,7 +308,7 @@ def test_every_class_shows_what_it_is(tmp_path):
     scene.remove_mode("own")
     scene.remove_mode("remembers")
     guarded = palpa.GuardedSession(scene, palpa.DeviceLimits(max_force_n=2))
-    things = [*shown, scene, scene.coupling, scene.workspace, scene.time, scene.volumes, scene.volumes["head"], scene.modes,
+    things = [*shown, scene, scene.coupling, scene.workspace, scene.time, scene.tool, scene.volumes, scene.volumes["head"], scene.modes,
               scene.modes["skin"], scene.modes["skin"].mode, scene.modes["skin"].mode.levels, scene.field("head"), session, rows,
               rows.statuses, rows.mode_force_n, rows.events, session.modes(), session.tick((0, 0, 0), 1e-3).energy, guarded,
               guarded.tick((0, 0, 0), 1e-3, valid=True, fault=False), palpa.DeviceState((0, 0, 0)), palpa.DeviceLimits(max_force_n=2),

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <tuple>
+
 #include "palpa/study/run.h"
 #include "study_fixture.h"
 
@@ -63,6 +65,53 @@ TEST_F(Replay, IsTheSameWithADeviceInTheHand) {
     EXPECT_TRUE(again.difference.same) << device << ": " << again.difference.where;
     EXPECT_EQ(again.difference.ticks, 1500);
   }
+}
+
+// Of tools, by hands that turn them on ideal devices, on those that cannot push against turning, and on those that can.
+TEST_F(Replay, IsTheSameWithATool) {
+  using Sets = std::vector<std::pair<std::string, std::string>>;
+  const Sets rod{{"tool.shape", "rod"}, {"tool.length_m", "0.04"}, {"tool.points", "6"}, {"tool.centre_m", "[0, 0, 0.02]"}};
+  const Sets pad{{"tool.shape", "pad"}, {"tool.radius_m", "0.01"}, {"tool.points", "16"}, {"tool.share", "0.0625"}};
+  const Sets points{{"tool.points_m", "[[0, 0, 0], [0.01, 0, -0.01], [-0.01, 0.01, 0]]"}, {"mode.syrup.feet", "all"}};
+  int n = 0;
+  for (const auto& [sets, hand, device] :
+       {std::tuple{rod, "sim:stroke,tilt_rad=0.4", ""}, std::tuple{rod, "sim:press", "touch"},
+        std::tuple{pad, "sim:press,tilt_rad=0.2", "touch"},
+        std::tuple{points, "sim:random,seed=3,tilt_rad=1", "omega,max_torque_nm=0.05"}}) {
+    RunOptions o = options("trace" + std::to_string(n++), 1.5);
+    o.primitives = true;
+    o.hand = hand;
+    o.device = device;
+    o.scene_options.sets = sets;
+    o.scene_options.sets.emplace_back("coupling.damping_ns_per_m", "1");
+    run(o);
+    const ReplayResult again = replay(o.out);
+    EXPECT_TRUE(again.difference.same) << hand << ": " << again.difference.where;
+    EXPECT_EQ(again.difference.ticks, 1500);
+    double torque_nm = 0.0, command_nm = 0.0;
+    for (const auto& [tick] : TraceReader(o.out).ticks()) {
+      torque_nm = std::max(torque_nm, norm(tick.result.torque_nm));
+      command_nm = std::max(command_nm, norm(tick.command.torque_nm));
+    }
+    EXPECT_GT(torque_nm, 1e-3) << hand << ": it is felt";
+    const std::string kind = device;
+    EXPECT_LE(command_nm, kind == "touch" || std::string(hand) == "sim:press" ? 0.0 : kind.empty() ? 0.3 : 0.05) << hand;
+  }
+}
+
+TEST_F(Replay, IsTheSameWhereATraceOfAToolIsTheHand) {
+  RunOptions o = options("trace");
+  o.hand = "sim:stroke,tilt_rad=0.4";
+  o.hold = Hold::rigid;
+  o.scene_options.sets = {{"tool.shape", "ball"}, {"tool.radius_m", "0.005"}};
+  run(o);
+  RunOptions second = o;
+  second.hand = (o.out / "ticks.csv").string();
+  second.out = o.out.string() + "-again";
+  run(second);
+  const TraceDifference difference = compare_traces(o.out, second.out);
+  EXPECT_TRUE(difference.same) << difference.where;
+  EXPECT_EQ(difference.ticks, 1000);
 }
 
 TEST_F(Replay, IsTheSameAtRatesWhosePeriodIsNoRoundNumber) {
