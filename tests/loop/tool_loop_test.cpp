@@ -18,12 +18,12 @@ using test::Random;
 
 constexpr double dt_s = 1e-3;
 
-/// A wall whose inside is where the coordinate along `inwards` is above zero, and a stick with its tip at a lever of 0.1 m.
+/// A wall whose inside is where the coordinate along `inwards` is above zero, and a stick with its tip at a lever of 0.05 m.
 Scene wall_scene() {
   Scene scene({.stiffness_n_per_m = 500, .max_force_n = 20.0, .max_torque_nm = 2.0});
   const FieldRef wall = scene.add("wall", plane_field(0.5));
   scene.add("wall", SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = 20.0}}});
-  scene.set(ToolOptions{.shape = ToolOptions::Shape::points, .points_m = {{0.1, 0, 0}}, .turning_radius_m = 0.04});
+  scene.set(ToolOptions{.shape = ToolOptions::Shape::points, .points_m = {{0.05, 0, 0}}, .turning_radius_m = 0.04});
   return scene;
 }
 
@@ -75,17 +75,12 @@ TEST(ToolInTheLoop, BooksWorkOfForceAndTorque) {
   }
 }
 
-// Press a tilted stick, turn it upright, draw back: without torque each round brings in energy; with it none.
+// Tilt a stick into the wall, draw it out, turn it upright: without torque each round brings in energy; with it none.
 TEST(ToolInTheLoop, TurningBringsInEnergyWhereTheTorqueCannotBeFelt) {
-  const Scene scene = wall_scene();
-  const Vec3 in = inwards(), across = normalized(cross(in, Vec3{0.3, 0.5, 0.7}));
-  // Lever along x at first: turned so that the tip lies across the wall's normal, and then further into it.
-  const Vec3 axis = cross(Vec3{1, 0, 0}, across);
-  const Turn flat = norm(axis) > 1e-9 ? turn_by(std::asin(std::min(1.0, norm(axis))) * normalized(axis)) : Turn{};
-  const Vec3 lever = rotated(flat, {1, 0, 0}), tips = cross(lever, in);
+  const Vec3 in = inwards(), tips = cross(Vec3{1, 0, 0}, in);
   double given_j[2] = {}, unfelt_j[2] = {};
   for (const bool has_torque : {false, true}) {
-    Session session(scene);
+    Session session(wall_scene());
     GuardedSession guarded(session, {.max_force_n = 20.0, .motors = false, .max_torque_nm = has_torque ? 2.0 : 0.0});
     int tick = 0;
     // Depth of the device's point and tilt of the stick into the wall, along straight lines.
@@ -93,22 +88,22 @@ TEST(ToolInTheLoop, TurningBringsInEnergyWhereTheTorqueCannotBeFelt) {
       for (int i = 0; i <= 1000; ++i, ++tick) {
         const double share = i / 1000.0;
         const double depth_m = from_m + share * (to_m - from_m), tilt_rad = from_rad + share * (to_rad - from_rad);
-        const TickFrame frame =
-            guarded.tick(tick, tick * dt_s, dt_s, {.position_m = depth_m * in, .turn = turned_further(flat, tilt_rad * tips)});
+        const Probe probe{.position_m = depth_m * in, .turn = turn_by(tilt_rad * tips)};
+        const TickFrame frame = guarded.tick(tick, tick * dt_s, dt_s, probe);
         given_j[has_torque] += frame.command.work_on_hand_j;
         unfelt_j[has_torque] += frame.command.unfelt_j;
       }
     };
-    go(-0.05, -0.05, 0.3, 0.3);
-    go(-0.05, -0.02, 0.3, 0.3);  // the tilted tip meets the wall
-    go(-0.02, -0.02, 0.3, 0.0);  // upright out of it, or with less depth
-    go(-0.02, -0.05, 0.0, 0.0);
-    go(-0.05, -0.05, 0.0, 0.3);
+    go(-0.03, -0.005, 0.0, 0.0);
+    go(-0.005, -0.005, 0.0, 0.3);  // the tip goes into the wall
+    go(-0.005, -0.03, 0.3, 0.3);   // and pushes the hand out
+    go(-0.03, -0.03, 0.3, 0.0);
   }
-  EXPECT_LT(given_j[1], 1e-5) << "with its torque the loop gives nothing";
+  // At most the error of holding a force for a tick, k/2 Σ|Δp|².
+  EXPECT_LT(std::abs(given_j[1]), 2e-4) << "with its torque the round gives nothing";
   EXPECT_EQ(unfelt_j[1], 0.0);
-  EXPECT_GT(std::abs(unfelt_j[0]), 1e-4);
-  EXPECT_NEAR(given_j[0] - unfelt_j[0], given_j[1], 1e-5) << "what is not felt is booked";
+  EXPECT_GT(unfelt_j[0], 1e-3);
+  EXPECT_NEAR(given_j[0], unfelt_j[0] + given_j[1], 1e-12) << "what is not felt is booked";
 }
 
 TEST(ToolInTheLoop, APointTakesNoNoticeOfTurns) {
