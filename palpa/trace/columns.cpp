@@ -274,7 +274,9 @@ const Table<WorkRow>& works_table() {
       COLUMN(WorkRow, "slot", "", placed.primitive.id.slot, "the mode's own number of it"),
       COLUMN(WorkRow, "carried", "m", placed.carried_m, "how far the data carry the proxy in the whole sub-step"),
       COLUMN(WorkRow, "work_j", "", work_j,
-             "force . (proxy - start - move_fraction * carried): above zero brought in, below taken out"),
+             "force . (proxy - start - move_fraction * carried), of a tool with turn x lever added to proxy - start, turn the "
+             "rotation "
+             "vector from start_turn to proxy_turn: above zero brought in, below taken out"),
   };
   static const Table<WorkRow> table{
       "works.csv",

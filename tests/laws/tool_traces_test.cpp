@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <map>
+
 #include "palpa/palpa.h"
 #include "palpa/study/run.h"
 #include "tests/laws/shipped_scenes.h"
@@ -106,6 +108,30 @@ TEST_F(ToolTraces, HaveStepsThatFollowOneAnother) {
     first = false;
   }
   EXPECT_GT(moved, 500);
+}
+
+// What the modes take out and bring in, by tick, are the works of their primitives at their feet, less what elastic levels
+// gave.
+TEST_F(ToolTraces, HaveTheWorksOfTheirFeet) {
+  record(stylus, "sim:stroke,tilt_rad=0.4");
+  std::map<std::int64_t, std::pair<double, double>> works;  // dissipated, injected
+  test::check_works(folder_, [&](const test::CheckedWork& work) {
+    auto& [dissipated_j, injected_j] = works[work.tick];
+    (work.work_j < 0.0 ? dissipated_j : injected_j) += std::abs(work.work_j);
+  });
+  test::CsvRows ticks(folder_ / "ticks.csv");
+  double all_j = 0.0, last_elastic_j = 0.0;
+  while (ticks.next()) {
+    const auto [dissipated_j, injected_j] = works[ticks.integer("tick")];
+    const double elastic_j = ticks.number("elastic_j");
+    // A mode's works of opposite sign cancel within a tick, so the sum is what both have in common.
+    EXPECT_NEAR(ticks.number("injected_j") - ticks.number("dissipated_j"),
+                injected_j - dissipated_j + elastic_j - last_elastic_j, 1e-12)
+        << ticks.place();
+    last_elastic_j = elastic_j;
+    all_j += dissipated_j;
+  }
+  EXPECT_GT(all_j, 1e-4);
 }
 
 }  // namespace tool_traces_test
