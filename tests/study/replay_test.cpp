@@ -84,6 +84,7 @@ TEST_F(Replay, IsTheSameWithATool) {
     o.device = device;
     o.scene_options.sets = sets;
     o.scene_options.sets.emplace_back("coupling.damping_ns_per_m", "1");
+    o.scene_options.sets.emplace_back("volume.head.sampled", "64");
     run(o);
     const ReplayResult again = replay(o.out);
     EXPECT_TRUE(again.difference.same) << hand << ": " << again.difference.where;
@@ -103,7 +104,7 @@ TEST_F(Replay, IsTheSameWhereATraceOfAToolIsTheHand) {
   RunOptions o = options("trace");
   o.hand = "sim:stroke,tilt_rad=0.4";
   o.hold = Hold::rigid;
-  o.scene_options.sets = {{"tool.shape", "ball"}, {"tool.radius_m", "0.005"}};
+  o.scene_options.sets = {{"tool.shape", "ball"}, {"tool.radius_m", "0.005"}, {"volume.head.sampled", "64"}};
   run(o);
   RunOptions second = o;
   second.hand = (o.out / "ticks.csv").string();
