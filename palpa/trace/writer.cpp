@@ -164,6 +164,13 @@ class TraceWriter::Files {
     add(*events, detail::events_table(), {.tick = tick, .t_s = t_s, .kind = kind, .subject = subject, .value = value});
   }
 
+  void note_unfelt(const TickFrame& frame) {
+    unfelt_j += frame.command.unfelt_j;
+    if (unfelt_j > told_unfelt_j && !std::exchange(has_told_unfelt, true))
+      put_event(frame.tick, frame.t_s, "warning", "session",
+                "turning the handle brings in energy: the device senses turns and drives no torque against them");
+  }
+
   fs::path folder;
   TraceHeader header;
   std::vector<std::string> mode_names;
@@ -251,11 +258,7 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
       detail::put_number(value, frame.command.snap_n);
       files.put_event(frame.tick, frame.t_s, "snap", "proxy", value);
     }
-    files.unfelt_j += frame.command.unfelt_j;
-    if (files.unfelt_j > told_unfelt_j && !std::exchange(files.has_told_unfelt, true)) {
-      files.put_event(frame.tick, frame.t_s, "warning", "session",
-                      "turning the handle brings in energy: the device senses turns and drives no torque against them");
-    }
+    files.note_unfelt(frame);
     if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
       files.put_event(frame.tick, frame.t_s, "scene", "session", "another scene is felt from here on");
     }
