@@ -9,7 +9,7 @@ using namespace detail::posing;
 namespace {
 // [1] First penalties of the multipliers, from zero forces and from those of the balance before, and the ratio of successive
 // ones. Lower: more penalties; higher: Newton's method may fail from afar.
-constexpr double cold_penalty = 1e4, warm_penalty = 1e3;
+constexpr double cold_penalty = 1e3, warm_penalty = 1e3;
 constexpr double next_penalty = 100.0;
 }  // namespace
 
@@ -64,19 +64,21 @@ double PoseSolver::Work::pull(double tau) noexcept {
     const AtFoot<Plane>& p = plane_[i];
     Foot& foot = feet_[p.foot];
     const double w = p.t + tau * p.residual(foot.Z);
+    const double yields = 1.0 + p.compliance * tau, drag = p.gamma / (tau + p.gamma);
+    plane_rays_[i] = {w / yields, 0.0, p.s, drag, yields};
     if (!(w > 0.0)) continue;
     const double t = answer(p, w, tau);
     foot.u += t * p.q;
     size += t;
-    const double yields = 1.0 + p.compliance * tau;
-    const double along = w <= p.s * yields ? tau / yields : tau * (p.gamma / (tau + p.gamma));
+    const double along = w <= p.s * yields ? tau / yields : tau * drag;
     if (along > 0.0) foot.stiffen(along, p.q);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
     const AtFoot<Span>& p = span_[i];
     Foot& foot = feet_[p.foot];
     const Vec3 w = p.u + tau * p.residual(foot.Z);
-    const double squared = norm_squared(w);
+    const double squared = norm_squared(w), drag = p.gamma / (tau + p.gamma);
+    span_rays_[i] = {w, {}, p.s, drag};
     double across = tau;
     if (squared <= p.s * p.s) {
       foot.u += w;
@@ -85,7 +87,7 @@ double PoseSolver::Work::pull(double tau) noexcept {
       const double share = length_given(asked, p.s, p.gamma, tau) / asked;
       foot.u += share * w;
       across = tau * share;
-      foot.K.add(tau * (p.gamma / (tau + p.gamma)) - across, (1.0 / asked) * w);
+      foot.K.add(tau * drag - across, (1.0 / asked) * w);
     }
     size += size_of(p.u);
     foot.K.add_everywhere(across);
@@ -140,13 +142,14 @@ bool PoseSolver::Work::minimise(double tau) noexcept {
 
 // Step length along d: see Solver::Work::search.
 double PoseSolver::Work::search(const Six& d, double slope_at_start, double tau) noexcept {
+  cast(d, tau);
   double low = 0.0, at_low = slope_at_start;
-  double high = 1.0, at_high = slope(Z_ + d, d, tau);
+  double high = 1.0, at_high = slope(high, d, tau);
   if (at_high <= 0.0) return high;
   for (int i = 0; i < max_search_steps && any_left(); ++i) {
     const double secant = low + (high - low) * (at_low / (at_low - at_high));
     const double share = std::clamp(secant, low + 0.1 * (high - low), low + 0.6 * (high - low));
-    const double at_share = slope(Z_ + share * d, d, tau);
+    const double at_share = slope(share, d, tau);
     (at_share <= 0.0 ? low : high) = share;
     (at_share <= 0.0 ? at_low : at_high) = at_share;
     if (at_high * (high - low) <= -0.5 * at_low * low) return high;
@@ -155,25 +158,40 @@ double PoseSolver::Work::search(const Six& d, double slope_at_start, double tau)
   return low;
 }
 
-// d·∇Ψ.
-double PoseSolver::Work::slope(const Six& at, const Six& d, double tau) noexcept {
-  for (std::size_t f = 0; f < feet_count_; ++f) {
-    feet_[f].Z = at_foot(at, feet_[f].beta);
-    feet_[f].u = at_foot(d, feet_[f].beta);
-  }
-  double slope = dot(at - C_, d);
+// Sets the pulls of planes and spans along Z + share d: they are linear in the share. Their start is of `pull`.
+void PoseSolver::Work::cast(const Six& d, double tau) noexcept {
+  for (std::size_t f = 0; f < feet_count_; ++f) feet_[f].u = at_foot(d, feet_[f].beta);
+  for (std::size_t i = 0; i < planes_; ++i)
+    plane_rays_[i].change = -tau / plane_rays_[i].yields * dot(plane_[i].q, feet_[plane_[i].foot].u);
+  for (std::size_t i = 0; i < spans_; ++i) span_rays_[i].change = span_[i].across(-tau * feet_[span_[i].foot].u);
+}
+
+// d·∇Ψ at Z + share d.
+double PoseSolver::Work::slope(double share, const Six& d, double tau) noexcept {
+  double pulled = 0.0;  // times τ
   for (std::size_t i = 0; i < planes_; ++i) {
-    const AtFoot<Plane>& p = plane_[i];
-    slope -= answer(p, p.t + tau * p.residual(feet_[p.foot].Z), tau) * dot(p.q, feet_[p.foot].u);
+    const PlaneRay& ray = plane_rays_[i];
+    const double w = ray.start + share * ray.change;
+    if (w > 0.0) pulled += (w <= ray.s ? w : ray.s + ray.drag * (w - ray.s)) * (ray.yields * ray.change);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    const AtFoot<Span>& p = span_[i];
-    slope -= dot(answer(p, p.u + tau * p.residual(feet_[p.foot].Z), tau), feet_[p.foot].u);
+    const SpanRay& ray = span_rays_[i];
+    const Vec3 w = ray.start + share * ray.change;
+    const double squared = norm_squared(w), along = dot(w, ray.change);
+    if (squared <= ray.s * ray.s) {
+      pulled += along;
+    } else {
+      const double asked = std::sqrt(squared);
+      pulled += (ray.s + ray.drag * (asked - ray.s)) / asked * along;
+    }
   }
+  double slope = dot(Z_ - C_, d) + share * dot(d, d) + pulled / tau;
+  const Six at = Z_ + share * d;
   for (std::size_t i = 0; i < corners_; ++i) {
     const AtFoot<Corner>& p = corner_[i];
     const Foot& foot = feet_[p.foot];
-    slope -= dot(shortened(p.pull(foot.Z, tau).w / (1.0 + p.compliance * tau), p.s), foot.u);
+    const Vec3 w = p.pull(at_foot(at, foot.beta), tau).w;
+    slope -= dot(shortened(w / (1.0 + p.compliance * tau), p.s), foot.u);
   }
   rows_ += static_cast<int>(size());
   return slope;

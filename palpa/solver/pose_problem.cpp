@@ -18,6 +18,8 @@ PoseSolver::Work::Work(std::size_t capacity, std::size_t feet)
       offsets_n_(std::make_unique<double[]>(capacity)),
       all_feet_(feet),
       rest_(std::make_unique<std::uint32_t[]>(capacity)),
+      plane_rays_(std::make_unique<PlaneRay[]>(capacity)),
+      span_rays_(std::make_unique<SpanRay[]>(capacity)),
       kept_planes_n_(std::make_unique<double[]>(capacity)),
       kept_spans_n_(std::make_unique<Vec3[]>(capacity)),
       kept_corners_(std::make_unique<Corner[]>(capacity / 2)),
@@ -226,6 +228,7 @@ void PoseSolver::Work::anchor_all() noexcept {
   // The last term is the rounding of the rotation vector between the turns.
   C_size_ = 2.0 * size_of(way_n_) + 2.0 * size_of(back_n) + directed_size_n_ + 2.0 * k_ * step_.turning_radius_m;
   anchored_precisely_ = precise_;
+  rows_ += 8 * static_cast<int>(size());
   for (std::size_t i = 0; i < planes_; ++i) anchor(plane_[i]);
   for (std::size_t i = 0; i < spans_; ++i) anchor(span_[i]);
   for (std::size_t i = 0; i < corners_; ++i) anchor(corner_[i]);

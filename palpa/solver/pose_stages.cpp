@@ -11,9 +11,12 @@ using namespace detail::posing;
 namespace {
 // [1] Rounds of the active set in a row. More: a longer worst case; fewer: more balances need multipliers.
 constexpr int max_rounds_ahead = 6;
-// [1] Planes that a round of the working set takes in, and their number from which on it takes all. More: more planes in each
+// [1] Planes that a round of the working set takes in, and their number above which it takes all. More: more planes in each
 // pass; fewer: more rounds.
 constexpr std::size_t most_taken_in = 4, many_pressed = 16;
+// [1] Lines and points above which a cold start goes to the multipliers at once. More: a longer worst case; fewer: easy
+// balances take longer.
+constexpr std::size_t many_jammed = 32;
 }  // namespace
 
 void Factor6::add(const Stiffness& K, const Vec3& beta) noexcept {
@@ -93,7 +96,8 @@ bool PoseSolver::Work::solve_set() noexcept {
   } else if (!warm_) {
     sweep();
   }
-  int in_vain = size() > many ? 1 : 0;
+  // A cold start of many lines and points needs multipliers anyway.
+  int in_vain = !warm_ && spans_ > many_jammed ? max_rounds_in_vain : size() > many ? 1 : 0;
   for (int i = 0; i < max_rounds && in_vain < max_rounds_in_vain && any_left(); ++i) {
     if (i > 0) {
       recentre();

@@ -95,6 +95,16 @@ class PoseSolver::Work {
     std::uint16_t foot = 0;  // in feet_
     double gain = 1.0;       // compliance of the coupling along it, times k
   };
+  /// Pull of a primitive along a step of Newton's method: start + share · change.
+  struct PlaneRay {
+    double start = 0.0, change = 0.0;  // divided by `yields`
+    double s = 0.0, drag = 0.0;        // drag: its share of what is beyond s
+    double yields = 1.0;               // 1 + cτ
+  };
+  struct SpanRay {
+    Vec3 start, change;
+    double s = 0.0, drag = 0.0;
+  };
   struct Sides {
     Six g;
     detail::posing::Factor6 M;
@@ -129,7 +139,7 @@ class PoseSolver::Work {
   bool certify(int stage) noexcept;
   bool any_left() const noexcept { return rows_ < most_rows; }
   std::size_t size() const noexcept { return planes_ + spans_ + corners_; }
-  void count() noexcept { ++iterations_, rows_ += static_cast<int>(size()); }
+  void count() noexcept { ++iterations_, rows_ += 4 * static_cast<int>(size()); }
 
   bool solve_set() noexcept;
   double depth_n(const Primitive& plane) const noexcept;
@@ -148,14 +158,15 @@ class PoseSolver::Work {
   double pull(double tau) noexcept;
   double pull_corners(double tau) noexcept;
   double search(const Six& d, double slope_at_start, double tau) noexcept;
-  double slope(const Six& at, const Six& d, double tau) noexcept;
+  void cast(const Six& d, double tau) noexcept;
+  double slope(double share, const Six& d, double tau) noexcept;
   void answer_all(double tau) noexcept;
   void keep() noexcept;
   void restore() noexcept;
 
-  // [1] Rows that all passes of a balance may visit, at about 2.5 ns each. More: longer worst case; fewer: more balances are
-  // `capped`.
-  static constexpr int most_rows = 300000;
+  // [1] Rows that all passes of a balance may visit, at about 3 ns each; most passes visit a row as long as four. More: longer
+  // worst case; fewer: more balances are `capped`.
+  static constexpr int most_rows = 450000;
 
   // The problem.
   std::span<const Primitive> primitives_;
@@ -187,6 +198,8 @@ class PoseSolver::Work {
   std::unique_ptr<std::uint32_t[]> rest_;
   std::size_t rest_count_ = 0;
 
+  std::unique_ptr<PlaneRay[]> plane_rays_;
+  std::unique_ptr<SpanRay[]> span_rays_;
   std::unique_ptr<double[]> kept_planes_n_;
   std::unique_ptr<Vec3[]> kept_spans_n_;
   std::unique_ptr<Corner[]> kept_corners_;
