@@ -50,7 +50,8 @@ Probe probe_of(const TickFrame& was) {
   return {.position_m = was.result.probe_m,
           .velocity_m_per_s = was.result.probe_velocity_m_per_s,
           .valid = was.result.probe_valid,
-          .buttons = was.buttons};
+          .buttons = was.buttons,
+          .turn = was.result.probe_turn};
 }
 
 QString words_of_event(const std::string& kind) {
@@ -81,7 +82,8 @@ class Replaying {
     felt_.name = first.name;
     stride_ = first.hand.size() / most_rows + 1;
     Session session(loaded_.scene, first.encoder_step_m);
-    GuardedSession guarded(session, first.max_force_n);
+    GuardedSession guarded(
+        session, GuardOptions{.max_force_n = first.max_force_n, .motors = false, .max_torque_nm = first.max_torque_nm});
     for (const FeltTrace::HandTick& was : first.hand) add(guarded.tick(was.tick, was.t_s, was.dt_s, was.probe), session);
   }
   void feel_hand(const std::string& description) {
@@ -91,6 +93,7 @@ class Replaying {
     felt_.name = description;
     felt_.encoder_step_m = prepared.hand->limits().encoder_step_m;
     felt_.max_force_n = prepared.hand->limits().max_force_n;
+    felt_.max_torque_nm = prepared.hand->limits().max_torque_nm;
     stride_ = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
     Session session(loaded_.scene, felt_.encoder_step_m);
     run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,

@@ -44,7 +44,7 @@ struct FeltTrace {
     Probe probe;
   };
   std::vector<HandTick> hand;
-  double encoder_step_m = 0.0, max_force_n = 0.0;  ///< of that hand's device
+  double encoder_step_m = 0.0, max_force_n = 0.0, max_torque_nm = 0.0;  ///< of that hand's device
   double duration_s = 0.0;
 
   Moment moment(std::size_t row) const;

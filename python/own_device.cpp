@@ -358,6 +358,9 @@ void bind_limits(py::module_& module) {
         return py::str("DeviceLimits(max_force_n={:g}, max_stiffness_n_per_m={:g}, encoder_step_m={:g})")
             .format(l.max_force_n, l.max_stiffness_n_per_m, l.encoder_step_m);
       });
+}
+
+void bind_state(py::module_& module) {
   py::class_<DeviceState>(module, "DeviceState", "A device at one moment, in the hand frame: what palpa.Device.read returns.")
       .def(py::init([](const py::object& position_m, const py::object& velocity_m_per_s, bool valid, std::uint32_t buttons,
                        const std::optional<std::string>& fault, const py::object& turn) {
@@ -388,6 +391,7 @@ void bind_limits(py::module_& module) {
 
 void bind_devices(py::module_& module) {
   bind_limits(module);
+  bind_state(module);
   py::class_<TickFrame>(module, "GuardedTick", "A tick and what the guard made of it.")
       .def_property_readonly(
           "command_n", [](const TickFrame& f) { return array_of(f.command.force_n); },

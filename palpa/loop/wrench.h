@@ -19,6 +19,7 @@ constexpr Wrench operator+(const Wrench& a, const Wrench& b) noexcept {
 constexpr Wrench operator-(const Wrench& a, const Wrench& b) noexcept {
   return {a.force_n - b.force_n, a.torque_nm - b.torque_nm};
 }
+/// \param f  [1]
 constexpr Wrench operator*(double f, const Wrench& a) noexcept { return {f * a.force_n, f * a.torque_nm}; }
 inline bool is_finite(const Wrench& a) noexcept { return is_finite(a.force_n) && is_finite(a.torque_nm); }
 

@@ -7,7 +7,8 @@ namespace palpa::tick_work {
 
 // One unit is: a piece of a straight path in an event search, a mode that places its primitives or whose data carry the proxy,
 // a level estimate, a balance; and, in a balance,
-inline constexpr int primitives_each = 4;  ///< [1] this number of primitives in an iteration
+inline constexpr int primitives_each = 4;        ///< [1] this number of primitives in an iteration
+inline constexpr int tool_primitives_each = 16;  ///< [1] likewise of a tool, whose passes are simpler
 // Pieces, modes and estimates cost more with the size of a sample:
 inline constexpr int values_each = 128;  ///< [1] values per unit; a smooth grid of numbers is sampled from 64
 

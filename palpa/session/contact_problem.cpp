@@ -60,8 +60,8 @@ void ContactProblem::begin_move(const StepContext& context, double spacing_m) no
 
 std::int32_t ContactProblem::place(const StepContext& context, const Pose& middle, const Pose& level, double data_fraction,
                                    double moved_n) noexcept {
-  work_.spend(modes_.work());
   modes_.place(context, middle, level, data_fraction, set_);
+  work_.spend(modes_.work_of(set_));
   placed_at_ = middle;
   const std::int32_t held_back = held_.hold_back(set_, middle, law_, stiffness_n_per_m_, moved_n);
   before_.swap(contacts_);
@@ -136,9 +136,10 @@ bool ContactProblem::turn_line(const LevelContact& contact, const Vec3& directio
 
 Balance ContactProblem::solve(const Pose& probe, double time_step_s) noexcept {
   const int size = static_cast<int>(set_.size());
-  const int most_iterations = tick_work::primitives_each * work_.left() / std::max(1, size);
+  const int each = tool().is_point() ? tick_work::primitives_each : tick_work::tool_primitives_each;
+  const int most_iterations = each * work_.left() / std::max(1, size);
   const Balance found = friction_.solve(law_, set_, probe, stiffness_n_per_m_, time_step_s, most_iterations);
-  work_.spend(1 + found.iterations * size / tick_work::primitives_each);
+  work_.spend(1 + found.iterations * size / each);
   for (LevelContact& contact : contacts_) {
     const std::size_t first = first_row(contact);
     contact.state = state_at(set_.primitives(), first, law_.at_foot(found, contact.id));
@@ -219,7 +220,7 @@ Pose ContactProblem::put_back_all_feet(const Pose& proxy) noexcept {
   }
   if (!any) return proxy;
   back_law_->begin_move(proxy);
-  work_.spend(1 + static_cast<int>(back_->size()) / tick_work::primitives_each);
+  work_.spend(1 + static_cast<int>(back_->size()) / tick_work::tool_primitives_each);
   return back_law_->pose_of(back_law_->solve(*back_, proxy, stiffness_n_per_m_, 1.0), proxy);
 }
 

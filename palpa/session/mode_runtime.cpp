@@ -111,6 +111,16 @@ void ModeRuntime::place(const StepContext& context, const Pose& at, const Pose& 
   }
 }
 
+int ModeRuntime::work_of(const PrimitiveSet& placed) const noexcept {
+  if (tool_.is_point()) return work();
+  std::size_t parts = modes_.size();
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const bool begins = i == 0 || placed[i].id.mode != placed[i - 1].id.mode || placed[i].id.foot != placed[i - 1].id.foot;
+    parts += begins ? 1 : 0;
+  }
+  return samples_[0]->work_of_modes(parts);
+}
+
 void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& origin_m,
                              const Vec3& at_m, double data_fraction, PrimitiveSet& out) noexcept {
   Live& live = live_[part_of(m, foot)];

@@ -45,6 +45,9 @@ class ModeRuntime {
   bool any_timed() const noexcept { return samples_[0]->any_timed(); }
   /// Work of all modes at all feet [units of tick_work.h].
   int work() const noexcept { return static_cast<int>(tool_.feet()) * samples_[0]->work_of_modes(modes_.size()); }
+  /// Work of the last placement: of a point that of all modes; of a tool that of the modes at feet that placed primitives, and
+  /// of all modes once.
+  int work_of(const PrimitiveSet& placed) const noexcept;
   /// Thresholds of strengths, masks and levels of all enabled modes.
   const std::vector<Threshold>& watches() const noexcept { return watches_; }
 

@@ -18,7 +18,11 @@ constexpr int max_moves = 128;    // [1] per tick. More: longer worst tick; fewe
 constexpr int max_trials = 24;    // [1] balances per move. More: longer worst tick; fewer: moves are given up
 constexpr int max_shutting = 8;   // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its path
 constexpr double bound_m = 1e-8;  // [m] stop before a break-through. Less: decided by rounding; more: breaks early
-constexpr int most_chords = 3;    // [1] searched for the first event of a turning tool. More: work; fewer: it stops beside it
+// A move of many feet that the work cut short would be cut short again: it has at least so many trials, and begins with as
+// much work as they take. More: longer worst tick; less: a pad is left behind for ever.
+constexpr int tool_trials = 3;                         // [1]
+constexpr int tool_spared_work = tick_work::most / 4;  // [units]
+constexpr int most_chords = 3;  // [1] searched for the first event of a turning tool. More: work; fewer: it stops beside it
 constexpr double most_turn_rad = 0.3;       // [rad] of a move. More: levers change too much for one balance; less: more moves
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
 
@@ -40,6 +44,10 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
   events_.reserve(tool_.feet());
   while (events_.size() < tool_.feet()) events_.push_back(crossings_.event());
   entered_.reserve(tool_.feet() * modes_.size());
+  if (!tool_.is_point()) {
+    patient_trials_ = tool_trials;
+    spared_work_ = tool_spared_work;
+  }
   playing_ = modes_.any_timed() && time_.play != TimeOptions::Play::hold;
   modes_.set_time(time_.at(0.0));
   refine(1);
@@ -98,7 +106,8 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   ProbeSegment segment;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
-    const bool may_go_on = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_.any();
+    const bool may_go_on =
+        steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_.left() > spared_work_;
     if (may_go_on) {
       steps_ == Steps::refined ? sub_step(segment) : one_step(segment);
     } else if (may_give_up()) {
@@ -349,7 +358,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   const double same_m = (settles ? piercing : turned) * spacing_m_;  // settling moves are a small part of a step
   model_.begin_move(context, spacing_m_);
   place(context, end, tool_.way_m(start, end));
-  for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_.any()); ++trial) {
+  for (int trial = 0; trial < max_trials + max_shutting && (trial < patient_trials_ || work_.any()); ++trial) {
     balance(made, context.probe, context.time_step_s);
     // No level may give way because of a predicted plane.
     if (model_.any_gives_way(crossings_) && model_.revert_prediction()) balance(made, context.probe, context.time_step_s);

@@ -160,6 +160,8 @@ class ProxyPath {
   Steps steps_;
   double step_share_;  // [1] of the finest spacing: the longest segment and move, before refining
   int refined_ = 1;
+  int patient_trials_ = 1;                 // of a move, however little work is left
+  int spared_work_ = 0;                    // no move begins with less left
   double path_m_ = 0.0;                    // motion of probe or data, the longer one
   double moved_n_ = 0.0;                   // allowed change of directed forces for moving data
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest near this sub-step, and its longest move

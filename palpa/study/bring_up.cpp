@@ -254,6 +254,9 @@ bool find_place(Rhythm& rhythm, DeviceCalibration& result) {
                                 ? "The position is valid."
                                 : std::string("No measurement: ") +
                                       (state.fault != nullptr ? state.fault : "the device has no valid position") + ".");
+  if (result.has_valid_position && rhythm.device().limits().senses_turn)
+    result.findings.push_back(state.turn && is_unit(*state.turn, 1e-3) ? "The orientation is valid."
+                                                                       : "The orientation of the handle is not valid.");
   return result.has_valid_position;
 }
 

@@ -13,7 +13,35 @@ namespace palpa {
 
 using namespace detail;
 
-Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : scene_(scene) {
+namespace {
+
+/// The scene with few feet of its tool, which a search of places needs: the one that is first on the way from the user, then
+/// each time the farthest from all before. Their strengths are together those of all, up to the whole of each.
+Scene with_few_feet(Scene scene) {
+  constexpr std::size_t most = 3;  // more: a slower start of runs; fewer: a tool hits with feet that the search leaves out
+  const Tool tool(scene.tool(), scene.coupling());
+  if (tool.feet() <= most) return scene;
+  std::vector<Vec3> levers_m;
+  for (std::size_t foot = 0; foot < tool.feet(); ++foot) levers_m.push_back(tool.lever_m({}, foot));
+  std::vector<Vec3> chosen_m{*std::ranges::min_element(levers_m, {}, &Vec3::z)};
+  const auto apart_m = [&](const Vec3& lever_m) {
+    double least_m = std::numeric_limits<double>::infinity();
+    for (const Vec3& one_m : chosen_m) least_m = std::min(least_m, distance(one_m, lever_m));
+    return least_m;
+  };
+  while (chosen_m.size() < most) chosen_m.push_back(*std::ranges::max_element(levers_m, {}, apart_m));
+  const double all = tool.share() * static_cast<double>(tool.feet());
+  const ToolOptions few{.shape = ToolOptions::Shape::points,
+                        .points_m = std::move(chosen_m),
+                        .share = std::min(1.0, all / most),
+                        .turning_radius_m = std::min(1.0, tool.turning_radius_m())};
+  if (!problem_with(few)) scene.set(few);  // levers may be longer than points
+  return scene;
+}
+
+}  // namespace
+
+Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : scene_(with_few_feet(scene)) {
   auto lattice = std::make_shared<ReachLattice>();
   const auto sessions = feelers(scene_);
   in_parallel(

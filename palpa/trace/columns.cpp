@@ -184,7 +184,8 @@ const Table<TickFrame>& ticks_table() {
       later(COLUMN(
           TickFrame, "circumstances", "", circumstances,
           "what the loop knew, one bit each from 1 on: device fault, link lost, late, view moves, panic, resume, new scene")),
-      of_tool(COLUMN(TickFrame, "probe_turn", "", result.probe_turn, "orientation of the handle, a unit quaternion")),
+      of_tool(COLUMN(TickFrame, "probe_turn", "", result.probe_turn,
+                     "orientation of the handle, a unit quaternion, as the device reports it")),
       of_tool(COLUMN(TickFrame, "proxy_turn", "", result.proxy_turn, "that of the tool in the data")),
       of_tool(COLUMN(TickFrame, "torque", "nm", result.torque_nm, "about the probe, unlimited")),
       of_tool(COLUMN(TickFrame, "command_torque", "nm", command.torque_nm, "sent to the device: the torque after the guard")),
@@ -273,7 +274,9 @@ const Table<WorkRow>& works_table() {
       COLUMN(WorkRow, "slot", "", placed.primitive.id.slot, "the mode's own number of it"),
       COLUMN(WorkRow, "carried", "m", placed.carried_m, "how far the data carry the proxy in the whole sub-step"),
       COLUMN(WorkRow, "work_j", "", work_j,
-             "force . (proxy - start - move_fraction * carried): above zero brought in, below taken out"),
+             "force . (proxy - start - move_fraction * carried), of a tool with turn x lever added to proxy - start, turn the "
+             "rotation "
+             "vector from start_turn to proxy_turn: above zero brought in, below taken out"),
   };
   static const Table<WorkRow> table{
       "works.csv",

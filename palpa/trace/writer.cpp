@@ -164,6 +164,33 @@ class TraceWriter::Files {
     add(*events, detail::events_table(), {.tick = tick, .t_s = t_s, .kind = kind, .subject = subject, .value = value});
   }
 
+  void note_unfelt(const TickFrame& frame) {
+    unfelt_j += frame.command.unfelt_j;
+    if (unfelt_j > told_unfelt_j && !std::exchange(has_told_unfelt, true))
+      put_event(frame.tick, frame.t_s, "warning", "session",
+                "turning the handle brings in energy: the device senses turns and drives no torque against them");
+  }
+
+  void put_balances(std::int64_t tick, std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) {
+    for (std::size_t i = 0; i < sub_steps.size(); ++i) {
+      SubStep step = sub_steps[i];
+      const auto own = placed.subspan(step.first_primitive, step.primitives);
+      const auto number = static_cast<std::int64_t>(i);
+      step.primitives -= static_cast<std::uint32_t>(std::count_if(own.begin(), own.end(), is_idle_facet));
+      add(*balances, detail::balances_table(), {tick, number, step});
+      for (const PlacedPrimitive& one : own) {
+        if (is_idle_facet(one)) continue;
+        const Primitive& row = one.primitive;
+        const auto stiffness = row.is_elastic() ? std::optional(row.stiffness_n_per_m) : std::nullopt;
+        const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
+        const std::string_view mode = mode_name(one.primitive.id.mode);
+        add(*primitives, detail::primitives_table(), {tick, number, mode, one, captured, stiffness});
+        if (one.carried_m == Vec3{}) continue;
+        add_to(works, detail::works_table(), {tick, number, mode, one, work_j(step, one)});
+      }
+    }
+  }
+
   fs::path folder;
   TraceHeader header;
   std::vector<std::string> mode_names;
@@ -214,25 +241,7 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
     for (std::size_t i = 0; i < modes.size(); ++i) {
       files.add(*files.modes, detail::modes_table(), {frame.tick, files.mode_name(static_cast<std::int64_t>(i)), modes[i]});
     }
-    if (files.header.primitives) {
-      for (std::size_t i = 0; i < sub_steps.size(); ++i) {
-        SubStep step = sub_steps[i];
-        const auto own = placed.subspan(step.first_primitive, step.primitives);
-        const auto number = static_cast<std::int64_t>(i);
-        step.primitives -= static_cast<std::uint32_t>(std::count_if(own.begin(), own.end(), is_idle_facet));
-        files.add(*files.balances, detail::balances_table(), {frame.tick, number, step});
-        for (const PlacedPrimitive& one : own) {
-          if (is_idle_facet(one)) continue;
-          const Primitive& row = one.primitive;
-          const auto stiffness = row.is_elastic() ? std::optional(row.stiffness_n_per_m) : std::nullopt;
-          const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
-          const std::string_view mode = files.mode_name(one.primitive.id.mode);
-          files.add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured, stiffness});
-          if (one.carried_m == Vec3{}) continue;
-          files.add_to(files.works, detail::works_table(), {frame.tick, number, mode, one, work_j(step, one)});
-        }
-      }
-    }
+    if (files.header.primitives) files.put_balances(frame.tick, sub_steps, placed);
     for (const SessionEvent& event : events) {
       std::string value;
       if (event.text) {
@@ -251,11 +260,7 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
       detail::put_number(value, frame.command.snap_n);
       files.put_event(frame.tick, frame.t_s, "snap", "proxy", value);
     }
-    files.unfelt_j += frame.command.unfelt_j;
-    if (files.unfelt_j > told_unfelt_j && !std::exchange(files.has_told_unfelt, true)) {
-      files.put_event(frame.tick, frame.t_s, "warning", "session",
-                      "turning the handle brings in energy: the device senses turns and drives no torque against them");
-    }
+    files.note_unfelt(frame);
     if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
       files.put_event(frame.tick, frame.t_s, "scene", "session", "another scene is felt from here on");
     }

@@ -240,10 +240,14 @@ void check_works(const std::filesystem::path& trace, const std::function<void(co
   while (balances.next()) {
     const Vec3 start = balances.vector("start", "m"), step = balances.vector("proxy", "m") - start;
     const double fraction = balances.number("move_fraction");
+    const bool is_of_tool = balances.has("turning_radius_m") && balances.number("turning_radius_m") > 0.0;
+    const Vec3 turn_rad = is_of_tool ? rotation_between_rad(balances.turn("start_turn"), balances.turn("proxy_turn")) : Vec3{};
     for (std::int64_t i = balances.integer("primitives"); i > 0; --i) {
       if (!primitives.next()) throw LoadError(balances.place() + ": its primitives are missing");
       const auto is_of_this = [&](const char* column) { return works->text(column) == primitives.text(column); };
       const bool moved = more && is_of_this("tick") && is_of_this("sub_step") && is_of_this("mode") && is_of_this("slot");
+      const Vec3 lever_m = is_of_tool ? primitives.vector("lever", "m") : Vec3{};
+      const Vec3 turned_m = is_of_tool ? cross(turn_rad, lever_m) : Vec3{};
       const Vec3 force_n = primitives.vector("force", "n"), carried_m = moved ? works->vector("carried", "m") : Vec3{};
       CheckedWork checked;
       checked.tick = primitives.integer("tick");
@@ -251,11 +255,11 @@ void check_works(const std::filesystem::path& trace, const std::function<void(co
       checked.mode = primitives.text("mode");
       checked.directed = primitives.text("kind") == "directed";
       checked.exact = balances.text("status") == "exact";
-      checked.work_j = dot(force_n, step - fraction * carried_m);
+      checked.work_j = dot(force_n, step + turned_m - fraction * carried_m);
       checked.claimed_j = moved ? works->number("work_j") : checked.work_j;
       checked.data_motion_j = dot(force_n, fraction * carried_m);
       checked.carried_m = norm(carried_m);
-      checked.may_bring_j = norm(force_n) * distance(primitives.vector("position", "m"), start + carried_m);
+      checked.may_bring_j = norm(force_n) * distance(primitives.vector("position", "m"), start + lever_m + carried_m);
       visit(checked);
       if (moved) more = works->next();
     }

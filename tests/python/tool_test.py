@@ -157,8 +157,7 @@ def test_a_device_of_ones_own_is_turned_and_drives_torque():
 
         def read(self):
             self.reads += 1
-            depth_m = min(1e-5 * self.reads, 0.01) - 0.005
-            return palpa.DeviceState((0, 0, -depth_m), turn=(np.cos(0.05), 0, np.sin(0.05), 0))
+            return palpa.DeviceState((0, 0, max(0.026, 0.036 - 1e-5 * self.reads)), turn=(np.cos(0.05), 0, np.sin(0.05), 0))
 
         def write(self, force_n, torque_nm):
             self.written.append((force_n.copy(), torque_nm.copy()))

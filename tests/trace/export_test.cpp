@@ -154,6 +154,33 @@ TEST_F(Export, ATableHasTheColumnsCellByCell) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);
 }
 
+TEST_F(Export, OfAToolTurnsAndTorquesGoToEveryFormat) {
+  TraceHeader of_tool = header();
+  of_tool.has_tool = true;
+  TickFrame one = frame(0);
+  one.result.probe_turn = {0.6, 0.8, 0, 0};
+  one.result.torque_nm = {0.5, 0, 0};
+  {
+    TraceWriter writer(trace, of_tool, scene_text, {});
+    writer.append(one, {}, {}, {}, {});
+    writer.finish();
+  }
+  EXPECT_THAT(exported("felt.csv"),
+              HasSubstr(",buttons,probe_turn_w,probe_turn_x,probe_turn_y,probe_turn_z,proxy_turn_w,proxy_turn_x,proxy_turn_y,"
+                        "proxy_turn_z,torque_x_nm,torque_y_nm,torque_z_nm,command_torque_x_nm,command_torque_y_nm,"
+                        "command_torque_z_nm\n"));
+  exported("felt.vtp");
+  const vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName((root / "felt.vtp").c_str());
+  reader->Update();
+  vtkDataArray* const turn = reader->GetOutput()->GetPointData()->GetArray("probe_turn");
+  ASSERT_NE(turn, nullptr);
+  ASSERT_EQ(turn->GetNumberOfComponents(), 4);
+  EXPECT_NEAR(turn->GetComponent(0, 0), 0.6, 1e-15);
+  EXPECT_NEAR(turn->GetComponent(0, 2), 0.8, 1e-15) << "x of the hand is y of the world";
+  EXPECT_NEAR(reader->GetOutput()->GetPointData()->GetArray("torque_nm")->GetComponent(0, 1), 0.5, 1e-15);
+}
+
 TEST_F(Export, Hdf5HoldsAColumnAsADataSet) {
   write_three_ticks();
   exported("felt.h5");
