@@ -156,7 +156,7 @@ TEST(TwoHands, EveryFaultOfOneLetsTheOtherFallAndBothComeBackByTheirRamps) {
       const std::size_t other = 1 - faulty;
       TwoHands hands;
       // A tool, so that the turn counts.
-      hands.scene.set(ToolOptions{.shape = ToolOptions::Shape::points, .points_m = {{0, 0, 0}, {0.005, 0, 0}}});
+      hands.scene.set(ToolOptions{.shape = ToolOptions::Shape::points, .points_m = {{0.005, 0, 0}}});
       constexpr std::int64_t begins = 1000, ends = 1100;
       int falls = 0, with_force = 0;
       bool told = false, comes_back = false, without_ramp = false;
