@@ -165,6 +165,7 @@ struct Formula {
 constexpr Formula formulas[] = {
     {"plane_field", [](std::span<const double> with) { return plane_field(with[0]); }},
     {"sphere_field", [](std::span<const double> with) { return sphere_field(with[0]); }},
+    {"bored_block", [](std::span<const double> with) { return bored_block(with[0], with[1], with[2]); }},
     {"lamb_oseen_vortex", [](std::span<const double> with) { return lamb_oseen_vortex(with[0], with[1]); }},
     {"burgers_vortex", [](std::span<const double> with) { return burgers_vortex(with[0], with[1], with[2]); }},
     {"ring_vortex", [](std::span<const double> with) { return ring_vortex(with[0]); }},

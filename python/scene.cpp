@@ -60,6 +60,9 @@ void bind_formulas(py::module_& module) {
                "A half space: signed distance [m] below the plane z = 0, over a cube about the origin.",
                py::arg("size_m") = 0.2);
   bind_formula(module, "sphere_field", &sphere_field, "A ball: radius - |x| [m], positive inside.", py::arg("radius_m") = 0.05);
+  bind_formula(module, "bored_block", &bored_block,
+               "A half space below z = 0 with a round hole along -z, its rim rounded: signed distance [m] below the surface.",
+               py::arg("radius_m") = 5.5e-3, py::arg("depth_m") = 30e-3, py::arg("rim_m") = 1.5e-3);
   bind_formula(module, "head_phantom", &head_phantom, "A head as CT would see it, in HU, in the medical frame.");
   bind_formula(module, "lamb_oseen_vortex", &lamb_oseen_vortex, "A Lamb-Oseen vortex along z: velocity [m/s].",
                py::arg("circulation_m2_per_s") = 0.02, py::arg("core_radius_m") = 0.01);

@@ -209,7 +209,7 @@ class Hdf5Source final : public Source {
     std::string path;
     Shape shape;
     RawVoxels raw;
-    Turn turn;
+    VectorTurn turn;
     Packing packing;
     std::size_t time = SIZE_MAX;  ///< index that counts frames
   };

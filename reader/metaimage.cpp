@@ -364,7 +364,7 @@ class MetaImageSource : public Source {
   std::string path_;
   MetaImage image_;
   RawVoxels raw_;
-  Turn turn_;
+  VectorTurn turn_;
   std::int64_t first_ = 0;         ///< index of the first value of the first frame to read
   std::int64_t frame_values_ = 0;  ///< per frame
   std::uint64_t all_bytes_ = 0;    ///< of all frames

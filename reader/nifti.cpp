@@ -318,7 +318,7 @@ class NiftiSource : public Source {
   std::uint64_t voxel_offset_ = 0;  ///< [bytes] in the file of the voxels
   std::uint64_t frame_bytes_ = 0;   ///< per component
   std::uint64_t first_byte_ = 0;    ///< to read
-  Turn turn_;
+  VectorTurn turn_;
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace palpa::reader {
 
 using protocol::RawType;
 using protocol::RawVoxels;
-using protocol::Turn;
+using protocol::VectorTurn;
 
 class Source {
  public:

@@ -251,7 +251,7 @@ bool GridSource::add(std::string name, int vtk_type, int components, bool of_cel
   protocol::FieldHeader field;
   field.grid = grid;
   field.name = own_name(names_, name, of_cells);
-  Turn turn;
+  VectorTurn turn;
   if (along_index_) turn.axes = protocol::unit_axes(grid);
   std::vector<std::string> notes;
   keep(raw, turn, field, notes);

@@ -34,7 +34,7 @@ class GridSource : public Source {
     std::string name;
     bool of_cells;
     RawVoxels raw;
-    Turn turn;
+    VectorTurn turn;
   };
   std::vector<Array> arrays_;  ///< one per field
 

@@ -21,6 +21,14 @@ Volume plane_field(double size_m = 0.2);
 /// centre is 0. Field "depth" [m]; spacing radius / 32.
 Volume sphere_field(double radius_m = 0.05);
 
+/// Half space below z = 0 with a round hole along −z, its rim rounded: value = signed distance [m] below the surface, exact,
+/// positive in the solid. About the origin, 8 radii wide, from 2 radii below the hole's floor to as far above the surface as
+/// the hole is deep. Field "depth" [m]; spacing the smaller of radius / 16 and rim / 4.
+/// \param radius_m  [m] of the hole
+/// \param depth_m   [m] of the hole
+/// \param rim_m     [m] radius of the rounding, at most the depth, else std::invalid_argument
+Volume bored_block(double radius_m = 5.5e-3, double depth_m = 30e-3, double rim_m = 1.5e-3);
+
 /// CT phantom of a head, in HU, in the medical frame: skin and soft tissue (about 40), skull (1000), brain (35), air cavities
 /// (nose, sinuses, throat: −1000), air outside (−1000). Edges are smooth ramps about 2 mm wide: the gradient is continuous.
 /// About 160 × 200 × 240 mm about the origin, in a box that cuts the neck; face at −y; 6 to 8 mm of skin on the skull. Field

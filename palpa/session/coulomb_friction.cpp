@@ -14,10 +14,10 @@ namespace {
 constexpr double holding_share = 0.999;
 
 // Friction strength of a line, from the force of its plane or of its corner's facets in the last balance [N].
-double wanted_n(const ToolLaw& law, const PrimitiveSet& set, const Friction& friction) noexcept {
+double wanted_n(std::span<const Vec3> loads_n, const PrimitiveSet& set, const Friction& friction) noexcept {
   double pressed_n = 0.0;
   const std::size_t plane = set.row(static_cast<std::size_t>(friction.plane));
-  for (std::size_t i = plane; i < set.size() && set[i].id == set[plane].id; ++i) pressed_n += norm(law.forces_n()[i]);
+  for (std::size_t i = plane; i < set.size() && set[i].id == set[plane].id; ++i) pressed_n += norm(loads_n[i]);
   return friction.coefficient * pressed_n;
 }
 
@@ -68,9 +68,10 @@ Balance CoulombFriction::solve(ToolLaw& law, PrimitiveSet& set, const Pose& prob
   const double tolerance_n = exact_bound_m * stiffness_n_per_m;
   for (int pass = 0; pass < max_passes && found.iterations < most_iterations; ++pass) {
     bool changed = false;
+    const std::span<const Vec3> loads_n = law.loads_n(set, found);
     for (Line& line : lines_) {
-      changed = correct(line, wanted_n(law, set, set.friction_of(line.index)), norm(law.forces_n()[line.index]), tolerance_n,
-                        pass == 0) ||
+      changed = correct(line, wanted_n(loads_n, set, set.friction_of(line.index)), norm(law.forces_n()[line.index]),
+                        tolerance_n, pass == 0) ||
                 changed;
       set.set_strength(line.index, line.strength_n);
     }

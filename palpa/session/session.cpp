@@ -177,7 +177,7 @@ std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
   has_forces_by_mode = true;
   const SubStep& last = path.sub_steps().back();
   const auto placed = path.placed().subspan(last.first_primitive, last.primitives);
-  const std::span<const Vec3> forces_n = shown.of(placed, last.balance);
+  const std::span<const Vec3> forces_n = shown.of(placed, last);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     ModeForce& mode = mode_ticks[placed[i].primitive.id.mode];
     mode.split_shared = mode.split_shared || shown.is_shared(i);

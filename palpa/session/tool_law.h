@@ -24,6 +24,9 @@ class ToolLaw {
   Balance solve(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept;
   std::span<const Vec3> forces_n() const noexcept { return tool_.is_point() ? law_->forces_n() : pose_law_->forces_n(); }
   void reset() noexcept;
+  /// Force of each row by which friction is measured [N]: of a point the law's; of a tool the least split of the load on the
+  /// planes and corners of the last balance `found`, which does not depend on a warm start. Valid until the next call.
+  std::span<const Vec3> loads_n(const PrimitiveSet& set, const Balance& found) noexcept;
 
   const Tool& tool() const noexcept { return tool_; }
   /// From the device's point to a foot at the start of the move [m].
@@ -48,6 +51,9 @@ class ToolLaw {
   const Tool& tool_;
   Pose start_;
   std::vector<Vec3> levers_m_;  // by foot
+  // Of the planes and corners of a set, and of all of its rows:
+  std::vector<Primitive> planes_;
+  std::vector<Vec3> plane_levers_m_, plane_forces_n_, loads_n_;
 };
 
 }  // namespace palpa

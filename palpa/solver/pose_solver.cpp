@@ -63,7 +63,7 @@ Balance PoseSolver::solve(const PrimitiveSet& set, const ToolStep& step) noexcep
             .way_m = step.probe.position_m - step.start.position_m,
             .turn_rad = turn_rad};
   }
-  work_->pose(primitives, forces_.get(), step);
+  work_->pose(primitives, forces_.get(), step, false);
   work_->solve();
   Balance balance;
   work_->give(balance, forces_.get());
@@ -111,7 +111,7 @@ double PoseSolver::error_bound_m(const PrimitiveSet& set, std::span<const Vec3> 
       !is_solvable(set.primitives(), step, step.levers_m.size()))
     return std::numeric_limits<double>::max();
   Work work(std::max<std::size_t>(2, set.size()), step.levers_m.size());
-  work.pose(set.primitives(), forces_n.data(), step);
+  work.pose(set.primitives(), forces_n.data(), step, true);
   return work.bound_m({at.position_m - step.start.position_m, step.turning_radius_m * at.turn_rad});
 }
 

@@ -1,5 +1,5 @@
-// Stages of a tool's balance: sweep, active set, multipliers. Each is that of the point (closed_forms.cpp, active_set.cpp,
-// multipliers.cpp) with J Z in place of Z; in its pull w = u + R/A the compliance A of the coupling at the foot is that along
+// Stages of a tool's balance: working set, sweep, active set. Each is that of the point (closed_forms.cpp, active_set.cpp) with
+// J Z in place of Z; in its pull w = u + R/A the compliance A of the coupling at the foot is that along
 // the primitive, 1 + |β × q|², or at most 1 + |β|².
 #include "palpa/solver/pose_work.h"
 
@@ -9,41 +9,46 @@ using namespace detail::solving;
 using namespace detail::posing;
 
 namespace {
-// [1] First penalties of the multipliers, from zero forces and from those of the balance before, and the ratio of successive
-// ones. Lower: more penalties; higher: Newton's method may fail from afar.
-constexpr double cold_penalty = 1e4, warm_penalty = 1e6;
-constexpr double next_penalty = 100.0;
+// [1] Rounds of the active set in a row. More: a longer worst case; fewer: more balances need multipliers.
+constexpr int max_rounds_ahead = 6;
+// [1] Planes that a round of the working set takes in, and their number from which on it takes all. More: more planes in each
+// pass; fewer: more rounds.
+constexpr std::size_t most_taken_in = 4, many_pressed = 16;
 }  // namespace
 
 void Factor6::add(const Stiffness& K, const Vec3& beta) noexcept {
-  const Vec3 row[3] = {{K.xx, K.xy, K.xz}, {K.xy, K.yy, K.yz}, {K.xz, K.yz, K.zz}};
-  const double k[3][3] = {{K.xx, K.xy, K.xz}, {K.xy, K.yy, K.yz}, {K.xz, K.yz, K.zz}};
+  way_.xx += K.xx, way_.xy += K.xy, way_.xz += K.xz, way_.yy += K.yy, way_.yz += K.yz, way_.zz += K.zz;
   // With B = β×, the lower left block is B K, whose columns are β × those of K; the lower right one (B K) Bᵀ.
-  const Vec3 column[3] = {cross(beta, row[0]), cross(beta, row[1]), cross(beta, row[2])};
-  const double bk[3][3] = {{column[0].x, column[1].x, column[2].x},
-                           {column[0].y, column[1].y, column[2].y},
-                           {column[0].z, column[1].z, column[2].z}};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3 turned = cross(beta, Vec3{bk[i][0], bk[i][1], bk[i][2]});
-    const double bkb[3] = {turned.x, turned.y, turned.z};
-    for (std::size_t j = 0; j < 3; ++j) m_[3 + i][j] += bk[i][j];
-    for (std::size_t j = 0; j <= i; ++j) m_[i][j] += k[i][j], m_[3 + i][3 + j] += bkb[j];
-  }
+  const Vec3 x = cross(beta, {K.xx, K.xy, K.xz}), y = cross(beta, {K.xy, K.yy, K.yz}), z = cross(beta, {K.xz, K.yz, K.zz});
+  const Vec3 rows[3] = {{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}};
+  for (std::size_t i = 0; i < 3; ++i) rows_[i] += rows[i];
+  const Vec3 second = cross(beta, rows[1]), third = cross(beta, rows[2]);
+  arc_.xx += beta.y * rows[0].z - beta.z * rows[0].y;
+  arc_.xy += second.x, arc_.yy += second.y;
+  arc_.xz += third.x, arc_.yz += third.y, arc_.zz += third.z;
 }
 
 void Factor6::factor() noexcept {
+  l_ = {{{way_.xx},
+         {way_.xy, way_.yy},
+         {way_.xz, way_.yz, way_.zz},
+         {rows_[0].x, rows_[0].y, rows_[0].z, arc_.xx},
+         {rows_[1].x, rows_[1].y, rows_[1].z, arc_.xy, arc_.yy},
+         {rows_[2].x, rows_[2].y, rows_[2].z, arc_.xz, arc_.yz, arc_.zz}}};
+  std::array<double, 6> pivots{};
   for (std::size_t j = 0; j < 6; ++j) {
-    double d = m_[j][j];
+    double d = l_[j][j];
     std::array<double, 6> ld{};  // L D of row j
     for (std::size_t n = 0; n < j; ++n) {
-      ld[n] = m_[j][n] / by_d_[n];
-      d -= m_[j][n] * ld[n];
+      ld[n] = l_[j][n] * pivots[n];
+      d -= l_[j][n] * ld[n];
     }
-    by_d_[j] = 1.0 / std::max(1.0, d);
+    pivots[j] = std::max(1.0, d);
+    by_d_[j] = 1.0 / pivots[j];
     for (std::size_t i = j + 1; i < 6; ++i) {
-      double sum = m_[i][j];
-      for (std::size_t n = 0; n < j; ++n) sum -= m_[i][n] * ld[n];
-      m_[i][j] = sum * by_d_[j];
+      double sum = l_[i][j];
+      for (std::size_t n = 0; n < j; ++n) sum -= l_[i][n] * ld[n];
+      l_[i][j] = sum * by_d_[j];
     }
   }
 }
@@ -51,22 +56,40 @@ void Factor6::factor() noexcept {
 Six Factor6::solve(const Six& g) const noexcept {
   double v[6] = {g.way.x, g.way.y, g.way.z, g.arc.x, g.arc.y, g.arc.z};
   for (std::size_t i = 1; i < 6; ++i) {
-    for (std::size_t j = 0; j < i; ++j) v[i] -= m_[i][j] * v[j];
+    for (std::size_t j = 0; j < i; ++j) v[i] -= l_[i][j] * v[j];
   }
   for (std::size_t i = 0; i < 6; ++i) v[i] *= by_d_[i];
   for (std::size_t i = 6; i-- > 0;) {
-    for (std::size_t j = i + 1; j < 6; ++j) v[i] -= m_[j][i] * v[j];
+    for (std::size_t j = i + 1; j < 6; ++j) v[i] -= l_[j][i] * v[j];
   }
   return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
 }
 
+// Balances the working set, and takes planes in until no other is pressed.
 void PoseSolver::Work::solve() noexcept {
+  for (;;) {
+    const bool is_proven = solve_set();
+    if (rest_count_ == 0 || (is_proven && !widen())) return;
+    if (!is_proven) {
+      while (rest_count_ > 0) take_in(rest_count_ - 1);
+    }
+    best_bound_n_ = std::numeric_limits<double>::max();
+    warm_ = true;
+    if (!any_left()) {
+      certify(3);
+      if (rest_count_ == 0) return;
+    }
+  }
+}
+
+bool PoseSolver::Work::solve_set() noexcept {
   if (warm_) keep();
   Z_ = sum();
+  if (size() == 0) return certify(1);
   sweep();
-  if (size() <= 1) {
+  if (size() == 1) {
     Z_ = sum();
-    if (certify(1)) return;
+    if (certify(1)) return true;
   } else if (!warm_) {
     sweep();
   }
@@ -78,11 +101,61 @@ void PoseSolver::Work::solve() noexcept {
       sweep();
     }
     const double before = best_bound_n_;
-    if (round()) return;
-    if (i == 0 && warm_ && solve_from_before()) return;
+    if (advance()) return true;
+    if (warm_) {
+      restore();
+      break;
+    }
     if (!(best_bound_n_ < 0.5 * before)) ++in_vain;
   }
-  augmented_lagrangian();
+  return augmented_lagrangian();
+}
+
+void PoseSolver::Work::take_in(std::size_t place) noexcept {
+  pose_plane(rest_[place], 0.0);
+  anchor(plane_[planes_ - 1]);
+  rest_[place] = rest_[--rest_count_];
+}
+
+// Depth of the best balance behind a plane [N], raised by its rounding.
+double PoseSolver::Work::depth_n(const Primitive& p) const noexcept {
+  const Vec3& lever_m = step_.levers_m[p.id.foot];
+  const Vec3 turn_rad = best_m_.arc / step_.turning_radius_m;
+  const Vec3 offset_m = p.position_m - step_.foot_m(p.id.foot), way_m = best_m_.way + cross(turn_rad, lever_m);
+  const double size_m = size_of(offset_m) + size_of(best_m_.way) + 2.0 * size_of(turn_rad) * size_of(lever_m);
+  return k_ * (dot(p.direction, offset_m - way_m) + 10.0 * epsilon * size_m);
+}
+
+// Takes in planes that the best balance presses: the deepest, or all if there are many. If there is none, adds to the bound
+// what the rest can press within rounding.
+bool PoseSolver::Work::widen() noexcept {
+  double* const depths_n = kept_planes_n_.get();
+  std::size_t pressed = 0;
+  double gap_n2 = 0.0;
+  for (std::size_t i = 0; i < rest_count_; ++i) {
+    const Primitive& p = primitives_[rest_[i]];
+    const double depth = std::max(0.0, depth_n(p));
+    const double gap = depth > 0.0 ? (p.strength_n + detail::gamma_of(p, k_, step_.time_step_s) * depth) * depth : 0.0;
+    const bool is_pressed = gap > shown_n2_;
+    depths_n[i] = is_pressed ? depth : 0.0;
+    pressed += is_pressed;
+    if (!is_pressed) gap_n2 += gap;
+  }
+  rows_ += static_cast<int>(rest_count_);
+  if (pressed == 0) {
+    best_bound_n_ = bound_of(best_left_n_, best_gap_n2_ + gap_n2) * best_share_;
+    return false;
+  }
+  // From the back: a place is filled by the last.
+  for (std::size_t i = rest_count_; pressed > many_pressed && i-- > 0;) {
+    if (depths_n[i] > 0.0) take_in(i);
+  }
+  for (std::size_t taken = 0; pressed <= many_pressed && taken < std::min(pressed, most_taken_in); ++taken) {
+    double* const deepest = std::max_element(depths_n, depths_n + rest_count_);
+    take_in(static_cast<std::size_t>(deepest - depths_n));
+    *deepest = depths_n[rest_count_];
+  }
+  return true;
 }
 
 // A plane's force is optimised exactly, all others fixed; of the others a projected step is taken that never loses.
@@ -112,6 +185,17 @@ void PoseSolver::Work::sweep() noexcept {
   count();
 }
 
+// Rounds while each leaves a tenth of the bound at most: where feet slip, the sides settle before their directions do.
+bool PoseSolver::Work::advance() noexcept {
+  double before = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < max_rounds_ahead; ++i) {
+    if (round()) return true;
+    if (!(bound_n_ < 0.1 * before)) break;
+    before = bound_n_;
+  }
+  return false;
+}
+
 // Steps of the active set until one settles, and the proof.
 bool PoseSolver::Work::round() noexcept {
   for (int i = 0; i < max_steps_in_a_round; ++i) {
@@ -120,16 +204,6 @@ bool PoseSolver::Work::round() noexcept {
     if (step == Step::cut && i + 1 < max_steps_in_a_round) Z_ = sum(), sweep();
   }
   return certify(2);
-}
-
-// Warm start from the forces and the motion of the previous balance.
-bool PoseSolver::Work::solve_from_before() noexcept {
-  restore();
-  Z_ = k_ * (moved_m_ - origin_m_);
-  for (int i = 0; i < max_rounds_from_before; ++i) {
-    if (round()) return true;
-  }
-  return false;
 }
 
 PoseSolver::Work::Step PoseSolver::Work::active_set_step() noexcept {
@@ -152,7 +226,7 @@ PoseSolver::Work::Step PoseSolver::Work::active_set_step() noexcept {
 // States of the primitives, and the resulting system. Sticking primitives keep τR.
 PoseSolver::Work::Sides PoseSolver::Work::take_sides() noexcept {
   look();
-  for (std::size_t f = 0; f < feet_count_; ++f) feet_[f].u = {}, feet_[f].K = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  for (std::size_t f = 0; f < feet_count_; ++f) feet_[f].u = {}, feet_[f].K = Foot::none, feet_[f].is_stiff = false;
   for (std::size_t i = 0; i < planes_; ++i) {
     AtFoot<Plane>& p = plane_[i];
     Foot& foot = feet_[p.foot];
@@ -164,11 +238,11 @@ PoseSolver::Work::Sides PoseSolver::Work::take_sides() noexcept {
       const double stiffness = spring * p.rest;
       p.state = State::stick, p.r = stiffness * (r - p.compliance * p.t);
       foot.u += (p.t + p.r) * p.q;
-      foot.K.add(stiffness, p.q);
+      foot.stiffen(stiffness, p.q);
     } else {
       p.state = State::slip, p.r = r;
       foot.u += (p.s + p.gamma * r) * p.q;
-      foot.K.add(p.gamma, p.q);
+      if (p.gamma > 0.0) foot.stiffen(p.gamma, p.q);
     }
   }
   for (std::size_t i = 0; i < spans_; ++i) {
@@ -192,7 +266,7 @@ PoseSolver::Work::Sides PoseSolver::Work::take_sides() noexcept {
       foot.u += (p.s + p.gamma * along - across * along) * e + across * R;
       foot.K.add(p.gamma - across, e);
     }
-    foot.K.add_everywhere(across);
+    foot.K.add_everywhere(across), foot.is_stiff = true;
     foot.K.add(-across, p.q);
   }
   for (std::size_t i = 0; i < corners_; ++i) take_side(corner_[i], feet_[corner_[i].foot]);
@@ -200,7 +274,7 @@ PoseSolver::Work::Sides PoseSolver::Work::take_sides() noexcept {
   sides.g = C_ - Z_;
   for (std::size_t f = 0; f < feet_count_; ++f) {
     sides.g += wrench(feet_[f].u, feet_[f].beta);
-    sides.M.add(feet_[f].K, feet_[f].beta);
+    if (feet_[f].is_stiff) sides.M.add(feet_[f].K, feet_[f].beta);
   }
   sides.M.factor();
   count();
@@ -222,13 +296,13 @@ void PoseSolver::Work::take_side(AtFoot<Corner>& p, Foot& foot) const noexcept {
     const double stiffness = spring * p.rest;
     p.state = State::stick, p.R = stiffness * (R - p.compliance * p.u);
     foot.u += p.u + p.R;
-    foot.K.add(stiffness, p.face);
+    foot.K.add(stiffness, p.face), foot.is_stiff = true;
   } else {
     p.state = State::slip, p.R = R;
     const Vec3 e = (1.0 / asked) * way.w;
     const double across = std::min(spring, tau * p.s / (asked - p.s));
     foot.u += (p.s - across * dot(e, R)) * e + across * R;
-    foot.K.add(across, p.face);
+    foot.K.add(across, p.face), foot.is_stiff = true;
     foot.K.add(-across, e);
   }
 }
@@ -317,156 +391,6 @@ bool PoseSolver::Work::confine() noexcept {
     cut = cut || size_of(corner_[i].u - before) > balanced_n_;
   }
   return cut;
-}
-
-// Sets the next forces of the multipliers.
-void PoseSolver::Work::answer_all(double tau) noexcept {
-  look();
-  for (std::size_t i = 0; i < planes_; ++i) {
-    AtFoot<Plane>& p = plane_[i];
-    p.t = answer(p, p.t + tau * p.residual(feet_[p.foot].Z), tau);
-  }
-  for (std::size_t i = 0; i < spans_; ++i) {
-    AtFoot<Span>& p = span_[i];
-    p.u = p.across(answer(p, p.u + tau * p.residual(feet_[p.foot].Z), tau));
-  }
-  for (std::size_t i = 0; i < corners_; ++i) {
-    AtFoot<Corner>& p = corner_[i];
-    p.answer(p.pull(feet_[p.foot].Z, tau), tau);
-  }
-}
-
-void PoseSolver::Work::augmented_lagrangian() noexcept {
-  // Failed steps can leave forces far beyond s where a drag is large: no good start.
-  for (std::size_t i = 0; i < planes_; ++i) plane_[i].t = std::min(plane_[i].t, plane_[i].s);
-  for (std::size_t i = 0; i < spans_; ++i) span_[i].u = shortened(span_[i].u, span_[i].s);
-  Z_ = sum();
-  double tau = warm_ ? warm_penalty : cold_penalty;
-  for (int i = 0; i < max_penalties && any_left(); ++i) {
-    recentre();
-    if (!minimise(tau) && tau <= unsteady_penalty) {
-      tau = std::max(1.0, 1e-2 * tau);
-      continue;
-    }
-    answer_all(tau);
-    if (certify(3)) return;
-    if (i == 0 || tau > steady_penalty) {
-      recentre();
-      keep();
-      active_set_step();
-      if (certify(3)) return;
-      restore();
-    }
-    tau = std::min(largest_penalty, next_penalty * tau);
-  }
-}
-
-// Newton's method for Ψ, to the precision that the forces of this τ need. Returns whether it converged.
-bool PoseSolver::Work::minimise(double tau) noexcept {
-  for (int step = 0; step < max_newton_steps && any_left(); ++step) {
-    look();
-    for (std::size_t f = 0; f < feet_count_; ++f) feet_[f].u = {}, feet_[f].K = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    double size = size_of(C_);
-    for (std::size_t i = 0; i < planes_; ++i) {
-      const AtFoot<Plane>& p = plane_[i];
-      Foot& foot = feet_[p.foot];
-      const double w = p.t + tau * p.residual(foot.Z);
-      const double t = answer(p, w, tau);
-      foot.u += t * p.q;
-      size += t;
-      const double yields = 1.0 + p.compliance * tau;
-      if (w > 0.0) foot.K.add(w <= p.s * yields ? tau / yields : tau * (p.gamma / (tau + p.gamma)), p.q);
-    }
-    for (std::size_t i = 0; i < spans_; ++i) {
-      const AtFoot<Span>& p = span_[i];
-      Foot& foot = feet_[p.foot];
-      const Vec3 w = p.u + tau * p.residual(foot.Z);
-      const double squared = norm_squared(w);
-      double across = tau;
-      if (squared <= p.s * p.s) {
-        foot.u += w;
-      } else {
-        const double asked = std::sqrt(squared);
-        const double share = length_given(asked, p.s, p.gamma, tau) / asked;
-        foot.u += share * w;
-        across = tau * share;
-        foot.K.add(tau * (p.gamma / (tau + p.gamma)) - across, (1.0 / asked) * w);
-      }
-      size += size_of(p.u);
-      foot.K.add_everywhere(across);
-      foot.K.add(-across, p.q);
-    }
-    for (std::size_t i = 0; i < corners_; ++i) {
-      const AtFoot<Corner>& p = corner_[i];
-      Foot& foot = feet_[p.foot];
-      const detail::LeastWay way = p.pull(foot.Z, tau);
-      const double asked = std::sqrt(norm_squared(way.w));
-      const double yields = 1.0 + p.compliance * tau;
-      const bool slips = asked > p.s * yields;
-      const double share = slips ? p.s / asked : 1.0 / yields;
-      foot.u += share * way.w;
-      size += size_of(p.u);
-      foot.K.add(tau * share, way.face);
-      if (slips) foot.K.add(-tau * share, (1.0 / asked) * way.w);
-    }
-    Six g = C_ - Z_;  // −∇Ψ
-    Factor6 M;
-    for (std::size_t f = 0; f < feet_count_; ++f) {
-      g += wrench(feet_[f].u, feet_[f].beta);
-      M.add(feet_[f].K, feet_[f].beta);
-    }
-    count();
-    if (size_of(g) <= std::max(4.0 * epsilon, 1e-6 / tau) * size) return true;
-    M.factor();
-    const Six d = M.solve(g);
-    const double slope_at_start = -dot(g, d);
-    if (!(slope_at_start < 0.0) || !is_finite(d)) return true;
-    const double share = search(d, slope_at_start, tau);
-    if (!(share > 0.0)) return true;
-    Z_ += share * d;
-  }
-  return false;
-}
-
-// Step length along d: see Solver::Work::search.
-double PoseSolver::Work::search(const Six& d, double slope_at_start, double tau) noexcept {
-  double low = 0.0, at_low = slope_at_start;
-  double high = 1.0, at_high = slope(Z_ + d, d, tau);
-  if (at_high <= 0.0) return high;
-  for (int i = 0; i < max_search_steps && any_left(); ++i) {
-    const double secant = low + (high - low) * (at_low / (at_low - at_high));
-    const double share = std::clamp(secant, low + 0.1 * (high - low), low + 0.6 * (high - low));
-    const double at_share = slope(Z_ + share * d, d, tau);
-    (at_share <= 0.0 ? low : high) = share;
-    (at_share <= 0.0 ? at_low : at_high) = at_share;
-    if (at_high * (high - low) <= -0.5 * at_low * low) return high;
-    if (low > 0.0 && at_low >= 0.5 * slope_at_start) return low;
-  }
-  return low;
-}
-
-// d·∇Ψ.
-double PoseSolver::Work::slope(const Six& at, const Six& d, double tau) noexcept {
-  for (std::size_t f = 0; f < feet_count_; ++f) {
-    feet_[f].Z = at_foot(at, feet_[f].beta);
-    feet_[f].u = at_foot(d, feet_[f].beta);
-  }
-  double slope = dot(at - C_, d);
-  for (std::size_t i = 0; i < planes_; ++i) {
-    const AtFoot<Plane>& p = plane_[i];
-    slope -= answer(p, p.t + tau * p.residual(feet_[p.foot].Z), tau) * dot(p.q, feet_[p.foot].u);
-  }
-  for (std::size_t i = 0; i < spans_; ++i) {
-    const AtFoot<Span>& p = span_[i];
-    slope -= dot(answer(p, p.u + tau * p.residual(feet_[p.foot].Z), tau), feet_[p.foot].u);
-  }
-  for (std::size_t i = 0; i < corners_; ++i) {
-    const AtFoot<Corner>& p = corner_[i];
-    const Foot& foot = feet_[p.foot];
-    slope -= dot(shortened(p.pull(foot.Z, tau).w / (1.0 + p.compliance * tau), p.s), foot.u);
-  }
-  rows_ += static_cast<int>(size());
-  return slope;
 }
 
 }  // namespace palpa

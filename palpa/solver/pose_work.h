@@ -36,29 +36,32 @@ inline Six wrench(const Vec3& u, const Vec3& beta) noexcept { return {u, cross(b
 /// 6×6 matrix M = I + Σ Jᵀ K J, symmetric, M ≥ I, and its factors L D Lᵀ: no pivoting is needed, D ≥ 1 but for rounding.
 class Factor6 {
  public:
-  Factor6() noexcept {
-    for (std::size_t i = 0; i < 6; ++i) m_[i][i] = 1.0;
-  }
   /// Adds a foot's stiffness.
   void add(const Stiffness& K, const Vec3& beta) noexcept;
   void factor() noexcept;
   Six solve(const Six& g) const noexcept;
 
  private:
-  std::array<std::array<double, 6>, 6> m_{};  // lower triangle
+  Stiffness way_, arc_;                       // diagonal blocks
+  Vec3 rows_[3];                              // of the block arc × way
+  std::array<std::array<double, 6>, 6> l_{};  // lower triangle
   std::array<double, 6> by_d_{};
 };
 
 /// A foot with primitives.
 struct Foot {
   Vec3 beta;          // b/ρ
-  Vec3 beta_rest;     // its rounding
+  Vec3 lever_m;       // b
   Vec3 start_m;       // in space
   double gain = 1.0;  // 1 + |β|²: the largest compliance of the coupling at the foot, times k
   double size = 0.0;  // of β
   Vec3 Z;             // J Z
   Vec3 u;             // sum of its forces
-  Stiffness K{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  Stiffness K = none;
+  bool is_stiff = false;  // K is not zero
+  static constexpr Stiffness none{0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+
+  void stiffen(double along, const Vec3& e) noexcept { K.add(along, e), is_stiff = true; }
 };
 
 }  // namespace detail::posing
@@ -74,10 +77,10 @@ class PoseSolver::Work {
  public:
   Work(std::size_t capacity, std::size_t feet);
 
-  /// Sets a problem and its initial forces, in the order of the set.
-  void pose(std::span<const Primitive> primitives, const Vec3* warm_n, const ToolStep& step) noexcept;
+  /// Sets a problem and its initial forces, in the order of the set. `whole`: no plane is left out of the working set.
+  void pose(std::span<const Primitive> primitives, const Vec3* warm_n, const ToolStep& step, bool whole) noexcept;
   void solve() noexcept;
-  /// Writes the best balance and its forces, in the order of the set; stores the tool's motion for the next warm start.
+  /// Writes the best balance and its forces, in the order of the set.
   void give(Balance& balance, Vec3* forces_n) noexcept;
   /// Bound [m] of the motion `at` from the start [m] with the posed forces.
   double bound_m(const Motion& at) noexcept;
@@ -103,6 +106,8 @@ class PoseSolver::Work {
   enum class Step { settled, slow, cut };
 
   std::uint16_t foot_of(const Primitive& primitive, const ToolStep& step) noexcept;
+  void pose_plane(std::size_t i, double t) noexcept;
+  void pose_span(std::size_t i, const Vec3& warm_n) noexcept;
   void pose_corner(std::size_t first, std::size_t facets, const Vec3* warm_n) noexcept;
   bool is_at_origin(const Primitive& primitive, const Foot& foot) const noexcept;
   void anchor(AtFoot<Plane>& plane) const noexcept;
@@ -110,25 +115,38 @@ class PoseSolver::Work {
   void anchor(const AtFoot<Corner>& corner) noexcept;
   void anchor_all() noexcept;
   void recentre() noexcept;
+  bool is_recentring_shown() const noexcept;
   void look() noexcept;
   Six sum() noexcept;
   Six gathered() noexcept;
-  double bound_n(double& plain_n, double& left_n, double& rounding_n) noexcept;
+  /// Terms of a bound, and the bound without rounding.
+  struct Proven {
+    double bound_n = 0.0, plain_n = 0.0, left_n = 0.0, rounding_n = 0.0;
+    double all_left_n = 0.0, gap_n2 = 0.0, share = 1.0;
+  };
+  Proven prove() noexcept;
+  static double bound_of(double left_n, double gap_n2) noexcept;
   bool certify(int stage) noexcept;
   bool any_left() const noexcept { return rows_ < most_rows; }
   std::size_t size() const noexcept { return planes_ + spans_ + corners_; }
   void count() noexcept { ++iterations_, rows_ += static_cast<int>(size()); }
 
+  bool solve_set() noexcept;
+  double depth_n(const Primitive& plane) const noexcept;
+  bool widen() noexcept;
+  void take_in(std::size_t place) noexcept;
   void sweep() noexcept;
+  bool advance() noexcept;
   bool round() noexcept;
-  bool solve_from_before() noexcept;
   Step active_set_step() noexcept;
   Sides take_sides() noexcept;
   void take_side(AtFoot<Corner>& corner, Foot& foot) const noexcept;
   Moved move(const Six& dZ) noexcept;
   bool confine() noexcept;
-  void augmented_lagrangian() noexcept;
+  bool augmented_lagrangian() noexcept;
   bool minimise(double tau) noexcept;
+  double pull(double tau) noexcept;
+  double pull_corners(double tau) noexcept;
   double search(const Six& d, double slope_at_start, double tau) noexcept;
   double slope(const Six& at, const Six& d, double tau) noexcept;
   void answer_all(double tau) noexcept;
@@ -139,17 +157,16 @@ class PoseSolver::Work {
   // `capped`.
   static constexpr int most_rows = 300000;
 
-  Six moved_m_;  // from the start to the previous balance
-
   // The problem.
   std::span<const Primitive> primitives_;
   ToolStep step_;
   Six way_n_, directed_n_;
   double directed_size_n_ = 0.0, directed_terms_ = 0.0;
   double k_ = 1.0, by_k_ = 1.0;
-  double wanted_n_ = 0.0;    // k times the target bound
-  double balanced_n_ = 0.0;  // negligible residual force
-  double shown_n2_ = 0.0;    // s times a rounding of B that would show in the bound
+  double wanted_n_ = 0.0;     // k times the target bound
+  double balanced_n_ = 0.0;   // negligible residual force
+  double strongest_n_ = 0.0;  // of the working set
+  double shown_n2_ = 0.0;     // s times a rounding of B that would show in the bound
 
   // In newtons about the origin.
   Six origin_m_, C_, Z_;
@@ -166,6 +183,10 @@ class PoseSolver::Work {
   bool precise_ = false;             // double-double anchors from the next recentring on
   bool anchored_precisely_ = false;  // the present anchors are double-double
 
+  // Planes outside the working set: their places in the set. They pressed on nothing at the last balance.
+  std::unique_ptr<std::uint32_t[]> rest_;
+  std::size_t rest_count_ = 0;
+
   std::unique_ptr<double[]> kept_planes_n_;
   std::unique_ptr<Vec3[]> kept_spans_n_;
   std::unique_ptr<Corner[]> kept_corners_;
@@ -174,7 +195,8 @@ class PoseSolver::Work {
   std::unique_ptr<Vec3[]> best_forces_n_;
   Six best_m_;
   Six best_rest_n_;
-  double best_bound_n_ = 0.0;
+  double best_left_n_ = 0.0, best_gap_n2_ = 0.0, best_share_ = 1.0;  // terms of the best bound
+  double best_bound_n_ = 0.0, bound_n_ = 0.0;                        // of the best and of the last iterate
   int best_stage_ = 0, iterations_ = 0, rows_ = 0;
 };
 

@@ -70,7 +70,7 @@ if _reader.exists():
     _os.environ.setdefault("PALPA_READER", str(_reader))
 
 from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, HeldLevel, ModeContext, LoadError, Mask, ModeForce, PrimitiveSink,
-                     MouseHand, ScalarSample, SceneError, Session, StepResult, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
+                     MouseHand, ScalarSample, SceneError, Session, StepResult, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, bored_block, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
                      plane_field, ring_vortex, sphere_field, wing_wake)
 from ._device import Device
 from ._images import from_image

@@ -1,8 +1,10 @@
 #include "palpa/data/analytic.h"
 
+#include <array>
 #include <numbers>
 #include <set>
 #include <stdexcept>
+#include <vector>
 
 #include "palpa/data/volume.h"
 #include "tests/data/test_fields.h"
@@ -58,8 +60,8 @@ TEST(Analytic, every_volume_is_a_whole_one) {
       for (const Vec3& at : absurd_positions()) expect_outside_and_finite(field, at);
     }
   }
-  EXPECT_EQ(names, (std::set<std::string_view>{"plane", "sphere", "head_phantom", "lamb_oseen_vortex", "burgers_vortex",
-                                               "ring_vortex", "wing_wake"}));
+  EXPECT_EQ(names, (std::set<std::string_view>{"plane", "sphere", "bored_block", "head_phantom", "lamb_oseen_vortex",
+                                               "burgers_vortex", "ring_vortex", "wing_wake"}));
 }
 
 TEST(Analytic, plane_is_depth_below_zero) {
@@ -84,6 +86,46 @@ TEST(Analytic, sphere_is_depth_below_its_surface) {
   }
   EXPECT_EQ(ball->scalar({}).value, radius);
   EXPECT_EQ(ball->scalar({}).gradient, Vec3{});
+}
+
+TEST(Analytic, bored_block_is_distance_to_its_surface) {
+  std::mt19937 random(18);
+  const double radius = 5.5e-3, depth = 30e-3, rim = 1.5e-3;
+  const FieldPtr block = bored_block(radius, depth, rim).fields[0].field;
+  // Points of the surface in the half plane of radius and height, dense beside the distances below.
+  std::vector<std::array<double, 2>> surface;
+  const auto line = [&](double r0, double z0, double r1, double z1) {
+    for (int n = 0; n <= 4000; ++n) surface.push_back({r0 + (r1 - r0) * n / 4000, z0 + (z1 - z0) * n / 4000});
+  };
+  line(0, -depth, radius, -depth);
+  line(radius, -depth, radius, -rim);
+  line(radius + rim, 0, 0.06, 0);
+  for (int n = 0; n <= 4000; ++n) {
+    const double angle = std::numbers::pi / 2 * n / 4000;
+    surface.push_back({radius + rim - rim * std::cos(angle), -rim + rim * std::sin(angle)});
+  }
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3 at = within(random, block->bounds_m());
+    const double r = std::hypot(at.x, at.y);
+    double nearest = 1.0;
+    for (const auto& point : surface) nearest = std::min(nearest, std::hypot(r - point[0], at.z - point[1]));
+    const ScalarSample s = block->scalar(at);
+    EXPECT_NEAR(std::abs(s.value), nearest, 2e-5);
+    EXPECT_LT(norm(s.gradient - numeric_gradient(*block, at, 1e-9)), 1e-4) << at.x << ' ' << at.y << ' ' << at.z;
+    EXPECT_NEAR(norm(s.gradient), 1.0, 1e-12);
+    // The gradient leads to the surface, and the depth is the same all round the axis.
+    EXPECT_NEAR(block->scalar(at - s.value * s.gradient).value, 0.0, 1e-15);
+    if (r < block->bounds_m().high_m.x) EXPECT_NEAR(block->scalar({r, 0, at.z}).value, s.value, 1e-16);
+  }
+  const auto solid = [&](double r, double z) { return block->scalar({0, r, z}).value > 0.0; };
+  EXPECT_FALSE(solid(0.0, 0.01));
+  EXPECT_FALSE(solid(0.0, -0.029));
+  EXPECT_TRUE(solid(0.0, -0.031));
+  EXPECT_FALSE(solid(0.0054, -0.01));
+  EXPECT_TRUE(solid(0.0056, -0.01));
+  EXPECT_FALSE(solid(0.0056, -0.0005));  // within the rounded rim
+  EXPECT_TRUE(solid(0.0075, -0.0001));
+  EXPECT_EQ(block->scalar({0, 0, -0.02}).gradient.x, 0.0);
 }
 
 TEST(Analytic, lamb_oseen_turns_as_its_formula_says) {
@@ -172,9 +214,13 @@ TEST(Analytic, refuses_sizes_that_are_none) {
   for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
     EXPECT_THROW(plane_field(bad), std::invalid_argument);
     EXPECT_THROW(sphere_field(bad), std::invalid_argument);
+    EXPECT_THROW(bored_block(bad), std::invalid_argument);
+    EXPECT_THROW(bored_block(5e-3, bad), std::invalid_argument);
+    EXPECT_THROW(bored_block(5e-3, 0.03, bad), std::invalid_argument);
     EXPECT_THROW(lamb_oseen_vortex(0.02, bad), std::invalid_argument);
     EXPECT_THROW(burgers_vortex(0.02, bad, 0.2), std::invalid_argument);
   }
+  EXPECT_THROW(bored_block(5e-3, 0.03, 0.031), std::invalid_argument);
   EXPECT_THROW(lamb_oseen_vortex(nan, 0.01), std::invalid_argument);
   EXPECT_THROW(lamb_oseen_vortex(1e300, 1e-100), std::invalid_argument);
   EXPECT_THROW(burgers_vortex(0.02, 0.01, -0.1), std::invalid_argument);

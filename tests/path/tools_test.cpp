@@ -61,6 +61,7 @@ struct Setting {
   double kappa = 0.5;  // [N·m/rad]
   double strength_n = strong_n;
   double friction_n = 0.0;
+  double friction_coefficient = 0.0;
   double share = 1.0;
   double damping_ns_per_m = 0.0;
   double radius_m() const { return std::sqrt(kappa / k); }
@@ -72,7 +73,8 @@ Scene tool_scene(const FieldPtr& field, ToolOptions tool, const Setting& setting
   const FieldRef solid = scene.add("solid", test::volume_of(field), {}, test::filter_of(*field));
   scene.add("surface", SurfaceAndFriction{.field = solid,
                                           .levels = {{.name = "skin", .value = 0.0, .strength_n = setting.strength_n}},
-                                          .friction_n = setting.friction_n});
+                                          .friction_n = setting.friction_n,
+                                          .friction_coefficient = setting.friction_coefficient});
   tool.turning_radius_m = setting.radius_m();
   tool.share = setting.share;
   scene.set(tool);
@@ -224,6 +226,21 @@ TEST(Tools, ARingRubsByTheSumOfItsFeet) {
   }
 }
 
+// Friction by a coefficient is that of the least split: against spin the sum of each foot's load times its distance.
+TEST(Tools, APadRubsByItsLoad) {
+  const double r = 0.01, mu = 0.2, push_n = k * 0.004;
+  std::vector<Vec3> ring;
+  for (int i = 0; i < 8; ++i)
+    ring.push_back({r * std::cos(i * std::numbers::pi / 4), 0, r * std::sin(i * std::numbers::pi / 4)});
+  Session session(tool_scene(plane(), points(ring), {.friction_coefficient = mu}));
+  go(session, {{0, 0.002, 0}, {}}, {{0, -0.004, 0}, {}}, 100);
+  const Tick spun = go(session, {{0, -0.004, 0}, {}}, {{0, -0.004, 0}, turn_by({0, 0.5, 0})}, 500);
+  EXPECT_NEAR(spun.torque_nm.y, -mu * push_n * r, 1e-5);
+  const Tick slid = go(session, {{0, -0.004, 0}, turn_by({0, 0.5, 0})}, {{0.02, -0.004, 0}, turn_by({0, 0.5, 0})}, 500);
+  EXPECT_LT(std::abs(slid.force_n.x), mu * push_n + 1e-5);
+  EXPECT_GT(std::abs(slid.force_n.x), 0.9 * mu * push_n);
+}
+
 // A stick pushed along itself leans by φ/(1 − Fb/κ) for a device that leans by φ, and tips over where Fb exceeds κ.
 TEST(Tools, AStickPushedAlongItselfLeansAndThenBuckles) {
   const double b = 0.1, kappa = 0.5, lean_rad = 1e-5;
@@ -368,7 +385,7 @@ TEST(Tools, NoFootPassesAWall) {
   Random random(5);
   for (const auto& [solid, start] : {std::pair{plane(), Vec3{0, 0.08, 0}}, std::pair{ball(0.05), Vec3{0, 0.13, 0}},
                                      std::pair{hole(0.02), Vec3{}}, std::pair{ridge(), Vec3{0, 0.08, 0}}}) {
-    for (const auto& options : {rod(0.03, 8), pad(0.01, 16), points({{0.03, 0, 0}, {0, -0.03, 0.01}})}) {
+    for (const auto& options : {rod(0.03, 8), pad(0.01, 16), points({{0.015, 0, 0}, {0, -0.012, 0.01}})}) {
       for (const double speed_m_per_s : {0.1, 1.0, 10.0}) {
         const Scene scene = tool_scene(solid, options);
         const Tool tool(scene.tool(), scene.coupling());

@@ -515,25 +515,27 @@ TEST(Norm, SurvivesOverflowAndUnderflow) {
   EXPECT_EQ(normalized({}), Vec3{});
 }
 
+Motion way(const Vec3& way_m) { return {way_m, {}}; }
+
 TEST(Damper, IsExactlyZeroInFreeSpaceAndNeverKicks) {
   Damper damper(0.5);
   damper.reset({});
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(damper.relative_velocity({}, {}, 1e-3, 800), Vec3{});
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(damper.relative_velocity({}, {}, 1e-3, 800), Motion{});
   // A break-through of 5 mm in one tick, passed as a release, leaves no damper force of its own …
   Damper told(0.5);
-  told.reset({0, 0, 0.005});
-  EXPECT_NEAR(norm(told.relative_velocity({0, 0, 0.0001}, {0, 0, -0.0049}, 1e-3, 800)), 0.0, 1e-12);
+  told.reset(way({0, 0, 0.005}));
+  EXPECT_NEAR(length(told.relative_velocity(way({0, 0, 0.0001}), way({0, 0, -0.0049}), 1e-3, 800)), 0.0, 1e-12);
   // … and even without it the force stays within the larger of 0.2 N and half the spring's force.
   Damper untold(0.5);
-  untold.reset({0, 0, 0.005});
-  EXPECT_LE(0.5 * norm(untold.relative_velocity({0, 0, 0.0001}, {}, 1e-3, 800)), 0.2 + 1e-12);
+  untold.reset(way({0, 0, 0.005}));
+  EXPECT_LE(0.5 * length(untold.relative_velocity(way({0, 0, 0.0001}), {}, 1e-3, 800)), 0.2 + 1e-12);
 }
 
 TEST(Damper, FollowsASteadyMotion) {
   Damper damper(2.0);
   damper.reset({});
   Vec3 v;
-  for (int i = 1; i <= 50; ++i) v = damper.relative_velocity({0, 0, -1e-5 * i}, {}, 1e-3, 3000);
+  for (int i = 1; i <= 50; ++i) v = damper.relative_velocity(way({0, 0, -1e-5 * i}), {}, 1e-3, 3000).way_m;
   EXPECT_NEAR(v.z, -0.01, 1e-6);
 }
 
