@@ -115,6 +115,7 @@ GuardCause Guard::fault_of(const GuardInput& input) noexcept {
   if (is(Circumstance::device_fault)) return GuardCause::device_fault;
   if (!input.usable) return GuardCause::no_position;
   if (is(Circumstance::late)) return GuardCause::late;
+  if (is(Circumstance::other_hand)) return GuardCause::other_hand;
   return is_fast_ ? GuardCause::speed : GuardCause::none;
 }
 

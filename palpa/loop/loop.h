@@ -122,6 +122,21 @@ using TickObserver = std::function<void(const TickFrame&, const Session&)>;
 std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
                            const TickObserver& observer, const std::atomic<bool>* stop = nullptr);
 
+/// One of several hands on a simulated clock: a session with its tool, its device, and its recorder or nullptr.
+struct SimulatedHand {
+  Session* session;
+  SimulatedDevice* device;
+  Recorder* recorder = nullptr;
+};
+/// Called after every tick for each hand, by its number, on the loop's thread.
+using HandObserver = std::function<void(std::size_t hand, const TickFrame&, const Session&)>;
+
+/// Likewise for several hands on one clock: in each tick all are read, then all tick, then all are written. Each feels as if it
+/// were alone, to the bit.
+/// \param hands  at least one
+std::int64_t run_simulated(std::span<const SimulatedHand> hands, const LoopOptions& options, const HandObserver& observer,
+                           const std::atomic<bool>* stop = nullptr);
+
 // ---- live: with a person's hand, in real time ----
 
 /// The scene with stiffness and damping within a device's limits; of a tool also those of turning, the stiffness by a smaller
@@ -196,11 +211,26 @@ struct LiveView {
   const char* device_fault = nullptr;  ///< a literal: fault reported by the device
 };
 
+/// One of several hands of a live loop: its scene with its tool, and its device.
+struct LiveHand {
+  LiveScene* scene;
+  Device* device;
+  LiveOptions options{};  ///< rate, duration and rehearsals are those of the first hand
+  Recorder* recorder = nullptr;
+};
+
 /// Real-time loop: one thread, absolute deadlines; in each tick read → tick → guard → write, then publish and record, then a
 /// rehearsal. Late ticks are skipped and counted: the next tick has the whole time step. Its thread does not allocate or lock,
 /// and blocks on the clock only.
+///
+/// Several hands share clock and thread: in each tick all are read, then all tick, then all are written. A fault of one, of its
+/// device or of its guard, lets all fall (GuardCause::other_hand); each returns by its own gate and ramp. A panic or a stop is
+/// of all.
 class LiveLoop {
  public:
+  /// \param hands  at least one
+  /// \param clock  nullptr: the monotonic clock
+  explicit LiveLoop(std::span<const LiveHand> hands, LoopClock* clock = nullptr);
   /// \param recorder  or nullptr
   /// \param clock     nullptr: the monotonic clock
   LiveLoop(LiveScene& scene, Device& device, const LiveOptions& options, Recorder* recorder = nullptr,
@@ -212,6 +242,8 @@ class LiveLoop {
   /// Runs on this thread until `stop` or the end of the duration; the motors then have no force. `observer` may be empty; it
   /// must not allocate or block.
   void run(const std::atomic<bool>& stop, const TickObserver& observer = {});
+  /// Likewise for several hands.
+  void run_hands(const std::atomic<bool>& stop, const HandObserver& observer = {});
 
   // Any thread, during `run`.
 
@@ -221,15 +253,17 @@ class LiveLoop {
   void resume() noexcept;
   /// Zero force while the view or the map moves; contact restarts afterwards.
   void hold_while_view_moves(bool moves) noexcept;
-  LoopStatistics statistics() const;
+  /// \param hand  of unrecorded ticks, scenes and modes; the times are those of all hands
+  LoopStatistics statistics(std::size_t hand = 0) const;
 
   // One other thread, the viewer's.
 
   /// Sets the rotation from the hand's axes to the scene's hand frame: a push to the right moves to the right of the screen.
   void set_view_rotation(const Mat3& rotation) noexcept;
-  const LiveView& latest() noexcept;
+  const LiveView& latest(std::size_t hand = 0) noexcept;
 
  private:
+  class Hand;
   class State;
   std::unique_ptr<State> state_;
 };

@@ -224,11 +224,12 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
                "<pre><code>" + escaped(names.in_text(recorded.scene_text)) + "</code></pre>\n" + software_markup());
   if (!recorded.ticks.empty()) {
     page.end_with(time_bar);
-    for (const char* name :
-         {"three.min.js", "OrbitControls.js", "LineSegmentsGeometry.js", "LineMaterial.js", "LineSegments2.js",
-          "dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js", "start.js"}) {
+    for (const char* name : {"three.min.js", "OrbitControls.js", "LineSegmentsGeometry.js", "LineMaterial.js",
+                             "LineSegments2.js", "dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js"}) {
       page.script(name);
     }
+    if (recorded.header.has_tool) page.script("tool.js");
+    page.script("start.js");
   }
   return page.html();
 }

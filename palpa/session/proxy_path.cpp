@@ -38,6 +38,7 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
       policy_(crossings_.policy()),
       model_(live, std::move(law), modes_, scene.coupling().stiffness_n_per_m, work_),
       state_(live.add<PathState>()),
+      stopped_by_(live.add<Crossing>(tool_.feet())),
       queue_(live.add<ProbeQueue>()),
       steps_(steps),
       step_share_(steps == Steps::refined ? 0.5 : unbounded) {
@@ -58,6 +59,7 @@ void ProxyPath::reset() noexcept {
   const PathState fresh{
       .proxy = state_.proxy, .elapsed_s = state_.elapsed_s, .view_s = state_.view_s, .followed_s = state_.followed_s};
   state_ = fresh;
+  std::ranges::fill(stopped_by_, Crossing{});
   queue_.start({});
   model_.clear();
   crossings_.reset();
@@ -249,8 +251,9 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const Step
     for (std::size_t foot = 0; foot < tool_.feet(); ++foot) crossings_.apply(foot, events_[foot]);
   }
   const bool is_stopped = made.stop == Stop::event && !first_event().crossings.empty();
-  state_.stopped_by = is_stopped ? first_event().crossings.back() : Crossing{};
-  state_.stopped_foot = first_foot_;
+  // Of a point the crossing of the last move; of a tool those of all feet since it last got on.
+  if (tool_.is_point() || tool_.way_m(state_.move_m) > rest * spacing_m_) std::ranges::fill(stopped_by_, Crossing{});
+  if (is_stopped) stopped_by_[first_foot_] = first_event().crossings.back();
   contacts_.update(model_, state_.proxy, made.to, distance(made.to.position_m, segment.to.position_m), crossings_);
   modes_.on_step_accepted(context, state_.proxy, made.fraction, model_.set(), events_);
 }
@@ -455,8 +458,8 @@ bool ProxyPath::reverses_last_crossing(std::size_t foot, const Vec3& start_m, co
   const Event& event = events_[foot];
   if (event.kind != Event::Kind::crossing || event.share * distance(start_m, end_m) > rest * spacing_m_) return false;
   const Crossing& first = event.crossings.front();
-  const Crossing& last = state_.stopped_by;
-  return foot == state_.stopped_foot && first.field == last.field && first.value == last.value && first.up != last.up;
+  const Crossing& last = stopped_by_[foot];
+  return first.field == last.field && first.value == last.value && first.up != last.up;
 }
 
 // Ends the segment where a shell that held gives way. Located by bisection of the probe's path.

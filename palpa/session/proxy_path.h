@@ -102,8 +102,6 @@ class ProxyPath {
     double left_s = 0.0, whole_s = 0.0;     // of the segment: pending and whole time
     double elapsed_s = 0.0;                 // since the session began
     double view_s = 0.0, followed_s = 0.0;  // data time of samples, and of the proxy's advection
-    Crossing stopped_by;                    // without a field if nothing was crossed
-    std::size_t stopped_foot = 0;           // that crossed it
     Pose followed;                          // pose of the probe's path that the proxy has followed to
   };
 
@@ -156,6 +154,7 @@ class ProxyPath {
   std::size_t first_foot_ = 0;  // whose event comes first
   ContactProblem model_;
   PathState& state_;
+  std::span<Crossing> stopped_by_;  // by foot, on the spot: without a field if it crossed nothing
   ProbeQueue& queue_;
   Steps steps_;
   double step_share_;  // [1] of the finest spacing: the longest segment and move, before refining

@@ -100,7 +100,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const Tool& tool = path.tool();
   const bool turn_usable = tool.is_point() || is_unit(probe.turn, turn_tolerance);
   const Pose given{probe.position_m, tool.is_point() || !turn_usable ? Turn{} : unit_turn(probe.turn)};
-  result.probe_turn = given.turn;
+  if (!tool.is_point()) result.probe_turn = probe.turn;
   result.proxy_turn = path.proxy().turn;
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path.advance_clock(dt);

@@ -50,7 +50,7 @@ struct Tick {
   Energy energy;
   int work = 0;  ///< [1] units, counted alike on every machine (docs/contracts/session.md)
   // Of a tool with an orientation; else no rotation and zero:
-  Turn probe_turn;  ///< as given, of unit length; none if unusable
+  Turn probe_turn;  ///< as given, finite or not: a replay of it gives equal bits
   Turn proxy_turn;
   Vec3 probe_turn_step_rad;  ///< rotation vector of the probe since the last tick
   Vec3 torque_nm;            ///< about the device's point, before the guard

@@ -18,7 +18,7 @@ const char* name_of(GuardState state) noexcept {
 }
 const char* name_of(GuardCause cause) noexcept {
   return name_in({"none", "start", "not_finite", "no_position", "device_fault", "link_lost", "late", "speed", "view_moves",
-                  "dead_man", "panic", "stops"},
+                  "dead_man", "panic", "stops", "other_hand"},
                  static_cast<std::size_t>(cause));
 }
 const char* format_cause(GuardCause cause) noexcept {
@@ -26,7 +26,7 @@ const char* format_cause(GuardCause cause) noexcept {
                   "the device does not know where the hand is", "the device says that something is wrong",
                   "the device did not take the force", "ticks were missed", "the hand is too fast",
                   "the view, the map or the clutch moves", "the button that has to be held is not", "a person said stop",
-                  "the program is being stopped"},
+                  "the program is being stopped", "the other hand has a fault"},
                  static_cast<std::size_t>(cause));
 }
 const char* name_of(TickStatus status) noexcept {

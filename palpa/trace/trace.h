@@ -42,10 +42,21 @@ enum class GuardCause : std::uint8_t {
   dead_man,      ///< the dead-man button is released
   panic,         ///< stopped by a person
   stops,         ///< the program stops or ends
+  other_hand,    ///< another hand of the loop has a fault, or was stopped by a person
 };
 
 /// Inputs of a tick from the loop besides the probe; each a bit of `TickFrame::circumstances`.
-enum class Circumstance : std::uint8_t { device_fault, link_lost, late, view_moves, panic, resume, new_scene, stops };
+enum class Circumstance : std::uint8_t {
+  device_fault,
+  link_lost,
+  late,
+  view_moves,
+  panic,
+  resume,
+  new_scene,
+  stops,
+  other_hand
+};
 constexpr std::uint32_t bit_of(Circumstance circumstance) noexcept { return 1u << static_cast<unsigned>(circumstance); }
 
 /// Names in files.

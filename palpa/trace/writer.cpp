@@ -164,6 +164,17 @@ class TraceWriter::Files {
     add(*events, detail::events_table(), {.tick = tick, .t_s = t_s, .kind = kind, .subject = subject, .value = value});
   }
 
+  void note_guard(const TickFrame& frame) {
+    const Command& command = frame.command;
+    if (command.guard == last_guard && command.cause == last_cause) return;
+    const bool fault = command.guard == GuardState::fault;
+    const char* why = command.guard == GuardState::limited  ? "the force is above the limit"
+                      : command.guard == GuardState::damped ? "more energy came out than went in"
+                                                            : format_cause(command.cause);
+    put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(command.guard), why);
+    last_guard = command.guard;
+    last_cause = command.cause;
+  }
   void note_unfelt(const TickFrame& frame) {
     unfelt_j += frame.command.unfelt_j;
     if (unfelt_j > told_unfelt_j && !std::exchange(has_told_unfelt, true))
@@ -264,15 +275,7 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
     if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
       files.put_event(frame.tick, frame.t_s, "scene", "session", "another scene is felt from here on");
     }
-    if (frame.command.guard != files.last_guard || frame.command.cause != files.last_cause) {
-      const bool fault = frame.command.guard == GuardState::fault;
-      const char* why = frame.command.guard == GuardState::limited  ? "the force is above the limit"
-                        : frame.command.guard == GuardState::damped ? "more energy came out than went in"
-                                                                    : format_cause(frame.command.cause);
-      files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.command.guard), why);
-      files.last_guard = frame.command.guard;
-      files.last_cause = frame.command.cause;
-    }
+    files.note_guard(frame);
   });
 }
 

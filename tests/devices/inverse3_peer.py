@@ -41,7 +41,14 @@ class Arm:
                 }
             ],
             "verse_grip": [],
-            "wireless_verse_grip": [],
+            # A quarter turn about the axis away from the user.
+            "wireless_verse_grip": [
+                {
+                    "device_id": "PY02",
+                    "state": {"orientation": {"w": 0.5**0.5, "x": 0.0, "y": 0.5**0.5, "z": 0.0}, "buttons": {"a": False}},
+                    "status": {"connected": True, "awake": True},
+                }
+            ],
         }
 
     def obey(self, message):

@@ -367,6 +367,8 @@ TEST(Inverse3Peer, AgreesWithAnotherServersWebSocket) {
     } while (!(state.valid && distance(state.position_m, force_n / 100.0) < 1e-12) && Clock::now() < end);
     EXPECT_LT(distance(state.position_m, force_n / 100.0), 1e-12);
     EXPECT_EQ(state.fault, nullptr);
+    ASSERT_TRUE(state.turn);
+    EXPECT_LT(distance(rotated(*state.turn, {1, 0, 0}), {0, -1, 0}), 1e-9) << "to the right becomes down";
   }
   DeviceState state = device->read();
   for (const auto end = Clock::now() + patience; state.position_m != Vec3{} && Clock::now() < end; state = device->read())

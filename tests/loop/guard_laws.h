@@ -42,7 +42,8 @@ class Judge {
 
     const bool not_a_number = !is_finite(in.force_n) || !is_finite(in.torque_nm);
     const bool fault = not_a_number || !in.usable || has(in, Circumstance::panic) || has(in, Circumstance::device_fault) ||
-                       has(in, Circumstance::link_lost) || has(in, Circumstance::late) || has(in, Circumstance::stops);
+                       has(in, Circumstance::link_lost) || has(in, Circumstance::late) || has(in, Circumstance::stops) ||
+                       has(in, Circumstance::other_hand);
     const bool pause =
         has(in, Circumstance::view_moves) || (options_.dead_man_buttons != 0 && (in.buttons & options_.dead_man_buttons) == 0);
     if (not_a_number && pushes) return "what is not finite is zero at once";
@@ -187,6 +188,7 @@ class RandomHand {
     circumstances_ = 0;
     for (int bit = 0; bit < 5; ++bit) circumstances_ |= chance(0.03) ? 1u << bit : 0u;
     if (chance(0.03)) circumstances_ |= bit_of(Circumstance::stops);
+    if (chance(0.03)) circumstances_ |= bit_of(Circumstance::other_hand);
     if (chance(0.3)) circumstances_ |= bit_of(Circumstance::resume);
     dt_s_ = 1.0 / std::array{500.0, 1000.0, 4000.0, 10000.0}[random_() % 4];
   }

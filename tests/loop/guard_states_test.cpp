@@ -60,8 +60,8 @@ TEST_F(GuardStates, AForceThatStaysOpensTheGateAsWell) {
 }
 
 TEST_F(GuardStates, EveryFaultFallsToZeroInThreeTicksAndComesBackByGateAndRamp) {
-  for (const Circumstance fault :
-       {Circumstance::device_fault, Circumstance::link_lost, Circumstance::late, Circumstance::stops}) {
+  for (const Circumstance fault : {Circumstance::device_fault, Circumstance::link_lost, Circumstance::late, Circumstance::stops,
+                                   Circumstance::other_hand}) {
     guard_ = Guard(options_);
     come_on({3, 0, 0});
     EXPECT_EQ(tick({3, 0, 0}, bit_of(fault)).command_n, (Vec3{0.75, 0, 0}));
