@@ -423,7 +423,9 @@ TEST(Tools, ATwistOfNearlyHalfATurnIsBoundedAndEnds) {
     ASSERT_TRUE(is_finite(tick.torque_nm) && is_finite(tick.force_n));
     ASSERT_LE(norm(tick.torque_nm), 0.5 * 3.0 + 1e-6);
     most_nm = std::max(most_nm, norm(tick.torque_nm));
-    if (i == 2900) EXPECT_NEAR(tick.torque_nm.y, 0.5 * (std::asin(0.1) - 2.9), 1e-3);
+    if (i == 2900) {
+      EXPECT_NEAR(tick.torque_nm.y, 0.5 * (std::asin(0.1) - 2.9), 1e-3);
+    }
   }
   EXPECT_GT(most_nm, 1.4);
 }
