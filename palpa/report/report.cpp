@@ -85,7 +85,9 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
                       .proxy_m = frame.result.proxy_m,
                       .primitives = found->primitives,
                       .mode_names = recorded.modes,
-                      .time_s = frame.t_s};
+                      .time_s = frame.t_s,
+                      .probe_turn = frame.result.probe_turn,
+                      .proxy_turn = frame.result.proxy_turn};
   const double reach_m = distance(moment.probe_m, moment.proxy_m);
   std::string why_not;
   const std::optional<Picture> picture = drawn(scene, path, moment, close_up(scene, moment), why_not);

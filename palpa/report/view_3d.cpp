@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -11,6 +10,7 @@
 #include "palpa/report/html.h"
 #include "palpa/report/numbers.h"
 #include "palpa/report/words.h"
+#include "palpa/session/foot_forces.h"
 #include "palpa/view/scene_shapes.h"
 #include "palpa/view/volume_picture.h"
 
@@ -126,11 +126,11 @@ Json json_of(const Turn& turn) { return {rounded(turn.w, 6), rounded(turn.x, 6),
 
 /// Force on each foot that bears any: number of the foot, newtons.
 Json forces_of_feet(const RecordedMoment& moment) {
-  std::map<std::size_t, Vec3> forces_n;
-  for (const PlacedPrimitive& placed : moment.primitives) forces_n[placed.primitive.id.foot] += placed.force_n;
+  std::vector<Vec3> forces_n(most_feet);
+  add_foot_forces(moment.primitives, forces_n);
   Json forces = Json::array();
-  for (const auto& [foot, force_n] : forces_n)
-    if (norm(force_n) > 0.0) forces.push_back({foot, rounded(norm(force_n), 4)});
+  for (std::size_t foot = 0; foot < most_feet; ++foot)
+    if (norm(forces_n[foot]) > 0.0) forces.push_back({foot, rounded(norm(forces_n[foot]), 4)});
   return forces;
 }
 
