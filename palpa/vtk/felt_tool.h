@@ -3,6 +3,7 @@
 #pragma once
 
 #include <vtkActor.h>
+#include <vtkDoubleArray.h>
 #include <vtkGlyph3DMapper.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -42,8 +43,8 @@ inline FeltColor foot_color(double share) {
 
 }  // namespace detail
 
-/// Feet of a tool as balls: at the proxy, red by the force on each, and a paler copy at the device. Of a point nothing is
-/// drawn. `FeltActors` draws the rest of the moment.
+/// Feet of a tool as balls: at the proxy, red and larger by the force on each, and a paler copy at the device. Of a point
+/// nothing is drawn. `FeltActors` draws the rest of the moment.
 ///
 /// Two threads, as of `FeltActors`: the loop of a live session publishes its latest state (`observer`: no lock, no allocation),
 /// and the window's thread reads it for drawing. Neither blocks.
@@ -54,9 +55,9 @@ class FeltTool {
   /// \param view_half_height_hand_m  [hand m] unit of sizes: half the height of the picture; > 0
   /// \param hand_to_world  hand frame to the renderer's world: `scene.hand_to_world()` if that is the data's
   FeltTool(vtkRenderer* renderer, const Tool& tool, double view_half_height_hand_m, const Similarity& hand_to_world = {})
-      : renderer_(renderer), tool_(tool), map_(hand_to_world) {
-    prepare(at_device_, 0.012 * view_half_height_hand_m);
-    prepare(at_proxy_, 0.018 * view_half_height_hand_m);
+      : renderer_(renderer), tool_(tool), unit_m_(hand_to_world.scale * view_half_height_hand_m), map_(hand_to_world) {
+    prepare(at_device_);
+    prepare(at_proxy_);
     at_device_.actor->GetProperty()->SetOpacity(0.35);
   }
   FeltTool(const FeltTool&) = delete;
@@ -87,12 +88,15 @@ class FeltTool {
     for (const Vec3& force_n : forces_n) most_n = std::max(most_n, norm(force_n));
     for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
       const double force_n = foot < forces_n.size() ? norm(forces_n[foot]) : 0.0;
-      place(at_device_, foot, tool_.foot_m(probe, foot), detail::probe_color);
-      place(at_proxy_, foot, tool_.foot_m(proxy, foot), detail::foot_color(redness(force_n, most_n)));
+      const double red = redness(force_n, most_n);
+      // Larger than the point that FeltActors draws there.
+      place(at_device_, foot, tool_.foot_m(probe, foot), detail::probe_color, 0.012 * unit_m_);
+      place(at_proxy_, foot, tool_.foot_m(proxy, foot), detail::foot_color(red), (0.018 + 0.018 * red) * unit_m_);
     }
     for (const Feet* feet : {&at_device_, &at_proxy_}) {
       feet->points->Modified();
       feet->colors->Modified();
+      feet->radii_m->Modified();
     }
   }
 
@@ -120,6 +124,7 @@ class FeltTool {
   struct Feet {
     vtkNew<vtkPoints> points;
     vtkNew<vtkUnsignedCharArray> colors;
+    vtkNew<vtkDoubleArray> radii_m;  // of the world
     vtkNew<vtkPolyData> data;
     vtkNew<vtkGlyph3DMapper> mapper;
     vtkNew<vtkActor> actor;
@@ -131,31 +136,36 @@ class FeltTool {
 
   static bool is_drawable(const Pose& pose) noexcept { return is_finite(pose.position_m) && is_unit(pose.turn, 1e-3); }
 
-  void prepare(Feet& feet, double radius_hand_m) {
+  void prepare(Feet& feet) {
     const auto count = static_cast<vtkIdType>(tool_.feet());
     feet.points->SetDataTypeToDouble();
     feet.points->SetNumberOfPoints(count);
     feet.colors->SetNumberOfComponents(3);
     feet.colors->SetNumberOfTuples(count);
+    feet.radii_m->SetName("radius");
+    feet.radii_m->SetNumberOfTuples(count);
     feet.data->SetPoints(feet.points);
     feet.data->GetPointData()->SetScalars(feet.colors);
+    feet.data->GetPointData()->AddArray(feet.radii_m);
     vtkNew<vtkSphereSource> ball;
-    ball->SetRadius(map_.scale * radius_hand_m);
+    ball->SetRadius(1.0);
     ball->SetThetaResolution(16);
     ball->SetPhiResolution(10);
     feet.mapper->SetInputData(feet.data);
     feet.mapper->SetSourceConnection(ball->GetOutputPort());
-    feet.mapper->ScalingOff();
+    feet.mapper->SetScaleArray("radius");
+    feet.mapper->SetScaleModeToScaleByMagnitude();
     feet.mapper->SetColorModeToDirectScalars();
     feet.actor->SetMapper(feet.mapper);
     feet.actor->PickableOff();
     feet.actor->GetProperty()->SetAmbient(0.25);
     feet.actor->GetProperty()->SetDiffuse(0.75);
   }
-  void place(Feet& feet, std::size_t foot, const Vec3& at_m, const detail::FeltColor& color) {
+  void place(Feet& feet, std::size_t foot, const Vec3& at_m, const detail::FeltColor& color, double radius_m) {
     const Vec3 world_m = map_.to_world(at_m);
     const auto number = static_cast<vtkIdType>(foot);
     feet.points->SetPoint(number, world_m.x, world_m.y, world_m.z);
+    feet.radii_m->SetValue(number, radius_m);
     for (int n = 0; n < 3; ++n)
       feet.colors->SetTypedComponent(number, n,
                                      static_cast<unsigned char>(std::lround(255.0 * color[static_cast<std::size_t>(n)])));
@@ -163,6 +173,7 @@ class FeltTool {
 
   const vtkSmartPointer<vtkRenderer> renderer_;
   const Tool tool_;
+  const double unit_m_;  // of sizes, of the world
   const Similarity map_;
   Feet at_device_, at_proxy_;
   bool is_added_ = false;
