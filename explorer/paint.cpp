@@ -203,7 +203,11 @@ void paint_force(Texts& texts, const detail::View& view, const Moment& moment, c
   painter.setFont(large);
   const QString words = words_of_wrench(moment);
   const double width = painter.fontMetrics().horizontalAdvance(words) + 8.0, height = painter.fontMetrics().height() + 4.0;
-  const bool is_right = proxy.x() + force_px + width < view.width_px;
+  // Beside a tool, not on its feet in contact.
+  double feet_right_m = 0.0;
+  for (std::size_t i = 0; i < moment.count; ++i) feet_right_m += dot(moment.primitives[i].lever_m, view.right);
+  const bool has_room_left = proxy.x() - force_px - width > 0.0;
+  const bool is_right = proxy.x() + force_px + width < view.width_px && !(feet_right_m > 0.0 && has_room_left);
   const double y = std::clamp(proxy.y() - force_px, 0.5 * height, view.height_px - 0.5 * height);
   texts.paint_card({proxy.x() + (is_right ? force_px : -force_px), y}, words, is_right ? Qt::AlignLeft : Qt::AlignRight, ink,
                    ground, view.width_px);
