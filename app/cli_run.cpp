@@ -1,6 +1,9 @@
 // Command lines that run a hand in a scene.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <string>
 
 #include "app/command_lines.h"
 #include "app/commands.h"
@@ -38,14 +41,46 @@ struct RunLine {
   bool realtime = false;
   bool no_rehearsal = false;
   int clutch_button = 0, dead_man_button = 0;  // 0: none
-  std::vector<std::string> sets;
+  std::vector<std::string> hands, devices, sets;
   std::string hold, place, center, fit;
 };
 
+/// NAME of `NAME=HAND` or `NAME=DEVICE`; empty without.
+std::string name_in(const std::string& given) {
+  const std::size_t at = given.find('=');
+  std::error_code unknown;
+  if (at == std::string::npos || std::filesystem::exists(given, unknown)) return {};
+  const std::string name = given.substr(0, at);
+  return detail::is_plain_word(name) ? name : std::string();
+}
+
+/// Whether a device is surely a person's: there are more than hands, or it has a name that no hand has, and all have one. Which
+/// hands the others fill is up to the scene.
+bool has_own_hand(const RunLine& given) {
+  if (given.devices.size() > given.hands.size()) return true;
+  std::vector<std::string> names;
+  for (const std::string& hand : given.hands) names.push_back(name_in(hand));
+  if (std::ranges::find(names, std::string()) != names.end()) return false;
+  return std::ranges::any_of(
+      given.devices, [&](const std::string& device) { return std::ranges::find(names, name_in(device)) == names.end(); });
+}
+
+/// One hand without a name goes without `prepare_hands`.
+void add_hands(RunLine& given) {
+  const auto is_named = [](const std::string& one) { return !name_in(one).empty(); };
+  if (given.hands.size() > 1 || given.devices.size() > 1 || std::ranges::any_of(given.hands, is_named) ||
+      std::ranges::any_of(given.devices, is_named)) {
+    given.run.hands = given.hands;
+    given.run.devices = given.devices;
+    return;
+  }
+  if (!given.hands.empty()) given.run.options.hand = given.hands.front();
+  if (!given.devices.empty()) given.run.options.device = given.devices.front();
+}
+
 /// A device without a hand implies real time.
 void add_live(const RunLine& given, RunOptions& options) {
-  const bool is_own_hand = options.hand.empty() && !options.device.empty();
-  if (!given.realtime && !is_own_hand) {
+  if (!given.realtime && !has_own_hand(given)) {
     if (given.no_rehearsal || given.clutch_button > 0 || given.dead_man_button > 0 || given.live.goes_on_at_border)
       throw LoadError(
           "run: --no-rehearsal, --clutch-button, --dead-man-button and --go-on-at-border are for a run in real time; "
@@ -86,6 +121,7 @@ std::optional<Place> place_of(const RunLine& given) {
 
 RunArguments arguments_of(RunLine given, int argc, char** argv) {
   RunOptions& options = given.run.options;
+  add_hands(given);
   add_live(given, options);
   options.arguments.assign(argv + 1, argv + argc);
   options.scene_options.sets = split_sets(given.sets);
@@ -116,9 +152,10 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
   const auto given = std::make_shared<RunLine>();
   CLI::App* command = app.add_subcommand("run", "Feel a scene with your own, a recorded or a simulated hand");
   command->add_option("SCENE", given->run.options.scene, "scene file (TOML)")->required()->type_name("");
-  command
-      ->add_option("--hand", given->run.options.hand,
-                   "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below; left out: your own, on --device")
+  add_repeated(
+      command, "--hand", given->hands,
+      "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below; left out: your own, on --device. Of a "
+      "scene of several hands one for each, in its order or as NAME=HAND")
       ->type_name("HAND");
   command
       ->add_option(
@@ -127,12 +164,10 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
           "simulated hands) or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
-  command
-      ->add_option(
-          "--device", given->run.options.device,
-          "without --hand: your device, as 'palpa devices' lists it, with settings as in inverse3,port=10001; with "
-          "--hand: the device that this hand holds: touch, omega, falcon, inverse3 or desktop, with values changed as in "
-          "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay)")
+  add_repeated(command, "--device", given->devices,
+               "without --hand: your device, as 'palpa devices' lists it, with settings as in inverse3,port=10001; with "
+               "--hand: the device that this hand holds: touch, omega, falcon, inverse3 or desktop, with values changed as in "
+               "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay). Of several hands as --hand")
       ->type_name("DEVICE");
   add_realtime(command, *given);
   command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")

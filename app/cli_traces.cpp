@@ -12,7 +12,9 @@ namespace palpa::app {
 void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand("replay", "Replay a trace and compare every number");
-  command->add_option("TRACE", given->trace, "folder of the trace, or a file in it")->required()->type_name("");
+  command->add_option("TRACE", given->trace, "folder of the trace, or a file in it; of several hands all of them")
+      ->required()
+      ->type_name("");
   add_repeated(command, "--data", given->data_folders, "search this folder first for the scene's data")->type_name("DIR");
   add_plugins(command, given->plugins);
   command->add_flag("--json", given->json, "print the answer as JSON");
@@ -29,7 +31,9 @@ void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
 void add_report(CLI::App& app, Work& work) {
   const auto given = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand("report", "Make one HTML page of a trace: pictures, plots, tables");
-  command->add_option("TRACE", given->trace, "folder of the trace")->required()->type_name("");
+  command->add_option("TRACE", given->trace, "folder of the trace; of several hands a page for each")
+      ->required()
+      ->type_name("");
   command
       ->add_option("--beside", given->beside,
                    "compare with this trace of the same hand: the differences, and whether a hand would tell them apart")

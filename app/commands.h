@@ -14,6 +14,7 @@ namespace palpa::app {
 
 struct RunArguments {
   RunOptions options;
+  std::vector<std::string> hands, devices;  ///< for `prepare_hands`, if either names several; else in `options`
   bool dry_run = false;
   bool json = false;
 };

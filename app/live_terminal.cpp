@@ -41,14 +41,14 @@ void LiveTerminal::take_keys() {
   ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
 }
 
-bool LiveTerminal::watch(LiveLoop& loop, LiveScene& scene) {
+bool LiveTerminal::watch(LiveLoop& loop, std::span<LiveScene* const> scenes) {
   if (shows_ && looks_++ % looks_per_line == 0) show(loop);
   if (!before_ || !is_in_foreground()) return true;
   take_keys();
   pollfd keys{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   char key = 0;
   while (::poll(&keys, 1, 0) == 1 && ::read(STDIN_FILENO, &key, 1) == 1)
-    if (!obey(key, loop, scene)) return false;
+    if (!obey(key, loop, scenes)) return false;
   return true;
 }
 
@@ -68,7 +68,7 @@ void LiveTerminal::show(LiveLoop& loop) {
   std::fflush(stderr);
 }
 
-bool LiveTerminal::obey(char key, LiveLoop& loop, LiveScene& scene) {
+bool LiveTerminal::obey(char key, LiveLoop& loop, std::span<LiveScene* const> scenes) {
   if (key == 'q') return false;
   if (key == ' ') {
     is_held_ = !is_held_;
@@ -79,10 +79,12 @@ bool LiveTerminal::obey(char key, LiveLoop& loop, LiveScene& scene) {
   } else if (key >= '1' && key <= '9') {
     const std::size_t number = static_cast<std::size_t>(key - '1');
     try {
-      scene.change([&](Scene& changed) {
-        if (number >= changed.modes().size()) return;
-        changed.edit_mode(changed.modes()[number].name, [](SceneMode& mode) { mode.enabled = !mode.enabled; });
-      });
+      for (LiveScene* const scene : scenes) {
+        scene->change([&](Scene& changed) {
+          if (number >= changed.modes().size()) return;
+          changed.edit_mode(changed.modes()[number].name, [](SceneMode& mode) { mode.enabled = !mode.enabled; });
+        });
+      }
     } catch (const std::exception& error) {
       print_error(error.what());
     }

@@ -4,6 +4,7 @@
 #include <termios.h>
 
 #include <optional>
+#include <span>
 
 #include "palpa/loop/loop.h"
 
@@ -20,12 +21,13 @@ class LiveTerminal {
   LiveTerminal& operator=(const LiveTerminal&) = delete;
 
   /// Updates the line and handles keys once; false: q was pressed.
-  bool watch(LiveLoop& loop, LiveScene& scene);
+  /// \param scenes  one for each hand; the line is of the first
+  bool watch(LiveLoop& loop, std::span<LiveScene* const> scenes);
 
  private:
   void take_keys();
   void show(LiveLoop& loop);
-  bool obey(char key, LiveLoop& loop, LiveScene& scene);
+  bool obey(char key, LiveLoop& loop, std::span<LiveScene* const> scenes);
 
   static constexpr int looks_per_line = 5;
 

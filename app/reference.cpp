@@ -82,7 +82,8 @@ std::string scene_sections() {
                      roff(
                          "'palpa run SCENE --set PATH=VALUE' changes one value for one run, as in "
                          "--set mode.surface.level.skin.strength_n=2. VALUE is written as in the scene; a text needs no "
-                         "quotes. Besides volume.NAME.KEY, mode.NAME.KEY and mode.NAME.level.NAME.KEY, PATH is one of") +
+                         "quotes. Besides volume.NAME.KEY, mode.NAME.KEY, mode.NAME.level.NAME.KEY, hand.NAME.at_m and "
+                         "hand.NAME.tool.KEY, PATH is one of") +
                      "\n.PP\n.nf\n";
   for (const std::string& path : set_paths("", standard_modes())) {
     if (path.find('=') == std::string::npos) page += roff(path) + "\n";

@@ -2,6 +2,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/live_terminal.h"
@@ -100,48 +103,98 @@ PreparedRun prepared_and_checked(const RunOptions& options) {
   return prepared;
 }
 
-RunResult felt(RunOptions options, const std::atomic<bool>& stop) {
-  Progress progress(options.scene.filename().string());
-  options.progress = [&](double share) { progress.show(share); };
-  return run(prepared_and_checked(options), options, &stop);
+/// Results by the names of the hands; a single hand has none.
+using Felt = std::vector<std::pair<std::string, RunResult>>;
+
+Felt run_given(const RunArguments& given, const RunOptions& options, const std::atomic<bool>& stop) {
+  Felt felt;
+  if (given.hands.empty() && given.devices.empty()) {
+    felt.emplace_back("", run(prepared_and_checked(options), options, &stop));
+    return felt;
+  }
+  PreparedHands prepared = prepare_hands(options, given.hands, given.devices);
+  for (std::size_t h = 0; h < prepared.runs.size(); ++h)
+    if (const std::string said = verdict(prepared.runs[h]); !said.empty()) tell(prepared.names[h] + ": " + said + "\n");
+  const std::vector<std::string> names = prepared.names;
+  std::vector<RunResult> results = run_hands(std::move(prepared), &stop);
+  for (std::size_t h = 0; h < results.size(); ++h) felt.emplace_back(names[h], std::move(results[h]));
+  return felt;
 }
 
-RunResult felt_live(RunOptions options, const std::atomic<bool>& stop) {
+Felt felt(const RunArguments& given, const std::atomic<bool>& stop) {
+  RunOptions options = given.options;
+  Progress progress(options.scene.filename().string());
+  options.progress = [&](double share) { progress.show(share); };
+  return run_given(given, options, stop);
+}
+
+Felt felt_live(const RunArguments& given, const std::atomic<bool>& stop) {
+  RunOptions options = given.options;
   std::optional<Progress> loading(std::in_place, "loading " + options.scene.filename().string());
   std::optional<LiveTerminal> terminal;
-  options.live->watch = [&](LiveLoop& loop, LiveScene& scene) {
+  options.live->watch = [&](LiveLoop& loop, std::span<LiveScene* const> scenes) {
     loading.reset();
     if (!terminal) terminal.emplace();
-    return terminal->watch(loop, scene);
+    return terminal->watch(loop, scenes);
   };
-  return run(prepared_and_checked(options), options, &stop);
+  return run_given(given, options, stop);
+}
+
+/// Prints what a run would be, of each hand.
+int print_dry_run(const RunArguments& given) {
+  PreparedHands prepared;
+  {
+    const Progress progress("loading " + given.options.scene.filename().string());
+    if (given.hands.empty() && given.devices.empty()) {
+      prepared.runs.push_back(prepare(given.options));
+    } else {
+      prepared = prepare_hands(given.options, given.hands, given.devices);
+    }
+  }
+  Json by_hand;
+  for (std::size_t h = 0; h < prepared.runs.size(); ++h) {
+    print_warnings(prepared.runs[h].loaded.warnings);
+    const Json what = description(prepared.runs[h], given.options.rate_hz);
+    const std::string name = prepared.names.empty() ? "" : prepared.names[h];
+    if (!given.json && !name.empty()) print((h > 0 ? "\n" : "") + name + "\n");
+    if (!given.json) print_description(what);
+    (name.empty() ? by_hand : by_hand[name]) = what;
+  }
+  if (given.json) print(detail::text("%s\n", by_hand.dump(2, ' ', false, Json::error_handler_t::replace).c_str()));
+  return 0;
+}
+
+void print_summaries(const Felt& felt, bool as_json) {
+  if (felt.size() == 1 && felt.front().first.empty()) {
+    const Summary& summary = felt.front().second.summary;
+    return print(as_json ? to_json(summary) : to_table(summary));
+  }
+  Json by_hand;
+  for (std::size_t h = 0; h < felt.size(); ++h) {
+    const auto& [name, result] = felt[h];
+    if (as_json) {
+      by_hand[name] = Json::parse(to_json(result.summary));
+    } else {
+      print((h > 0 ? "\n" : "") + name + "\n" + to_table(result.summary));
+    }
+  }
+  if (as_json) print(by_hand.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace
 
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
-  if (arguments.dry_run) {
-    PreparedRun prepared;
-    {
-      const Progress progress("loading " + arguments.options.scene.filename().string());
-      prepared = prepare(arguments.options);
-    }
-    print_warnings(prepared.loaded.warnings);
-    const Json what = description(prepared, arguments.options.rate_hz);
-    if (arguments.json) {
-      print(detail::text("%s\n", what.dump(2, ' ', false, Json::error_handler_t::replace).c_str()));
-    } else {
-      print_description(what);
-    }
-    return 0;
+  if (arguments.dry_run) return print_dry_run(arguments);
+  const Felt all = arguments.options.live ? felt_live(arguments, stop) : felt(arguments, stop);
+  bool is_recording_lost = false;
+  for (const auto& [name, result] : all) {
+    print_warnings(result.warnings);
+    is_recording_lost = is_recording_lost || result.is_recording_lost;
   }
-
-  const RunResult result = arguments.options.live ? felt_live(arguments.options, stop) : felt(arguments.options, stop);
-  print_warnings(result.warnings);
-  print(arguments.json ? to_json(result.summary) : to_table(result.summary));
+  print_summaries(all, arguments.json);
   if (const std::string out = arguments.options.out.string(); !arguments.json && !out.empty())
     print(detail::text("\nRecorded in %s\nNext: palpa report %s\n", out.c_str(), out.c_str()));
-  return result.is_recording_lost ? 1 : 0;
+  return is_recording_lost ? 1 : 0;
 }
 
 }  // namespace palpa::app

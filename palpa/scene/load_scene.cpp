@@ -46,6 +46,7 @@ class Loader {
     volumes_.plan(scene);
     read_options<Workspace>(scene, "workspace");
     read_options<TimeOptions>(scene, "time");
+    read_hands(scene);
     read_options<ToolOptions>(scene, "tool");
     read_view(scene);
     std::vector<detail::CheckedMode> modes = read_modes(scene);
@@ -103,6 +104,33 @@ class Loader {
   template <class Options>
   void read_options(const Section& scene, const std::string& key) {
     loaded_.scene.edit<Options>([&](Options& options) { read_table(scene, key, options); });
+  }
+
+  void read_hands(const Section& scene) {
+    hand_tables_ = tables_in(scene.node("hand"));
+    if (const toml::node* tool = scene.node("tool"); tool && !hand_tables_.empty()) {
+      fail(place_of(*tool), "'tool' stands beside [[hand]] in the scene; give each hand its own, [hand.tool]");
+    }
+    for (std::size_t i = 0; i < hand_tables_.size(); ++i) {
+      const auto name = (*hand_tables_[i])["name"].value<std::string>();
+      const std::string where = "hand " + (name ? in_quotes(*name) : std::to_string(i + 1));
+      SceneHand hand;
+      const Section section = read(*hand_tables_[i], where, hand);
+      if (const toml::table* tool = section.subtable("tool")) read(*tool, "'tool' of " + where, hand.tool);
+      loaded_.scene.add_hand(std::move(hand));
+    }
+    if (const auto only = scene.text("only_hand")) leave_only(*only, *scene.node("only_hand"));
+  }
+
+  void leave_only(const std::string& name, const toml::node& node) {
+    const std::vector<SceneHand>& hands = loaded_.scene.hands();
+    const auto found = std::ranges::find(hands, name, &SceneHand::name);
+    if (hands.empty()) fail(place_of(node), "'only_hand' in the scene has no [[hand]] to choose from; leave it out");
+    if (found == hands.end())
+      fail(place_of(node), "no hand " + in_quotes(name) + "; " + suggestion(name, detail::names_of(hands)));
+    const auto number = static_cast<std::size_t>(found - hands.begin());
+    hand_tables_ = {hand_tables_[number]};
+    loaded_.scene = loaded_.scene.of_hand(number);
   }
 
   void read_view(const Section& scene) {
@@ -221,14 +249,16 @@ class Loader {
 
   /// The place of the nearest thing that is written down.
   std::string place_of(const detail::Part& part) const {
-    const toml::node* nearest = part.section == "mode" ? mode_tables_[part.mode] : root_.get(part.section);
+    const toml::node* nearest = part.section == "mode"   ? mode_tables_[part.mode]
+                                : part.section == "hand" ? hand_tables_[part.mode]
+                                                         : root_.get(part.section);
     const auto step = [&](const toml::node* to) {
       if (to) nearest = to;
       return to != nullptr;
     };
     const toml::table* table = nearest ? nearest->as_table() : nullptr;
     if (table && !part.list.empty() && step(table->get(part.list))) {
-      step(nearest->as_array()->get(part.item));
+      if (const toml::array* items = nearest->as_array()) step(items->get(part.item));
       table = nearest->as_table();
     }
     if (table) step(table->get(part.key));
@@ -242,7 +272,7 @@ class Loader {
   const ModeCatalog& catalog_;
   const SceneOptions& options_;
   toml::table root_;
-  std::vector<const toml::table*> mode_tables_;
+  std::vector<const toml::table*> mode_tables_, hand_tables_;
   LoadedScene loaded_;
 };
 

@@ -94,6 +94,8 @@ void visit_part(detail::HeaderPart& part, ParameterVisitor& visitor) {
        other("workspace", Kind::table, "[workspace]", "how the hand's reach lies in the world"),
        other("time", Kind::table, "[time]", "how the time goes of data that change with it"),
        other("tool", Kind::table, "[tool]", "where the tool in the hand touches the data; without it a point does"),
+       other("hand", Kind::list, "[[hand]]", "instead of `tool`: several hands, one table for each, with a tool of its own"),
+       param("only_hand", &H::only_hand, "of several hands only this one").written("name of a [[hand]]").left_out("all"),
        other("volume", Kind::table, "[volume.NAME]", "the data, one table for each volume; NAME is a plain word"),
        other("mode", Kind::list, "[[mode]]", "what is felt, one table for each mode; at least one"),
        other("view", Kind::table, "[[view.layer]]", "how it is drawn; ignored where nothing is drawn"));
@@ -170,6 +172,16 @@ void visit_part(ToolOptions& part, ParameterVisitor& visitor) {
        param("turning_radius_m", &T::turning_radius_m, "the spring against turning is `stiffness_n_per_m` times this squared",
              Range{0, 1, true})
            .left_out("from levers, stiffness and `max_force_n`, so that no press tips the tool over"));
+}
+
+void visit_part(SceneHand& part, ParameterVisitor& visitor) {
+  each(part, visitor,
+       param("name", &SceneHand::name, "what the hand is called: in --hand NAME=…, its folder of a trace, --set; unique")
+           .written("plain word")
+           .needed(),
+       param("at_m", &SceneHand::at_m,
+             "where the middle of its reach lies in the hand frame of the workspace: right, up, towards the user; within 1 m"),
+       other("tool", ParameterKind::table, "[hand.tool]", "its tool, with the keys of [tool]; without it a point"));
 }
 
 void visit_part(detail::VolumePart& part, ParameterVisitor& visitor) {

@@ -24,6 +24,7 @@ struct HeaderPart {
   int palpa = 1;  ///< format of the file
   std::string title;
   std::vector<std::string> needs;
+  std::string only_hand;  ///< name of the single hand that is felt; empty: all
 };
 
 struct LawPart {
@@ -88,6 +89,8 @@ void visit_part(detail::LawPart& part, ParameterVisitor& visitor);
 void visit_part(Workspace& part, ParameterVisitor& visitor);
 void visit_part(TimeOptions& part, ParameterVisitor& visitor);
 void visit_part(ToolOptions& part, ParameterVisitor& visitor);
+/// Without the tool.
+void visit_part(SceneHand& part, ParameterVisitor& visitor);
 void visit_part(detail::VolumePart& part, ParameterVisitor& visitor);
 void visit_part(VolumeRequest& part, ParameterVisitor& visitor);
 void visit_part(VolumeRequest::FieldRequest& part, ParameterVisitor& visitor);

@@ -64,6 +64,7 @@ std::string scene_reference_markdown(const ModeCatalog& modes) {
   out += section("`[workspace]`", detail::keys_of<Workspace>());
   out += section("`[time]`", detail::keys_of<TimeOptions>());
   out += section("`[tool]`", detail::keys_of<ToolOptions>());
+  out += section("`[[hand]]`", detail::keys_of<SceneHand>());
   out += section("`[volume.NAME]`", volume_keys);
   out += section("`fields` of a volume, for each `NAME`", find(volume_keys, "fields")->items);
   out += section("`pose` of a volume", find(volume_keys, "pose")->items);

@@ -42,7 +42,32 @@ Scene::Scene(const CouplingOptions& coupling) : derived_(std::make_shared<Derive
 void Scene::set(const CouplingOptions& coupling) { std::get<CouplingOptions>(options_) = in_range(coupling); }
 void Scene::set(const Workspace& workspace) { std::get<Workspace>(options_) = in_range(workspace); }
 void Scene::set(const TimeOptions& time) { std::get<TimeOptions>(options_) = in_range(time); }
-void Scene::set(const ToolOptions& tool) { std::get<ToolOptions>(options_) = in_range(tool); }
+void Scene::set(const ToolOptions& tool) {
+  std::get<ToolOptions>(options_) = in_range(tool);
+  if (!hands_.empty()) hands_.front().tool = tool;
+}
+
+void Scene::add_hand(SceneHand hand) {
+  if (hands_.size() >= limit::hands.count()) refuse(more_than(limit::hands));
+  detail::refuse_first(detail::hand_findings(*this, hand, hands_.size()));
+  if (hands_.empty()) std::get<ToolOptions>(options_) = hand.tool;
+  hands_.push_back(std::move(hand));
+}
+
+Scene Scene::of_hand(std::size_t number) const {
+  Scene one = *this;
+  if (number >= hands_.size()) return one;
+  one.hands_ = {hands_[number]};
+  std::get<ToolOptions>(one.options_) = hands_[number].tool;
+  return one;
+}
+
+Scene Scene::of_hand(std::string_view name) const {
+  const auto found = std::ranges::find(hands_, name, &SceneHand::name);
+  if (found != hands_.end()) return of_hand(static_cast<std::size_t>(found - hands_.begin()));
+  if (hands_.empty()) refuse("no hand " + in_quotes(name) + "; its hand has no name, as there is no [[hand]]");
+  refuse("no hand " + in_quotes(name) + "; " + suggestion(name, detail::names_of(hands_)));
+}
 
 void Scene::set_law(std::string name) {
   detail::refuse_first(detail::law_findings(name));
@@ -169,7 +194,11 @@ std::int32_t Scene::index_of(const FieldRef& ref) const {
   return found.name.derivations.empty() ? found.index : -1;
 }
 
-Similarity Scene::hand_to_world() const { return detail::workspace_map(workspace(), volumes_); }
+Similarity Scene::hand_to_world() const {
+  Similarity map = detail::workspace_map(workspace(), volumes_);
+  if (!hands_.empty() && hands_.front().at_m != Vec3{}) map.translation_m = map.to_world(hands_.front().at_m);
+  return map;
+}
 
 std::vector<std::string> Scene::check() const {
   hand_to_world();

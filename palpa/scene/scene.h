@@ -94,6 +94,14 @@ struct SceneMode {
   bool acts_at(std::size_t foot) const noexcept { return foot == 0 || (feet ? *feet == Feet::all : mode.has_levels()); }
 };
 
+/// One of several hands of a scene ([[hand]]), with its tool.
+struct SceneHand {
+  std::string name;    ///< plain word
+  Vec3 at_m{};         ///< [m] middle of its reach in the hand frame of the workspace; each within 1 m
+  ToolOptions tool{};  ///< in its own hand frame
+  friend bool operator==(const SceneHand&, const SceneHand&) = default;
+};
+
 namespace detail {
 /// Mode of a scene with valid parameters: checked once, by its constructor, as far as that needs no data. Fields are left to
 /// `Scene::add`.
@@ -130,9 +138,13 @@ class Scene {
   const CouplingOptions& coupling() const noexcept { return std::get<CouplingOptions>(options_); }
   const Workspace& workspace() const noexcept { return std::get<Workspace>(options_); }
   const TimeOptions& time() const noexcept { return std::get<TimeOptions>(options_); }
+  /// Of a scene of several hands: the first hand's.
   const ToolOptions& tool() const noexcept { return std::get<ToolOptions>(options_); }
+  /// Empty: one hand without a name, with `tool`.
+  const std::vector<SceneHand>& hands() const noexcept { return hands_; }
   const std::string& law() const noexcept { return law_; }
-  /// Replaces the coupling, the workspace, the progress of time or the tool. A workspace may name a volume that is added later.
+  /// Replaces the coupling, the workspace, the progress of time or the tool (of the first hand). A workspace may name a volume
+  /// that is added later.
   void set(const CouplingOptions& coupling);
   void set(const Workspace& workspace);
   void set(const TimeOptions& time);
@@ -146,6 +158,14 @@ class Scene {
     change(changed);
     set(changed);
   }
+
+  /// Adds a hand with a new name, at most 8. A session of the scene is that of the first; `of_hand` makes those of the others.
+  void add_hand(SceneHand hand);
+  /// The scene of a single hand: no other, and its tool. The voxels are shared.
+  /// \param number  of the hand, below the number of hands, or 0
+  Scene of_hand(std::size_t number) const;
+  /// Likewise by name. Throws SceneError if no hand has it.
+  Scene of_hand(std::string_view name) const;
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name must be a new plain word. Its grids are
   /// interpolated with `filter`; without one, trilinear grids get the default filter for their data, and other fields keep
@@ -194,8 +214,9 @@ class Scene {
   /// Number of a field among those of all volumes; -1 for a derived field. Throws as `field` does.
   std::int32_t index_of(const FieldRef& ref) const;
 
-  /// Map from the hand frame to the world by the workspace (design.md, Frames); the identity without volumes. Throws SceneError
-  /// if the workspace has no place among the volumes.
+  /// Map from the hand frame to the world by the workspace (design.md, Frames); the identity without volumes. Of a scene of
+  /// several hands: from the first hand's own frame, whose origin is at its `at_m`. Throws SceneError if the workspace has no
+  /// place among the volumes.
   Similarity hand_to_world() const;
 
   /// Warnings about the scene (level outside the data's range, …). Throws SceneError as `hand_to_world` does.
@@ -210,6 +231,7 @@ class Scene {
   std::string law_ = "exact";
   std::vector<SceneVolume> volumes_;
   std::vector<SceneMode> modes_;
+  std::vector<SceneHand> hands_;  // the first one's tool is that of `options_`
   std::shared_ptr<DerivedFields> derived_;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "palpa/base/limits.h"
 #include "palpa/base/wording.h"
@@ -243,11 +244,34 @@ double size_m(const Tool& tool) {
   return largest_component(high - low);
 }
 
-void warn_of_tool(const Scene& scene, std::vector<Finding>& found) {
+/// Faults of a tool. \param at  its table; each finding gets its key. \param where  "[tool]"
+std::vector<Finding> tool_findings(ToolOptions tool, const Part& at, const std::string& where) {
+  const ToolOptions given = tool;
+  std::vector<Finding> found = part_findings("tool", tool);
+  const char* const problem = problem_with(given);
+  if (found.empty() && problem) {
+    // Each problem begins with its key.
+    const std::string text = problem, key = text.substr(0, text.find(' '));
+    constexpr std::array shapes{"point", "points", "rod", "pad", "ball"};
+    found.push_back({{.section = {}, .list = {}, .key = key},
+                     in_quotes(key) + " in " + where + " does not fit a tool of the shape " +
+                         in_quotes(shapes[static_cast<std::size_t>(given.shape)]) + "; " + text});
+  }
+  for (Finding& finding : found) {
+    const std::string key = std::exchange(finding.part, at).key;
+    finding.part.key = key;
+  }
+  return found;
+}
+
+/// \param at  table of the scene's tool
+void warn_of_tool(const Scene& scene, const Part& at, std::vector<Finding>& found) {
   const Tool tool(scene.tool(), scene.coupling());
   if (tool.is_point()) return;
   const auto of_tool = [&](const char* key, std::string text) {
-    found.push_back({{.section = "tool", .list = {}, .key = key}, std::move(text)});
+    Part part = at;
+    part.key = key;
+    found.push_back({std::move(part), std::move(text)});
   };
   // The least stiffness against turning at which no press along the longest lever has two balances (docs/theory.md 10.7).
   const double radius_m = tool.turning_radius_m(), reach_m = tool.reach_m();
@@ -278,17 +302,26 @@ std::vector<Finding> range_findings(CouplingOptions coupling) { return part_find
 std::vector<Finding> range_findings(Workspace workspace) { return part_findings("workspace", workspace); }
 std::vector<Finding> range_findings(TimeOptions time) { return part_findings("time", time); }
 std::vector<Finding> range_findings(ToolOptions tool) {
-  const ToolOptions given = tool;
-  std::vector<Finding> found = part_findings("tool", tool);
-  const char* const problem = problem_with(given);
-  if (!found.empty() || !problem) return found;
-  // Each problem begins with its key.
-  const std::string text = problem, key = text.substr(0, text.find(' '));
-  constexpr std::array shapes{"point", "points", "rod", "pad", "ball"};
-  found.push_back({{.section = "tool", .list = {}, .key = key},
-                   in_quotes(key) + " in [tool] does not fit a tool of the shape " +
-                       in_quotes(shapes[static_cast<std::size_t>(given.shape)]) + "; " + text});
-  return found;
+  return tool_findings(std::move(tool), {.section = "tool", .list = {}, .key = {}}, "[tool]");
+}
+
+std::vector<Finding> hand_findings(const Scene& scene, const SceneHand& hand, std::size_t number) {
+  const Part table{.section = "hand", .mode = number, .list = {}, .key = {}};
+  const auto of_key = [&](const char* key, std::string text) {
+    Part part = table;
+    part.key = key;
+    return std::vector<Finding>{{std::move(part), std::move(text)}};
+  };
+  if (std::string problem = problem_with_name("hand", hand.name); !problem.empty()) return of_key("name", std::move(problem));
+  if (std::ranges::find(scene.hands(), hand.name, &SceneHand::name) != scene.hands().end())
+    return of_key("name", name_is_taken("hand", hand.name));
+  constexpr double most_m = 1.0;  // as of a tool. More: out of any person's reach; less: wide workspaces are refused
+  if (!(is_finite(hand.at_m) &&
+        largest_component({std::abs(hand.at_m.x), std::abs(hand.at_m.y), std::abs(hand.at_m.z)}) <= most_m))
+    return of_key("at_m", "'at_m' in " + called(hand) + " is not within 1 m; it is in metres of the hand");
+  Part tool = table;
+  tool.list = "tool";
+  return tool_findings(hand.tool, tool, "'tool' of " + called(hand));
 }
 
 std::vector<Finding> law_findings(const std::string& name) {
@@ -298,6 +331,12 @@ std::vector<Finding> law_findings(const std::string& name) {
 }
 
 std::string called(const SceneMode& mode) { return "mode " + in_quotes(mode.name); }
+std::string called(const SceneHand& hand) { return "hand " + in_quotes(hand.name); }
+std::vector<std::string> names_of(const std::vector<SceneHand>& hands) {
+  std::vector<std::string> names;
+  for (const SceneHand& hand : hands) names.push_back(hand.name);
+  return names;
+}
 
 std::string problem_with_volume_of(const std::string& field, const std::vector<std::string>& volumes) {
   const FieldName name = parse_field_name(field);
@@ -365,7 +404,9 @@ std::vector<Finding> warnings(const Scene& scene) {
   if (scene.time() != TimeOptions{} && !any) {
     of_time("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out");
   }
-  warn_of_tool(scene, found);
+  if (scene.hands().empty()) warn_of_tool(scene, {.section = "tool", .list = {}, .key = {}}, found);
+  for (std::size_t i = 0; i < scene.hands().size(); ++i)
+    warn_of_tool(scene.of_hand(i), {.section = "hand", .mode = i, .list = "tool", .key = {}}, found);
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
     LevelChecks levels(scene, mode, i, found);

@@ -12,9 +12,9 @@ namespace palpa::detail {
 
 /// Part of a scene that a finding is about.
 struct Part {
-  std::string section;   ///< "coupling", "law", "workspace", "time", "tool", "view" or "mode"
-  std::size_t mode = 0;  ///< number of the mode
-  std::string list;      ///< list parameter of the mode, or "layer" of a view; empty: none
+  std::string section;   ///< "coupling", "law", "workspace", "time", "tool", "view", "hand" or "mode"
+  std::size_t mode = 0;  ///< number of the mode or hand
+  std::string list;      ///< list parameter of the mode, "layer" of a view, or "tool" of a hand; empty: none
   std::size_t item = 0;
   std::string key;
 };
@@ -35,6 +35,9 @@ void refuse_first(const std::vector<Finding>& found);
 
 /// "mode 'skin'".
 std::string called(const SceneMode& mode);
+/// "hand 'left'".
+std::string called(const SceneHand& hand);
+std::vector<std::string> names_of(const std::vector<SceneHand>& hands);
 
 // Faults, each checked once: by the functions of Scene that take a part.
 
@@ -44,6 +47,8 @@ std::vector<Finding> range_findings(Workspace workspace);
 std::vector<Finding> range_findings(TimeOptions time);
 /// Also keys that do not fit the shape.
 std::vector<Finding> range_findings(ToolOptions tool);
+/// A hand among the others: its name, its place, its tool.
+std::vector<Finding> hand_findings(const Scene& scene, const SceneHand& hand, std::size_t number);
 /// Unknown name of a law.
 std::vector<Finding> law_findings(const std::string& name);
 /// Name, ranges, `problem()` of a mode, without its data.

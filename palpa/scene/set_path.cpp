@@ -32,10 +32,9 @@ void SetPath::set(const std::string& path, const std::string& value) {
   const std::vector<std::string> parts = split(path);
   const std::size_t n = parts.size();
   constexpr std::array tables = {"coupling", "workspace", "time", "tool", "view"};
-  if (n == 2 && (path == "law.method" || std::ranges::find(tables, parts[0]) != tables.end())) {
-    if (!root_.contains(parts[0])) root_.insert(toml::key(parts[0], region(place)), toml::table{});
-    return put(root_[parts[0]].as_table(), parts[1], value, place);
-  }
+  if (n == 2 && (path == "law.method" || std::ranges::find(tables, parts[0]) != tables.end()))
+    return put(subtable(root_, parts[0], place), parts[1], value, place);
+  if (path == "only_hand") return put(&root_, path, value, place);
   if (n == 3 && parts[0] == "volume") {
     toml::table* volumes = root_["volume"].as_table();
     std::vector<std::string> names;
@@ -51,9 +50,19 @@ void SetPath::set(const std::string& path, const std::string& value) {
     if (n == 3) return put(&mode, parts[2], value, place);
     return put(&item(mode, parts[2], parts[3], parts[2], place), parts[4], value, place);
   }
+  if (parts[0] == "hand" && (n == 3 || (n == 4 && parts[2] == "tool"))) {
+    toml::table& hand = item(root_, "hand", parts[1], "hand", place);
+    return n == 3 ? put(&hand, parts[2], value, place) : put(subtable(hand, "tool", place), parts[3], value, place);
+  }
   fail(place,
        "no such path; there are: coupling.KEY, law.method, workspace.KEY, volume.NAME.KEY, mode.NAME.KEY, "
-       "mode.NAME.level.NAME.KEY, time.KEY, tool.KEY, view.KEY");
+       "mode.NAME.level.NAME.KEY, time.KEY, tool.KEY, hand.NAME.KEY, hand.NAME.tool.KEY, only_hand, view.KEY");
+}
+
+// A new one where there is none.
+toml::table* SetPath::subtable(toml::table& owner, const std::string& key, const std::string& place) {
+  if (!owner.contains(key)) owner.insert(toml::key(key, region(place)), toml::table{});
+  return owner[key].as_table();
 }
 
 // Values that are no TOML are texts, so that words need no quotes.

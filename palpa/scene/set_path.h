@@ -22,6 +22,7 @@ class SetPath {
  private:
   static toml::table& item(toml::table& owner, const std::string& list, const std::string& name, const std::string& kind,
                            const std::string& place);
+  static toml::table* subtable(toml::table& owner, const std::string& key, const std::string& place);
 
   toml::table& root_;
 };

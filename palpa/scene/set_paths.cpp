@@ -56,6 +56,10 @@ std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& m
         add_paths("volume." + std::string(name.str()) + ".", detail::keys_of<detail::VolumePart>(), paths);
     }
   }
+  for (const auto& [name, unused] : named_in(root, "hand")) {
+    paths.insert(paths.end(), {"only_hand=" + name, "hand." + name + ".at_m"});
+    add_paths("hand." + name + ".tool.", detail::keys_of<ToolOptions>(), paths);
+  }
   for (const auto& [name, table] : named_in(root, "mode")) {
     const std::string before = "mode." + name + ".";
     add_paths(before, detail::keys_of<detail::ModePart>(), paths);

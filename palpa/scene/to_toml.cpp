@@ -191,6 +191,11 @@ std::string mode_body(const SceneMode& mode) {
   return out + lines(writer.said) + writer.tables;
 }
 
+std::string hand_tables(const SceneHand& hand) {
+  const std::string tool = hand.tool == ToolOptions{} ? "" : "\n[hand.tool]\n" + lines(said_of(hand.tool));
+  return "\n[[hand]]\n" + lines(said_of(hand)) + tool;
+}
+
 std::string layer_body(const ViewLayer& layer) {
   std::string points;
   for (const ViewLayer::ColorPoint& point : layer.colors) {
@@ -219,7 +224,8 @@ std::string to_toml(const Scene& scene) {
   out += "\n[law]\n" + lines(written(detail::LawPart{scene.law()}).said);
   if (scene.workspace() != Workspace{}) out += "\n[workspace]\n" + lines(written(scene.workspace()).said);
   if (scene.time() != TimeOptions{}) out += "\n[time]\n" + lines(written(scene.time()).said);
-  if (scene.tool() != ToolOptions{}) out += "\n[tool]\n" + lines(said_of(scene.tool()));
+  for (const SceneHand& hand : scene.hands()) out += hand_tables(hand);
+  if (scene.hands().empty() && scene.tool() != ToolOptions{}) out += "\n[tool]\n" + lines(said_of(scene.tool()));
   for (const SceneVolume& volume : scene.volumes()) out += "\n[volume." + volume.name + "]\n" + volume_body(volume);
   for (const SceneMode& mode : scene.modes()) out += "\n[[mode]]\n" + mode_body(mode);
   if (scene.view != ViewOptions{}) out += "\n[view]\n" + lines(written(scene.view).said);

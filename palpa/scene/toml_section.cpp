@@ -36,7 +36,7 @@ unsigned value_of(const toml::node& node) noexcept {
 /// Limit on the elements of a list or a table of this name.
 const Limit& limit_of(std::string_view key) noexcept {
   static constexpr std::pair<std::string_view, Limit> limits[] = {
-      {"mode", limit::modes},    {"volume", limit::volumes},     {"poses", limit::poses},
+      {"mode", limit::modes},    {"volume", limit::volumes},     {"poses", limit::poses},      {"hand", limit::hands},
       {"points", limit::points}, {"points_m", limit::tool_feet}, {"file", limit::volume_files}};
   const auto* found = std::ranges::find(limits, key, &std::pair<std::string_view, Limit>::first);
   return found != std::end(limits) ? found->second : limit::entries;

@@ -1,5 +1,7 @@
 #include "palpa/study/live_run.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <exception>
 #include <utility>
@@ -15,20 +17,21 @@ namespace {
 void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
   const Scene scene = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits));
   const CouplingOptions& asked = scene.coupling();
-  const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
+  const auto tell = [&](double wanted, double taken, const std::string& key, const char* unit) {
     if (wanted == taken) return;
-    const std::string text =
-        detail::text("%s: the scene has %g %s, the device allows %g %s, which is used.", key, wanted, unit, taken, unit);
+    const std::string text = detail::text("%s: the scene has %g %s, the device allows %g %s, which is used.", key.c_str(),
+                                          wanted, unit, taken, unit);
     header.sets.emplace_back(key, detail::toml_number(taken));
     prepared.notes.push_back(text);
     header.notes.push_back(text);
   };
   const CouplingOptions& held = prepared.loaded.scene.coupling();
+  const std::string of_tool = scene.hands().empty() ? "tool." : "hand." + scene.hands().front().name + ".tool.";
   tell(asked.stiffness_n_per_m, held.stiffness_n_per_m, "coupling.stiffness_n_per_m", "N/m");
   tell(asked.damping_ns_per_m, held.damping_ns_per_m, "coupling.damping_ns_per_m", "N·s/m");
   if (scene.tool() != prepared.loaded.scene.tool())
-    tell(Tool(scene.tool(), asked).turning_radius_m(), *prepared.loaded.scene.tool().turning_radius_m, "tool.turning_radius_m",
-         "m");
+    tell(Tool(scene.tool(), asked).turning_radius_m(), *prepared.loaded.scene.tool().turning_radius_m,
+         of_tool + "turning_radius_m", "m");
   if (asked.turn_damping_nms_per_rad != held.turn_damping_nms_per_rad) {
     const double radius_m = Tool(scene.tool(), asked).turning_radius_m();
     tell(asked.turn_damping_nms_per_rad.value_or(asked.damping_ns_per_m * radius_m * radius_m), *held.turn_damping_nms_per_rad,
@@ -48,9 +51,10 @@ TraceHeader live_header(const RunOptions& options, PreparedRun& prepared, const 
   return header;
 }
 
-LiveOptions loop_options(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits) {
+LiveOptions loop_options(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits,
+                         double duration_s) {
   LiveOptions loop{.rate_hz = options.rate_hz,
-                   .duration_s = prepared.duration_s,
+                   .duration_s = duration_s,
                    .rehearse = options.live->rehearse,
                    .guard = guard_options_for(limits, prepared.loaded.scene.coupling().max_force_n),
                    .clutch_buttons = options.live->clutch_buttons,
@@ -62,10 +66,23 @@ LiveOptions loop_options(const RunOptions& options, const PreparedRun& prepared,
 }  // namespace
 
 LiveRun::LiveRun(const RunOptions& options, PreparedRun& prepared, Device& device, TickObserver observer)
-    : observer_(std::move(observer)), recording_(options, live_header(options, prepared, device.limits()), prepared.loaded) {
-  const DeviceLimits limits = device.limits();
-  scene_ = std::make_unique<LiveScene>(prepared.loaded.scene, limits);
-  loop_ = std::make_unique<LiveLoop>(*scene_, device, loop_options(options, prepared, limits), recording_.recorder());
+    : LiveRun(std::array{LiveRunHand{&options, &prepared, &device}},
+              observer ? HandObserver([of_hand = std::move(observer)](std::size_t, const TickFrame& frame,
+                                                                      const Session& felt) { of_hand(frame, felt); })
+                       : HandObserver{}) {}
+
+LiveRun::LiveRun(std::span<const LiveRunHand> hands, HandObserver observer) : observer_(std::move(observer)) {
+  double duration_s = 0.0;
+  for (const LiveRunHand& hand : hands) duration_s = std::max(duration_s, hand.prepared->duration_s);
+  std::vector<LiveHand> in_loop;
+  for (const auto& [options, prepared, device] : hands) {
+    const DeviceLimits limits = device->limits();
+    const TraceHeader header = live_header(*options, *prepared, limits);
+    const detail::Recording& recording = recordings_.emplace_back(*options, header, prepared->loaded);
+    LiveScene* const scene = scenes_.emplace_back(std::make_unique<LiveScene>(prepared->loaded.scene, limits)).get();
+    in_loop.push_back({scene, device, loop_options(*options, *prepared, limits, duration_s), recording.recorder()});
+  }
+  loop_ = std::make_unique<LiveLoop>(in_loop);
   // The watching thread handles interrupts.
   const detail::BlockedSignals in_the_loop;
   thread_ = std::thread([this] {
@@ -73,7 +90,7 @@ LiveRun::LiveRun(const RunOptions& options, PreparedRun& prepared, Device& devic
     {
       const RealTimeThread real_time;
       refused_ = real_time.refused();
-      loop_->run(ends_, observer_);
+      loop_->run_hands(ends_, observer_);
     }
     wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     ended_.store(true, std::memory_order_release);
@@ -86,26 +103,30 @@ void LiveRun::end() {
   tell_to_end();
   if (!thread_.joinable()) return;
   thread_.join();
-  try {
-    recording_.finish_ticks();
-  } catch (const std::exception& error) {
-    lose(error);
+  for (detail::Recording& recording : recordings_) {
+    try {
+      recording.finish_ticks();
+    } catch (const std::exception& error) {
+      lose(recording, error);
+    }
   }
 }
 
 std::string LiveRun::finish() {
   end();
-  try {
-    recording_.finish();
-  } catch (const std::exception& error) {
-    lose(error);
+  for (detail::Recording& recording : recordings_) {
+    try {
+      recording.finish();
+    } catch (const std::exception& error) {
+      lose(recording, error);
+    }
   }
   return lost_;
 }
 
-void LiveRun::lose(const std::exception& error) {
+void LiveRun::lose(detail::Recording& recording, const std::exception& error) {
   lost_ = std::string(error.what()) + "; the run continued without recording; the part written before is kept";
-  recording_.give_up();
+  recording.give_up();
 }
 
 }  // namespace palpa

@@ -238,6 +238,58 @@ PreparedRun prepared_with(const std::function<LoadedScene()>& scene, const RunOp
   return placed(hand, scene(), options);
 }
 
+LoadedScene loaded_scene(const RunOptions& options) {
+  ReadOptions read = options.read;
+  read.checksums = !options.out.empty();
+  SceneOptions scene_options = options.scene_options;
+  scene_options.thin_parts = true;  // warns of a wall with holes before the run
+  return load_scene(options.scene, volume_reader(read), modes_with(options.plugins), scene_options);
+}
+
+/// "2 hands (left, right)".
+std::string format_hands(const Scene& scene) {
+  std::string names;
+  for (const SceneHand& hand : scene.hands()) names += (names.empty() ? "" : ", ") + hand.name;
+  if (scene.hands().size() < 2) return "one hand" + (names.empty() ? names : " (" + names + ")");
+  return std::to_string(scene.hands().size()) + " hands (" + names + ")";
+}
+
+std::string too_few_hands(const fs::path& scene_file, const Scene& scene, std::size_t given) {
+  return scene_file.string() + ": the scene has " + format_hands(scene) + ", and " + std::to_string(given) +
+         (given == 1 ? " is" : " are") +
+         " given; give each a --hand or --device, in this order or as NAME=…, or feel one: --set only_hand=" +
+         scene.hands().front().name;
+}
+
+/// What an option says for each hand of the scene; empty: nothing.
+std::vector<std::string> by_hand(const std::vector<std::string>& given, const char* option, const fs::path& scene_file,
+                                 const Scene& scene) {
+  const std::vector<SceneHand>& hands = scene.hands();
+  if (given.size() > hands.size()) {
+    throw LoadError(scene_file.string() + ": the scene has " + format_hands(scene) + ", and " + std::to_string(given.size()) +
+                    " " + option + (given.size() == 1 ? " by name is given;" : " are given;") +
+                    " add a [[hand]] for each, or give fewer");
+  }
+  std::vector<std::string> by(hands.size()), unnamed;
+  for (const std::string& one : given) {
+    const auto named = std::ranges::find_if(hands, [&](const SceneHand& hand) { return one.starts_with(hand.name + "="); });
+    if (named == hands.end()) {
+      unnamed.push_back(one);
+      continue;
+    }
+    std::string& its = by[static_cast<std::size_t>(named - hands.begin())];
+    if (!its.empty())
+      throw LoadError(std::string("run: ") + option + " is given twice for hand " + named->name + "; give it once");
+    its = one.substr(named->name.size() + 1);
+  }
+  auto next = by.begin();
+  for (std::string& one : unnamed) {
+    while (!next->empty()) ++next;
+    *next = std::move(one);
+  }
+  return by;
+}
+
 }  // namespace
 
 const char* name_of(Place place) noexcept {
@@ -255,12 +307,54 @@ Place place_by_fit(const RunOptions& options, bool is_fitted) {
 }
 
 PreparedRun prepare(const RunOptions& options) {
-  ReadOptions read = options.read;
-  read.checksums = !options.out.empty();
-  SceneOptions scene_options = options.scene_options;
-  scene_options.thin_parts = true;  // warns of a wall with holes before the run
   return prepared_with(
-      [&] { return load_scene(options.scene, volume_reader(read), modes_with(options.plugins), scene_options); }, options);
+      [&] {
+        LoadedScene loaded = loaded_scene(options);
+        if (loaded.scene.hands().size() > 1) throw LoadError(too_few_hands(options.scene, loaded.scene, 1));
+        return loaded;
+      },
+      options);
+}
+
+PreparedHands prepare_hands(const RunOptions& options, const std::vector<std::string>& hands,
+                            const std::vector<std::string>& devices) {
+  check_numbers(options);
+  if (!options.out.empty()) check_out(options.out);
+  const LoadedScene loaded = loaded_scene(options);
+  const std::vector<SceneHand>& all = loaded.scene.hands();
+  const std::vector<std::string> given = by_hand(hands, "--hand", options.scene, loaded.scene);
+  const std::vector<std::string> held = by_hand(devices, "--device", options.scene, loaded.scene);
+  if (all.empty()) throw LoadError(options.scene.string() + ": the scene has no [[hand]]; run it with one hand, or add them");
+  const auto is_given = [&](std::size_t h) { return !given[h].empty() || !held[h].empty(); };
+  PreparedHands prepared;
+  for (std::size_t h = 0; h < all.size(); ++h) {
+    if (!is_given(h)) {
+      std::size_t count = 0;
+      for (std::size_t other = 0; other < all.size(); ++other) count += is_given(other) ? 1 : 0;
+      throw LoadError(too_few_hands(options.scene, loaded.scene, count));
+    }
+    if (given[h].empty() && !options.live)
+      throw LoadError("run: hand " + all[h].name + " is a person's, on --device, which is felt in real time; add --realtime");
+    RunOptions one = options;
+    one.hand = given[h];
+    one.device = held[h];
+    one.target = nullptr;
+    one.out.clear();  // its folder is made by the run
+    one.scene_options.sets.emplace_back("only_hand", all[h].name);
+    one.progress = {};
+    if (options.progress) {
+      const auto before = static_cast<double>(h), count = static_cast<double>(all.size());
+      one.progress = [=, &options](double share) { options.progress((reach_progress * before + share) / count); };
+    }
+    LoadedScene of_hand{loaded.scene.of_hand(h), loaded.text, h == 0 ? loaded.warnings : std::vector<std::string>{},
+                        loaded.notes};
+    prepared.runs.push_back(prepare(std::move(of_hand), one));
+    if (!options.out.empty()) one.out = options.out / all[h].name;
+    one.progress = h == 0 ? options.progress : std::function<void(double)>{};
+    prepared.names.push_back(all[h].name);
+    prepared.options.push_back(std::move(one));
+  }
+  return prepared;
 }
 
 PreparedRun prepare(LoadedScene loaded, const RunOptions& options) {

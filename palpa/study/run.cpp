@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
+#include <span>
 #include <thread>
 
 #include "palpa/base/printed.h"
@@ -90,28 +92,40 @@ class Telling {
   ThinnedPath path_;
 };
 
-RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {
+/// Runs hands in real time; `options` and `prepared` have one for each.
+std::vector<RunResult> run_live(std::span<const RunOptions> options, std::span<PreparedRun> prepared,
+                                const std::atomic<bool>* stop) {
   // Longer: a panic key acts later; shorter: more work.
   constexpr auto watch_interval = std::chrono::milliseconds(20);
-  std::optional<PacedHand> paced;
-  if (prepared.hand) paced.emplace(*prepared.hand);
-  Device& device = paced ? static_cast<Device&>(*paced) : *prepared.real_device;
-  Telling telling(options, prepared);
-  LiveRun live(options, prepared, device, [&](const TickFrame& frame, const Session& felt) { telling.add(frame, felt); });
+  std::vector<std::unique_ptr<PacedHand>> paced;
+  std::vector<LiveRunHand> hands;
+  std::vector<std::unique_ptr<Telling>> telling;
+  for (std::size_t h = 0; h < options.size(); ++h) {
+    Device* device = prepared[h].real_device.get();
+    if (prepared[h].hand) device = paced.emplace_back(std::make_unique<PacedHand>(*prepared[h].hand)).get();
+    hands.push_back({&options[h], &prepared[h], device});
+    telling.push_back(std::make_unique<Telling>(options[h], prepared[h]));
+  }
+  LiveRun live(hands, [&](std::size_t hand, const TickFrame& frame, const Session& felt) { telling[hand]->add(frame, felt); });
+  std::vector<LiveScene*> scenes;
+  for (std::size_t h = 0; h < options.size(); ++h) scenes.push_back(&live.scene(h));
+  const auto& watch = options.front().live->watch;
   while (!live.has_ended()) {
     std::this_thread::sleep_for(watch_interval);
-    if ((stop && *stop) || (options.live->watch && !options.live->watch(live.loop(), live.scene()))) live.end();
+    if ((stop && *stop) || (watch && !watch(live.loop(), scenes))) live.end();
   }
   live.end();
-  RunResult result;
-  result.warnings = live.refused();
-  result.summary = telling.finish(live.wall_s(), live.recording().writer());
-  result.summary.loop = live.loop().statistics();
-  if (const std::string lost = live.finish(); !lost.empty()) {
-    result.is_recording_lost = true;
-    result.warnings.push_back(lost);
+  std::vector<RunResult> results(options.size());
+  results.front().warnings = live.refused();
+  for (std::size_t h = 0; h < options.size(); ++h) {
+    results[h].summary = telling[h]->finish(live.wall_s(), live.recording(h).writer());
+    results[h].summary.loop = live.loop().statistics(h);
   }
-  return result;
+  if (const std::string lost = live.finish(); !lost.empty()) {
+    results.front().is_recording_lost = true;
+    results.front().warnings.push_back(lost);
+  }
+  return results;
 }
 
 /// Duration of the loop: ticks begin before it. So n rows, a tick apart, give n ticks.
@@ -121,22 +135,44 @@ double loop_duration_s(const PreparedRun& prepared, double rate_hz) {
   return (std::floor(prepared.duration_s * rate_hz + rounding_ticks) + 1.0) / rate_hz;
 }
 
-RunResult run_on_simulated_clock(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {
-  const DeviceLimits limits = prepared.hand->limits();
-  Session session(prepared.loaded.scene, limits.encoder_step_m);
-  detail::Recording recording(options, detail::header_of(options, prepared, limits), prepared.loaded);
-  Telling telling(options, prepared);
-  const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = loop_duration_s(prepared, options.rate_hz)};
+std::vector<RunResult> run_on_simulated_clock(std::span<const RunOptions> options, std::span<PreparedRun> prepared,
+                                              const std::atomic<bool>* stop) {
+  std::vector<std::unique_ptr<Session>> sessions;
+  std::vector<detail::Recording> recordings;
+  std::vector<std::unique_ptr<Telling>> telling;
+  std::vector<SimulatedHand> hands;
+  LoopOptions loop{.rate_hz = options.front().rate_hz, .duration_s = 0.0};
+  for (std::size_t h = 0; h < options.size(); ++h) {
+    const DeviceLimits limits = prepared[h].hand->limits();
+    sessions.push_back(std::make_unique<Session>(prepared[h].loaded.scene, limits.encoder_step_m));
+    recordings.emplace_back(options[h], detail::header_of(options[h], prepared[h], limits), prepared[h].loaded);
+    telling.push_back(std::make_unique<Telling>(options[h], prepared[h]));
+    hands.push_back({sessions[h].get(), prepared[h].hand.get(), recordings[h].recorder()});
+    loop.duration_s = std::max(loop.duration_s, loop_duration_s(prepared[h], loop.rate_hz));
+  }
   const auto begin = std::chrono::steady_clock::now();
   run_simulated(
-      session, *prepared.hand, loop, recording.recorder(),
-      [&](const TickFrame& frame, const Session& felt) { telling.add(frame, felt); }, stop);
+      hands, loop, [&](std::size_t h, const TickFrame& frame, const Session& felt) { telling[h]->add(frame, felt); }, stop);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  recording.finish_ticks();
-  RunResult result;
-  result.summary = telling.finish(wall.count(), recording.writer());
-  recording.finish();
-  return result;
+  std::vector<RunResult> results(options.size());
+  for (std::size_t h = 0; h < options.size(); ++h) {
+    recordings[h].finish_ticks();
+    results[h].summary = telling[h]->finish(wall.count(), recordings[h].writer());
+    recordings[h].finish();
+  }
+  return results;
+}
+
+std::vector<RunResult> run_all(std::span<const RunOptions> options, std::span<PreparedRun> prepared,
+                               const std::atomic<bool>* stop) {
+  std::vector<RunResult> results =
+      options.front().live ? run_live(options, prepared, stop) : run_on_simulated_clock(options, prepared, stop);
+  for (std::size_t h = 0; h < results.size(); ++h) {
+    std::vector<std::string>& warnings = results[h].warnings;
+    warnings.insert(warnings.begin(), prepared[h].loaded.warnings.begin(), prepared[h].loaded.warnings.end());
+    results[h].interrupted = stop && stop->load();
+  }
+  return results;
 }
 
 }  // namespace
@@ -144,11 +180,16 @@ RunResult run_on_simulated_clock(const RunOptions& options, PreparedRun& prepare
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop) { return run(prepare(options), options, stop); }
 
 RunResult run(PreparedRun prepared, const RunOptions& options, const std::atomic<bool>* stop) {
-  RunResult result = options.live ? run_live(options, prepared, stop) : run_on_simulated_clock(options, prepared, stop);
-  std::vector<std::string>& warnings = result.warnings;
-  warnings.insert(warnings.begin(), prepared.loaded.warnings.begin(), prepared.loaded.warnings.end());
-  result.interrupted = stop && stop->load();
-  return result;
+  return std::move(run_all({&options, 1}, {&prepared, 1}, stop).front());
+}
+
+std::vector<RunResult> run_hands(PreparedHands prepared, const std::atomic<bool>* stop) {
+  const fs::path folder = prepared.options.front().out.parent_path();
+  std::error_code error;
+  if (!folder.empty() && !fs::create_directory(folder, error)) {
+    throw LoadError(folder.string() + ": the folder of the traces cannot be made; choose another, new one");
+  }
+  return run_all(prepared.options, prepared.runs, stop);
 }
 
 }  // namespace palpa

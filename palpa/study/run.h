@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,8 +28,9 @@ struct LiveRunOptions {
   std::uint32_t dead_man_buttons = 0;  ///< a force requires one of these; 0: none
   bool goes_on_at_border = false;
   std::filesystem::path devices_toml;  ///< the user's notes on devices; empty: `device_notes_file()`
-  /// Called some fifty times a second on the caller's thread, for display and control; false ends the run. May be empty.
-  std::function<bool(LiveLoop&, LiveScene&)> watch;
+  /// Called some fifty times a second on the caller's thread, for display and control, with the scene of each hand; false ends
+  /// the run. May be empty.
+  std::function<bool(LiveLoop&, std::span<LiveScene* const>)> watch;
 };
 
 /// Placement of a recorded hand in the workspace.
@@ -108,6 +110,21 @@ struct RunResult {
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop = nullptr);
 /// Runs a run prepared with these options.
 RunResult run(PreparedRun prepared, const RunOptions& options, const std::atomic<bool>* stop = nullptr);
+
+/// Run of several hands on one clock, ready to start; in the order of the scene.
+struct PreparedHands {
+  std::vector<std::string> names;
+  std::vector<RunOptions> options;  ///< of each hand, with its trace in a folder of its name
+  std::vector<PreparedRun> runs;    ///< each in the scene of its hand
+};
+/// Loads the scene once, and prepares each of its hands. The hands that `options` name are ignored.
+/// \param hands    as `RunOptions::hand`, one for each hand of the scene in its order, or `NAME=…` in any
+/// \param devices  likewise as `RunOptions::device`: of the hands named by `hands`, or a person's
+/// Throws LoadError, also if a hand of the scene has none or if there are more.
+PreparedHands prepare_hands(const RunOptions& options, const std::vector<std::string>& hands,
+                            const std::vector<std::string>& devices);
+/// Runs all hands in one loop, until the last of them ends; a result for each. Otherwise as `run`.
+std::vector<RunResult> run_hands(PreparedHands prepared, const std::atomic<bool>* stop = nullptr);
 
 struct ReplayResult {
   TraceDifference difference;

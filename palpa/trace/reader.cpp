@@ -98,4 +98,20 @@ std::vector<TraceTick> TraceReader::ticks() const {
   return ticks;
 }
 
+std::vector<std::filesystem::path> traces_in(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  const auto is_trace = [](const fs::path& of) {
+    std::error_code unknown;
+    return fs::exists(of / "trace.toml", unknown);
+  };
+  if (is_trace(folder)) return {folder};
+  std::vector<fs::path> traces;
+  std::error_code unreadable;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, unreadable))
+    if (is_trace(entry.path())) traces.push_back(entry.path());
+  if (traces.empty()) return {folder};
+  std::ranges::sort(traces);
+  return traces;
+}
+
 }  // namespace palpa

@@ -191,6 +191,9 @@ class TraceReader {
   std::string scene_text_;
 };
 
+/// Traces in a folder: of a run of several hands those of the hands, by name; else the folder itself, a trace or not.
+std::vector<std::filesystem::path> traces_in(const std::filesystem::path& folder);
+
 /// First difference of two traces, over scene.toml and every CSV but timing.csv.
 struct TraceDifference {
   bool same = true;
