@@ -14,6 +14,9 @@ constexpr double largest_radius_m = 0.5;
 
 constexpr double shortest_span_m = 1e-5;  // [m] nearer feet count as one
 
+// [m] The balance has no smaller turning radius. More: small tools turn too stiffly; less: rounding of turns is felt.
+constexpr double shortest_radius_m = 1e-6;
+
 // [1] Share of the largest lever below which ρ never falls. Less: feet yield by turning far more than by moving.
 constexpr double least_radius_share = 0.1;
 
@@ -54,7 +57,7 @@ double default_radius_m(const std::vector<Vec3>& levers_m, double reach_m, const
   double mean_m2 = 0.0;
   for (const Vec3& lever_m : levers_m) mean_m2 += norm_squared(lever_m) / static_cast<double>(levers_m.size());
   const double steady_m2 = 2.0 * coupling.max_force_n * reach_m / coupling.stiffness_n_per_m;
-  return std::max({std::sqrt(std::max(mean_m2, steady_m2)), least_radius_share * reach_m, 1e-6});
+  return std::max({std::sqrt(std::max(mean_m2, steady_m2)), least_radius_share * reach_m});
 }
 
 }  // namespace
@@ -104,7 +107,9 @@ Tool::Tool(const ToolOptions& options, const CouplingOptions& coupling) {
   }
   share_ = options.share;
   is_point_ = feet() == 1 && reach_m_ == 0.0;
-  if (!is_point_) turning_radius_m_ = options.turning_radius_m.value_or(default_radius_m(levers_m_, reach_m_, coupling));
+  if (is_point_) return;
+  turning_radius_m_ = options.turning_radius_m.value_or(default_radius_m(levers_m_, reach_m_, coupling));
+  turning_radius_m_ = std::max(shortest_radius_m, turning_radius_m_);
 }
 
 }  // namespace palpa

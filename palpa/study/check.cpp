@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/base/printed.h"
+#include "palpa/loop/loop.h"
 #include "palpa/study/check_judge.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/released_device.h"
@@ -46,15 +48,27 @@ void own_up(const CouplingOptions& asked, const CouplingOptions& felt, CheckRepo
   own_up_to("max_force_n", asked.max_force_n, felt.max_force_n);
 }
 
+/// Likewise the device's limit of the stiffness of turning, which is no key of the coupling.
+void own_up_to_turning(const Scene& asked, const Scene& felt, CheckReport& report) {
+  const double wanted_m = Tool(asked.tool(), asked.coupling()).turning_radius_m();
+  if (report.turning_radius_m == 0.0 || wanted_m == report.turning_radius_m) return;
+  const auto kappa = [](const Scene& scene, double radius_m) {
+    return scene.coupling().stiffness_n_per_m * radius_m * radius_m;
+  };
+  report.advice.push_back(
+      detail::text("Turning has %.3g N·m/rad on this device instead of %.3g: tool.turning_radius_m = %.3g, "
+                   "the value that was checked.",
+                   kappa(felt, report.turning_radius_m), kappa(asked, wanted_m), report.turning_radius_m));
+}
+
 }  // namespace
 
 Scene within(Scene scene, const DevicePlant& plant) {
   scene.edit<CouplingOptions>([&](CouplingOptions& coupling) {
     coupling.max_force_n = std::min(coupling.max_force_n, plant.limits.max_force_n);
-    coupling.stiffness_n_per_m = std::min(coupling.stiffness_n_per_m, plant.limits.max_stiffness_n_per_m);
-    coupling.damping_ns_per_m = std::min(coupling.damping_ns_per_m, plant.limits.max_damping_ns_per_m);
+    if (plant.limits.max_torque_nm > 0.0) coupling.max_torque_nm = std::min(coupling.max_torque_nm, plant.limits.max_torque_nm);
   });
-  return scene;
+  return clamped_to(std::move(scene), plant.limits);
 }
 
 DevicePlant checked_plant(DevicePlant plant) {
@@ -136,12 +150,17 @@ CheckReport detail::judged(const Scene& scene, const DevicePlant& plant, std::ve
         made.figures = try_at(scene, plant, report.places[made.place], made.trial);
       },
       progress);
+  if (const Tool tool(scene.tool(), scene.coupling()); !tool.is_point()) {
+    report.turning_radius_m = tool.turning_radius_m();
+    report.reach_m = tool.reach_m();
+  }
   for (const SceneMode& mode : scene.modes()) report.modes.push_back(mode.name);
   report.injected_j.resize(report.modes.size());
   report.dissipated_j.resize(report.modes.size());
   for (const TrialMade& made : all) {
     if (made.trial.friction < 1.0) continue;
     report.most_force_n = std::max(report.most_force_n, made.figures.most_n);
+    report.most_torque_nm = std::max(report.most_torque_nm, made.figures.most_nm);
     for (std::size_t m = 0; m < report.modes.size(); ++m) {
       report.injected_j[m] = std::max(report.injected_j[m], made.figures.injected_j[m]);
       report.dissipated_j[m] = std::max(report.dissipated_j[m], made.figures.dissipated_j[m]);
@@ -165,6 +184,7 @@ CheckReport check(const Scene& asked, const DevicePlant& asked_plant, const Chec
   if (options.advise) {
     detail::advise(scene, report, part(0.5, 0.9));
     own_up(asked.coupling(), scene.coupling(), report);
+    own_up_to_turning(asked, scene, report);
   }
   if (options.map) detail::draw_map(scene, report, part(0.9, 1.0));
   return report;

@@ -77,6 +77,10 @@ struct CheckReport {
   StableStiffness stable;                 ///< at the scene's D
   double largest_damping_ns_per_m = 0.0;  ///< largest stable D at the scene's k, of the device alone on a wall; 0: none
   double most_force_n = 0.0;
+  // Of a tool, else 0:
+  double turning_radius_m = 0.0;                 ///< as felt on the device
+  double reach_m = 0.0;                          ///< largest lever of a foot
+  double most_torque_nm = 0.0;                   ///< asked for, before the limit
   std::vector<std::string> modes;                ///< names
   std::vector<double> injected_j, dissipated_j;  ///< by mode, the largest of a trial
   std::vector<Change>
@@ -94,7 +98,7 @@ struct CheckOptions {
   std::function<void(double)> progress;  ///< called with the share done, from this thread; may be empty
 };
 
-/// The scene clamped to the device's limits of force and stiffness, as in a live run.
+/// The scene clamped to the device's limits of force, stiffness and damping, of a tool also of turning, as in a live run.
 Scene within(Scene scene, const DevicePlant& plant);
 /// Plant for the check: with a delay of at least one tick, because a force never acts in the tick of its computation. \param
 /// plant  Throws LoadError on one without mass.

@@ -132,6 +132,20 @@ void follow(const Scene& scene, CheckReport& report, const std::function<void(do
   }
 }
 
+/// Advice about the tool, whose turning radius is no key of the coupling.
+void advise_turning(const Scene& scene, CheckReport& report) {
+  const CouplingOptions& coupling = scene.coupling();
+  if (const CheckFinding* const tips = finding(report, "tips"); tips && tips->grade != Grade::fine)
+    report.advice.push_back(
+        text("Against tipping over: tool.turning_radius_m of %.3g m or more, or coupling.max_force_n of at "
+             "most %.3g N.",
+             std::sqrt(tips->threshold / coupling.stiffness_n_per_m), coupling.max_force_n * tips->measured / tips->threshold));
+  if (grade_of(report, "torque") != Grade::fine)
+    report.advice.push_back(
+        text("The tool asks for up to %.2g N·m, more than the limit of %g N·m: lower the strengths, or tool.turning_radius_m.",
+             report.most_torque_nm, coupling.max_torque_nm));
+}
+
 }  // namespace
 
 bool detail::is_better(const CheckReport& report, const CheckReport& than) noexcept {
@@ -175,6 +189,7 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
         text("The named modes push with more than the limit of %g N together: lower their strengths until the sum is below it; "
              "a level that must not be pressed through needs a strength above it.",
              scene.coupling().max_force_n));
+  advise_turning(scene, report);
   follow(scene, report, progress);
 }
 

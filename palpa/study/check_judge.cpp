@@ -143,6 +143,44 @@ class Judge {
                       : text("the force is below its limit, %g N, except on stronger levels", scene_.coupling().max_force_n)},
         worst);
   }
+  void torque() {
+    constexpr double seldom = 0.01;
+    const TrialMade* worst = worst_of(all_, everything, [](const TrialFigures& f) { return f.over_torque; });
+    if (!worst || report_.turning_radius_m == 0.0) return;
+    const double limit_nm = scene_.coupling().max_torque_nm, measured = worst->figures.over_torque;
+    const bool drives = report_.plant.limits.max_torque_nm > 0.0;
+    add({.key = "torque",
+         .grade = drives && measured > seldom ? Grade::warn : Grade::fine,
+         .measured = measured,
+         .threshold = drives ? seldom : INFINITY,
+         .unit = "1",
+         .words = !drives
+                      ? text("the device drives no torque: up to %.2g N·m of the tool are not felt, and turning it brings in "
+                             "their work",
+                             report_.most_torque_nm)
+                  : measured > seldom
+                      ? text("the torque is at its limit, %g N·m, in %.0f %% of the ticks", limit_nm, 100.0 * measured)
+                      : text("the torque is below its limit, %g N·m", limit_nm)},
+        worst);
+  }
+  /// A tool pressed along a lever b by a force F tips over from Fb > κ on; half of that leaves its moves a steady end.
+  void tips() {
+    if (report_.turning_radius_m == 0.0) return;
+    const CouplingOptions& coupling = scene_.coupling();
+    const double kappa = coupling.stiffness_n_per_m * report_.turning_radius_m * report_.turning_radius_m;
+    const double least = 2.0 * coupling.max_force_n * report_.reach_m;
+    const bool stands = kappa >= least * (1.0 - 1e-9);
+    add({.key = "tips",
+         .grade = stands ? Grade::fine : Grade::warn,
+         .measured = kappa,
+         .threshold = least,
+         .unit = "N*m/rad",
+         .words = text(stands ? "turning has %.3g N·m/rad, enough for a tool pressed along its lever (%.3g)"
+                              : "a tool pressed along its lever tips over: turning has %.3g N·m/rad, less than twice the force "
+                                "limit times the longest lever, %.3g",
+                       kappa, least)},
+        nullptr);
+  }
   void budget() {
     constexpr double seldom = 1e-3;  // a proxy that lags for a tick pulls a tick later
     const TrialMade* worst = worst_of(all_, everything, [](const TrialFigures& f) { return f.over_budget; });
@@ -241,6 +279,8 @@ void detail::judge(const Scene& scene, const std::vector<TrialMade>& all, CheckR
     judge.noise();
     judge.ripple();
     judge.saturation();
+    judge.torque();
+    judge.tips();
     judge.budget();
     judge.unborne();
     judge.energy();

@@ -37,26 +37,50 @@ std::unique_ptr<ReleasedDevice> release(const DevicePlant& plant, const CheckPla
   return released_device(with_finger, place.front_m - falls_m * place.inwards, most_n * place.inwards);
 }
 
+// [rad] Tilt of a tool in a hand. More: feet enter far beyond the depth of the place; less: as if it were upright.
+constexpr double tilts_rad = 0.1;
+
+/// Target that tilts the handle to and fro, up to a time, and then holds it.
+class Tilting final : public Target {
+ public:
+  Tilting(std::shared_ptr<const Target> target, double until_s) : target_(std::move(target)), until_s_(until_s) {}
+  Point at(double time_s) const noexcept override {
+    constexpr double rad_per_s = 3.0;
+    Point point = target_->at(time_s);
+    const double turned = rad_per_s * std::min(time_s, until_s_);
+    point.turn = turn_by(tilts_rad * Vec3{std::sin(turned), 0.0, 0.5 * std::sin(2.0 * turned)});
+    return point;
+  }
+  double duration_s() const noexcept override { return target_->duration_s(); }
+
+ private:
+  std::shared_ptr<const Target> target_;
+  double until_s_;
+};
+
 /// Device of a trial with its lead, and the interval of rest or even motion.
 struct Set {
   std::unique_ptr<SimulatedDevice> device;
   double from_s = 0.0, to_s = 0.0;
 };
-Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial) {
+Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial, bool turns) {
+  const auto in_hand = [&](std::shared_ptr<const Target> target, double until_s) {
+    if (turns) target = std::make_shared<Tilting>(std::move(target), until_s);
+    return hand_device(std::move(target), trial.hold, plant);
+  };
   const double depth_m = place.met.depth_m + place.deeper_n / arm_of(trial.hold).stiffness_n_per_m;
   switch (trial.act) {
     case Act::released:
     case Act::lean: return {release(plant, place, trial.act), landed_s, landed_s + watched_s};
     case Act::hold:
-      return {hand_device(hold_at(place.met, 0.0, depth_m, {}, even_s + watched_s), trial.hold, plant), even_s,
-              even_s + watched_s};
+      return {in_hand(hold_at(place.met, 0.0, depth_m, {}, even_s + watched_s), 0.5 * even_s), even_s, even_s + watched_s};
     case Act::stroke: {
       const HandSlide slide = slide_over(place.met, 0.125, 0.0, depth_m);
-      return {hand_device(slide.target, trial.hold, plant), slide.from_s, slide.to_s};
+      return {in_hand(slide.target, slide.to_s), slide.from_s, slide.to_s};
     }
     case Act::press: {
       const SimulatedMotion motion{.kind = SimulatedMotion::Kind::press, .depth_m = depth_m};
-      return {hand_device(simulated_target(motion, place.met), trial.hold, plant), 0.0, pressed_s};
+      return {in_hand(simulated_target(motion, place.met), pressed_s), 0.0, pressed_s};
     }
   }
   return {};
@@ -117,6 +141,26 @@ void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figu
   }
 }
 
+void find_torque(const FeltRun& run, double limit_nm, TrialFigures& figures) {
+  std::size_t over = 0;
+  for (const FeltTick& tick : run.ticks) {
+    const double torque_nm = norm(tick.torque_nm);
+    figures.most_nm = std::max(figures.most_nm, torque_nm);
+    over += torque_nm > limit_nm;
+  }
+  figures.over_torque = static_cast<double>(over) / static_cast<double>(std::max<std::size_t>(1, run.ticks.size()));
+}
+
+/// Root mean square [N] of the torque, as a force at the turning radius [m], between 5 and 500 Hz; 0 without a torque.
+double turning_at_rest_n(const FeltRun& run, double from_s, double to_s, double radius_m) {
+  std::vector<Vec3> forces_n;
+  for (const FeltTick& tick : run.ticks) {
+    if (tick.t_s >= from_s && tick.t_s < to_s) forces_n.push_back(tick.torque_nm / radius_m);
+  }
+  const bool any = std::ranges::any_of(forces_n, [](const Vec3& force_n) { return force_n != Vec3{}; });
+  return any ? spectrum_of(forces_n, rate_hz).band_rms(5.0, tactile_high_hz) : 0.0;
+}
+
 /// A hand on a level stronger than the limit is at the limit by design; other force beyond the limit is lost.
 void find_overfull(const Scene& scene, const FeltRun& run, TrialFigures& figures) {
   const std::vector<UnyieldingLevel> levels = unyielding_levels(scene, scene.coupling().max_force_n);
@@ -157,7 +201,8 @@ std::string format_trial(const Trial& trial) {
 TrialFigures try_at(const Scene& scene, const DevicePlant& presumed, const CheckPlace& place, const Trial& trial) {
   DevicePlant plant = presumed;
   plant.coulomb_friction_n *= trial.friction;
-  Set set = set_up(plant, place, trial);
+  const Tool tool(scene.tool(), scene.coupling());
+  Set set = set_up(plant, place, trial, !tool.is_point());
   SummaryBuilder builder(scene);
   FeltRun run = feel(scene, *set.device, set.to_s, &builder);
   const Summary summary = builder.finish(1.0);
@@ -175,10 +220,13 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& presumed, const Check
     figures.thrown_off = is_thrown_off(scene, plant, place, trial, set.to_s);
   find_jumps(run, EdgesOfData(scene), figures);
   find_overfull(scene, run, figures);
+  find_torque(run, scene.coupling().max_torque_nm, figures);
   const bool rests = is_without_hand(trial.act) || trial.act == Act::hold;
   if (rests) {
     const Spectrum spectrum = spectrum_of(signals_of(run, set.from_s, set.to_s).command_n, rate_hz);
     figures.rest_n = figures.thrown_off ? unrest_n(run) : spectrum.band_rms(5.0, tactile_high_hz);
+    if (plant.limits.max_torque_nm > 0.0 && !figures.thrown_off)
+      figures.rest_n = std::hypot(figures.rest_n, turning_at_rest_n(run, set.from_s, set.to_s, tool.turning_radius_m()));
     figures.hum_m_per_s2 = figures.rest_n / plant.mass_kg;
   } else if (trial.act == Act::stroke) {
     const FeltSignals signals = quiet_signals_of(run, set.from_s, set.to_s);

@@ -35,11 +35,15 @@ std::string format_trial(const Trial& trial);
 
 /// Results of a trial.
 struct TrialFigures {
-  double rest_n = 0.0;        ///< root mean square of the force between 5 and 500 Hz, at rest; 0 without rest
+  /// Root mean square of the force between 5 and 500 Hz, at rest; 0 without rest. Where the device drives a torque, with the
+  /// torque as a force at the tool's turning radius.
+  double rest_n = 0.0;
   bool thrown_off = false;    ///< a device without a hand was driven off its place; `rest_n` is then of its whole stay
   double hum_m_per_s2 = 0.0;  ///< [m/s²] acceleration of the mass of the device by it: felt by skin
   double rough_n = 0.0;       ///< root mean square from 100 to 500 Hz, in motion in contact, away from events
   double most_n = 0.0;        ///< largest force on the hand
+  double most_nm = 0.0;       ///< largest torque of the coupling of a tool, before the limit
+  double over_torque = 0.0;   ///< [1] share of ticks with a torque beyond the scene's limit
   double jump_n = 0.0;        ///< largest step of the force in a tick beyond the coupling's, of any cause
   double jump_s = 0.0;        ///< [s] time of that step
   StepCause jump_cause = StepCause::unknown;
@@ -56,8 +60,8 @@ struct TrialFigures {
   double sampling_gained_j = 0.0;    ///< injected by holding each force for a tick
 };
 
-/// Runs the trial on a simulated clock of 1 kHz. Allocates; any thread. Throws SceneError.
-/// \param plant  with a mass above 0
+/// Runs the trial on a simulated clock of 1 kHz. A hand tilts a tool by up to 0.1 rad; without a hand it stays upright.
+/// Allocates; any thread. Throws SceneError. \param plant  with a mass above 0
 TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPlace& place, const Trial& trial);
 
 }  // namespace palpa

@@ -24,6 +24,10 @@ Json json_of(const StableStiffness& stable) {
           {"stable_bound_n_per_m", number(stable.bounds.stable_n_per_m)}};
 }
 
+double turn_stiffness_of(const CheckReport& report) {
+  return report.coupling.stiffness_n_per_m * report.turning_radius_m * report.turning_radius_m;
+}
+
 }  // namespace
 
 std::string to_table(const CheckReport& report) {
@@ -31,6 +35,9 @@ std::string to_table(const CheckReport& report) {
   out += text("  coupling   k = %g N/m, D = %g N·s/m, at most %g N; the largest force was %.2f N\n",
               report.coupling.stiffness_n_per_m, report.coupling.damping_ns_per_m, report.coupling.max_force_n,
               report.most_force_n);
+  if (report.turning_radius_m > 0.0)
+    out += text("  turning    %.3g N·m/rad (turning radius %.3g m), at most %g N·m; the largest torque was %.3g N·m\n",
+                turn_stiffness_of(report), report.turning_radius_m, report.coupling.max_torque_nm, report.most_torque_nm);
   const StableStiffness& stable = report.stable;
   out += text("  stable k   %.0f N/m without device friction at this D, %.0f N/m with it (closed loops on a wall)\n",
               stable.alone_n_per_m, stable.friction_n_per_m);
@@ -81,23 +88,29 @@ std::string to_json(const CheckReport& report) {
   for (std::size_t m = 0; m < report.modes.size(); ++m)
     modes.push_back(
         {{"name", report.modes[m]}, {"injected_j", report.injected_j[m]}, {"dissipated_j", report.dissipated_j[m]}});
-  const Json json{{"verdict", name_of(report.grade)},
-                  {"reason", report.verdict},
-                  {"device", report.plant.name},
-                  {"delay_ticks", report.plant.delay_ticks},
-                  {"stiffness_n_per_m", report.coupling.stiffness_n_per_m},
-                  {"damping_ns_per_m", report.coupling.damping_ns_per_m},
-                  {"max_force_n", report.coupling.max_force_n},
-                  {"force_max_n", report.most_force_n},
-                  {"stable", json_of(report.stable)},
-                  {"largest_stable_damping_ns_per_m", report.largest_damping_ns_per_m},
-                  {"places", places},
-                  {"findings", findings},
-                  {"modes", modes},
-                  {"changes", changes},
-                  {"verdict_after_changes", name_of(report.grade_after)},
-                  {"reason_after_changes", report.verdict_after.empty() ? report.verdict : report.verdict_after},
-                  {"advice", report.advice}};
+  Json json{{"verdict", name_of(report.grade)},
+            {"reason", report.verdict},
+            {"device", report.plant.name},
+            {"delay_ticks", report.plant.delay_ticks},
+            {"stiffness_n_per_m", report.coupling.stiffness_n_per_m},
+            {"damping_ns_per_m", report.coupling.damping_ns_per_m},
+            {"max_force_n", report.coupling.max_force_n},
+            {"force_max_n", report.most_force_n},
+            {"stable", json_of(report.stable)},
+            {"largest_stable_damping_ns_per_m", report.largest_damping_ns_per_m},
+            {"places", places},
+            {"findings", findings},
+            {"modes", modes},
+            {"changes", changes},
+            {"verdict_after_changes", name_of(report.grade_after)},
+            {"reason_after_changes", report.verdict_after.empty() ? report.verdict : report.verdict_after},
+            {"advice", report.advice}};
+  if (report.turning_radius_m > 0.0) {
+    json["turn_stiffness_nm_per_rad"] = turn_stiffness_of(report);
+    json["turning_radius_m"] = report.turning_radius_m;
+    json["max_torque_nm"] = report.coupling.max_torque_nm;
+    json["torque_max_nm"] = report.most_torque_nm;
+  }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -49,10 +49,11 @@ struct Way {
   double deepened_m(double arm_stiffness_n_per_m) const { return 0.5 * bears_m + half_force_n / arm_stiffness_n_per_m; }
 };
 
-/// Samples paths, each with a fresh session: no level is broken, no state of other paths. One thread each.
+/// Samples paths, each with a fresh session: no level is broken, no state of other paths. A tool is upright. One thread each.
 class Feeler {
  public:
-  explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene), session_(scene) {}
+  explicit Feeler(const Scene& scene)
+      : scene_(scene), fresh_(scene), session_(scene), reach_m_(Tool(scene.tool(), scene.coupling()).reach_m()) {}
 
   /// \param until  stop at the end of the first contact, of the first level, or of the path
   /// \param at     called with the path length [m] so far, the force [N] and the session, at each step in contact
@@ -63,6 +64,9 @@ class Feeler {
     Way way;
     forces_n_.clear();
     bool over = false;
+    // A tool begins earlier by its reach, so that none of its feet begins in the data.
+    for (int n = static_cast<int>(std::ceil(reach_m_ / way_step_m)); n > 0; --n)
+      session_.tick({.position_m = from_m - n * way_step_m * direction}, way_step_s);
     const int steps = static_cast<int>(std::ceil(length_m / way_step_m));
     const auto enough = [&] { return over && (until == Until::contact || (until == Until::level && way.at_level)); };
     for (int n = 0; n <= steps && !enough(); ++n) {
@@ -100,6 +104,7 @@ class Feeler {
   const Scene& scene_;
   const Session fresh_;
   Session session_;
+  double reach_m_;  // of the tool
   std::vector<double> forces_n_;
 };
 

@@ -65,6 +65,7 @@ FeltTick felt_tick(const TickFrame& frame) noexcept {
           .proxy_m = result.proxy_m,
           .command_n = frame.command.force_n,
           .force_n = result.force_n,
+          .torque_nm = result.torque_nm,
           .usable = result.probe_valid && is_finite(result.probe_m) && result.status != TickStatus::bad_input,
           .limited = frame.command.guard == GuardState::limited};
 }

@@ -19,6 +19,7 @@ struct FeltTick {
   Vec3 proxy_m;
   Vec3 command_n;              ///< force at the hand: after the guard
   Vec3 force_n;                ///< force of the coupling: before the guard, and before the break-through filter
+  Vec3 torque_nm;              ///< likewise torque, of a tool
   bool usable = false;         ///< the device had a valid position
   bool limited = false;        ///< the guard limited the force
   bool onset = false;          ///< contact with a level began

@@ -38,6 +38,7 @@ class MapFeeler {
  public:
   MapFeeler(const Scene& scene, const MapLattice& lattice)
       : lattice_(lattice),
+        tool_(scene.tool(), scene.coupling()),
         max_force_n_(scene.coupling().max_force_n),
         stiffness_n_per_m_(scene.coupling().stiffness_n_per_m),
         fresh_(scene),
@@ -45,7 +46,7 @@ class MapFeeler {
         held_(scene) {
     fresh_.set_force_limit(max_force_n_);
     const double last_z_m = lattice.place_m(0, 0, lattice.points[2] - 1).z;
-    begin_z_m_ = std::max(last_z_m, detail::half_m) + detail::before_m;
+    begin_z_m_ = std::max(last_z_m, detail::half_m) + detail::before_m + tool_.reach_m();
   }
 
   void feel(int i, int j, std::vector<MapPoint>& points) {
@@ -86,8 +87,8 @@ class MapFeeler {
     for (int n = 0; n < most_held_ticks && !point.settled; ++n) {
       ++ticks_;
       const Tick next = held_.tick({.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}}, held_tick_s);
-      point.settled =
-          next.status != TickStatus::waiting && stiffness_n_per_m_ * distance(next.proxy_m, tick.proxy_m) <= settled_n;
+      point.settled = next.status != TickStatus::waiting &&
+                      stiffness_n_per_m_ * length(tool_.motion(pose_of(tick), pose_of(next))) <= settled_n;
       tick = next;
     }
     point.steady_n = limited(tick.force_n);
@@ -95,12 +96,15 @@ class MapFeeler {
     return point;
   }
 
+  static Pose pose_of(const Tick& tick) { return {tick.proxy_m, tick.proxy_turn}; }
+
   Vec3 limited(const Vec3& force_n) const {
     const double asked_n = norm(force_n);
     return asked_n > max_force_n_ ? max_force_n_ / asked_n * force_n : force_n;
   }
 
   MapLattice lattice_;
+  Tool tool_;
   double max_force_n_;
   double stiffness_n_per_m_;
   double begin_z_m_ = 0.0;

@@ -80,9 +80,9 @@ struct MapWork {
 };
 
 /// Computes the unfinished paths of a map. Each begins with a fresh session (no level broken, no state of other paths), 20 mm
-/// outside of the hand's reach, and goes straight to its last point at 0.1 m/s, in steps of at most 1 mm. Data that move stay
-/// at their first moment. Independent, to the bit, of the number of threads and of interruptions.
-/// Not in a tick: makes sessions, threads and memory. Throws SceneError on a scene that cannot be felt.
+/// outside of the hand's reach, of a tool further by its own, upright, and goes straight to its last point at 0.1 m/s, in steps
+/// of at most 1 mm. Data that move stay at their first moment. Independent, to the bit, of the number of threads and of
+/// interruptions. Not in a tick: makes sessions, threads and memory. Throws SceneError on a scene that cannot be felt.
 MapWork feel_map(const Scene& scene, ForceMap& map, const MapOptions& options = {});
 
 }  // namespace palpa

@@ -304,8 +304,9 @@ Tried felt(Choices& choices, const fs::path& folder, bool with_tool) {
   }
   // A scene costs as much as ten thousand ticks, and most failures are early.
   const auto ticks = static_cast<std::uint64_t>(choices.log_between(1e3, 2e5));
+  const Tool tool(scene->tool(), scene->coupling());
+  const bool turns = !tool.is_point();  // a single foot may lie at the device's point
   AnyHand hand(choices, with_tool);
-  const double radius_m = Tool(scene->tool(), scene->coupling()).turning_radius_m();
   std::vector<Moment> moments;
   for (std::uint64_t n = 0; n < ticks; ++n) moments.push_back(hand.next());
 
@@ -329,9 +330,9 @@ Tried felt(Choices& choices, const fs::path& folder, bool with_tool) {
     work += frame.result.work;
     result.tries = static_cast<std::int64_t>(n) + 1;
     const char* broken = test::allocations != allocations ? "a tick allocates nothing"
-                                                          : broken_by_tick(moments[n], frame, first->max_force_n(), with_tool);
-    if (!broken && with_tool) broken = broken_by_turning(moments[n], frame, first->max_torque_nm());
-    const char* standing = earlier_law ? nullptr : broken_by_standing(before, frame.result, radius_m);
+                                                          : broken_by_tick(moments[n], frame, first->max_force_n(), turns);
+    if (!broken && turns) broken = broken_by_turning(moments[n], frame, first->max_torque_nm());
+    const char* standing = earlier_law ? nullptr : broken_by_standing(before, frame.result, tool.turning_radius_m());
     before = frame.result;
     if (broken) {
       result.broken = broken;

@@ -21,6 +21,8 @@
 namespace palpa {
 namespace check_test {
 
+using testing::HasSubstr;
+
 constexpr double tick_s = 1e-3;
 constexpr double strong_n = 5.0;
 const Vec3 at_world_m{0.006, 0.0, 0.0};  // on the plane, within the vortex, where the flow is along y
@@ -407,6 +409,36 @@ TEST(Check, IsOfWhatTheDeviceBears) {
   EXPECT_EQ(report.coupling.max_force_n, 3.3);
   ASSERT_FALSE(report.changes.empty());
   EXPECT_EQ(report.changes.front().from, 5000.0);
+}
+
+// A stick before a wall: it warns where a press tips it over, names the radius that helps, and then is content.
+TEST(Check, AToolThatTipsOverIsWarnedOfAndHelped) {
+  Scene scene({.stiffness_n_per_m = 400.0, .damping_ns_per_m = 0.5, .max_force_n = 3.0, .max_torque_nm = 0.3});
+  scene.add("wall", plane_field());
+  scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
+  scene.add("skin", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{2.0}}}});
+  ToolOptions stick{.shape = ToolOptions::Shape::points, .points_m = {{0, 0, -0.05}}, .turning_radius_m = 0.01};
+  scene.set(stick);
+  DevicePlant plant = device_plant("omega");
+  const auto finding_of = [](const CheckReport& report, std::string_view key) {
+    return *std::ranges::find(report.findings, key, &CheckFinding::key);
+  };
+  const CheckReport tips = check_quickly(scene, plant);
+  EXPECT_EQ(finding_of(tips, "tips").grade, Grade::warn);
+  EXPECT_NEAR(finding_of(tips, "tips").threshold, 2.0 * tips.coupling.max_force_n * 0.05, 1e-12);
+  EXPECT_THAT(finding_of(tips, "torque").words, HasSubstr("drives no torque"));
+  EXPECT_THAT(to_table(tips), HasSubstr("turning    0.04 N·m/rad"));
+  stick.turning_radius_m = std::sqrt(finding_of(tips, "tips").threshold / tips.coupling.stiffness_n_per_m);
+  scene.set(stick);
+  plant.limits.max_torque_nm = 0.4;
+  const CheckReport stands = check_quickly(scene, plant);
+  EXPECT_EQ(finding_of(stands, "tips").grade, Grade::fine);
+  EXPECT_EQ(finding_of(stands, "torque").grade, Grade::fine);
+  plant.limits.max_turn_stiffness_nm_per_rad = 0.1;
+  EXPECT_NEAR(check_quickly(scene, plant).turning_radius_m, std::sqrt(0.1 / 400.0), 1e-9);
+  scene.set(ToolOptions{});
+  EXPECT_TRUE(
+      std::ranges::none_of(check_quickly(scene, plant).findings, [](const CheckFinding& f) { return f.key == "tips"; }));
 }
 
 TEST(ChangeText, ChangesOneNumberAndNothingElse) {

@@ -35,6 +35,23 @@ ForceMap felt(const Scene& scene, const MapLattice& lattice, int threads = 2) {
   return map;
 }
 
+// A tool arrives upright, with all its feet outside: before a ball its foremost foot is the hand of a point's map.
+TEST(Map, ATipBeforeTheHandFeelsWhatAPointDoesThere) {
+  const double tip_m = 0.03;
+  Scene tool = ball(100.0);
+  tool.set(
+      ToolOptions{.shape = ToolOptions::Shape::points, .points_m = {{0, 0, -tip_m}, {0, 0, 0.02}}, .turning_radius_m = 1.0});
+  MapLattice at{.points = {1, 1, 9}, .low_m = {0.0, 0.0, 0.04}, .spacing_m = 1e-3};
+  const ForceMap point = felt(ball(100.0), at);
+  at.low_m.z += tip_m;
+  const ForceMap tip = felt(tool, at);
+  for (std::size_t n = 0; n < point.points.size(); ++n) {
+    EXPECT_LT(distance(tip.points[n].steady_n, point.points[n].steady_n), 1e-6) << n;
+    EXPECT_TRUE(tip.points[n].settled);
+  }
+  EXPECT_GT(norm(tip.points.front().steady_n), 1.0);
+}
+
 TEST(Map, ABallPushesAwayFromItsMiddleAsFarAsTheHandIsInIt) {
   const ForceMap map = felt(ball(100.0), map_slice(0, 0.0, 0.16, 65));
   ASSERT_TRUE(map.is_whole());
