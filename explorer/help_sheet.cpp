@@ -76,6 +76,7 @@ HelpSheet::HelpSheet(const QList<QAction*>& actions, QWidget* parent) : QDialog(
       {"left drag on the surface", "touch it: the hand goes where the cursor is"},
       {"left drag in a flow", "touch at the depth of the nearest line, or of the cross"},
       {"wheel while touching", "press into the surface, or less"},
+      {"Ctrl + drag, Ctrl + wheel", "turn the tool in the hand, also while touching"},
       {"left drag beside it, right drag", "turn the view"},
       {"middle drag, Shift + left drag", "move the view"},
       {"wheel", "nearer and farther"},

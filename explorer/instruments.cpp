@@ -179,7 +179,8 @@ void Instruments::draw_spectrum() {
   spectrum_->draw();
 }
 
-void Instruments::show_statistics(const LoopStatistics& statistics, const TickFrame& frame, const char* device_fault) {
+void Instruments::show_statistics(const LoopStatistics& statistics, const TickFrame& frame, bool has_tool,
+                                  const char* device_fault) {
   const double bound_m = shown_.empty() ? 0.0 : double(shown_.back().error_bound_m);
   times_->setText(tr("tick %1 µs (p99 %2), late p99 %3 µs\n%4 ticks, %5 missed; error at most %6 m")
                       .arg(statistics.tick.p50_us, 0, 'f', 0)
@@ -189,6 +190,7 @@ void Instruments::show_statistics(const LoopStatistics& statistics, const TickFr
                       .arg(statistics.missed)
                       .arg(bound_m, 0, 'g', 2));
   QString words = tr("Force: %1, %2 N").arg(words_of(frame.command.guard)).arg(norm(frame.command.force_n), 0, 'f', 2);
+  if (has_tool) words += tr(", torque %1 mN·m").arg(1e3 * norm(frame.command.torque_nm), 0, 'f', 0);
   if (device_fault)
     words += QString(" – ") + device_fault;
   else if (frame.command.cause == GuardCause::no_position)

@@ -25,7 +25,8 @@ class Instruments : public QWidget {
   const std::vector<std::string>& modes() const { return modes_; }
   /// Draws the pending samples of the loop.
   void update_from(SampleRing& ring);
-  void show_statistics(const LoopStatistics& statistics, const TickFrame& frame, const char* device_fault);
+  /// \param has_tool  says the torque, too
+  void show_statistics(const LoopStatistics& statistics, const TickFrame& frame, bool has_tool, const char* device_fault);
   /// One tick in a plot.
   struct Shown {
     double t_s = 0.0;

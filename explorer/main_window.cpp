@@ -195,8 +195,9 @@ void MainWindow::lead_hand_by_mouse() {
   connect(views_, &SceneViews::hold_began, this, &MainWindow::touch_began);
   connect(views_, &SceneViews::hold_moved, this, [this](const Vec3& at_m, const Vec3& away, double depth_m) {
     led_away_ = away;
-    if (mouse_leads_) touch_.lead_hand(at_m + depth_m * away);
+    if (mouse_leads_) touch_.lead_hand(at_m + depth_m * away - foremost_lever_m(away));
   });
+  connect(views_, &SceneViews::tool_turned, this, [this](const Vec3& rotation_rad) { touch_.turn_hand(rotation_rad); });
   connect(views_, &SceneViews::hold_ended, this, [this](const Vec3& away) {
     mouse_leads_ = false;
     if (norm(away) == 0.0) return;
@@ -216,12 +217,30 @@ void MainWindow::lead_hand_by_mouse() {
   });
 }
 
+Vec3 MainWindow::foremost_lever_m(const Vec3& away) {
+  constexpr double same_m = 1e-6;
+  const Tool tool(document_.scene().tool(), document_.scene().coupling());
+  if (tool.is_point() || norm(away) == 0.0) return {};
+  const Turn turn = touch_.moment().probe_turn;
+  double furthest_m = -tool.reach_m();
+  for (std::size_t foot = 0; foot < tool.feet(); ++foot) furthest_m = std::max(furthest_m, dot(tool.lever_m(turn, foot), away));
+  Vec3 sum_m;
+  double count = 0.0;
+  for (std::size_t foot = 0; foot < tool.feet(); ++foot) {
+    const Vec3 lever_m = tool.lever_m(turn, foot);
+    if (dot(lever_m, away) < furthest_m - same_m) continue;
+    sum_m += lever_m;
+    count += 1.0;
+  }
+  return sum_m / count;
+}
+
 void MainWindow::touch_began(const Vec3& at_m, const Vec3& away) {
   if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it and returns to your own hand."));
   mouse_leads_ = true;
   hint_followed_ = true;
   // Far away: jump without contacts on the way; near: slide.
-  const Vec3 front_m = at_m - in_front_m * away;
+  const Vec3 front_m = at_m - in_front_m * away - foremost_lever_m(away);
   if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
   put_at_m_ = front_m;
   put_from_tick_ = touch_.moment().tick + 2 * ticks_per_moment;
@@ -250,7 +269,9 @@ void MainWindow::opened(const Opened& opened) {
   player_dock_->hide();
   if (!opened.trace.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
   // Start in front of the data's middle.
-  touch_.put_hand({0.0, 0.0, 0.5 * views_->bounds_m().size_m().z + 0.01});
+  const double reach_m = Tool(scene.tool(), scene.coupling()).reach_m();
+  touch_.put_hand({0.0, 0.0, 0.5 * views_->bounds_m().size_m().z + 0.01 + reach_m});
+  touch_.set_upright();
   begin_touch();
 }
 
@@ -334,7 +355,7 @@ void MainWindow::tick() {
     LiveLoop& loop = *touch_.loop();
     const LiveView& seen = loop.latest();
     const LoopStatistics statistics = loop.statistics();
-    instruments_->show_statistics(statistics, seen.frame, seen.device_fault);
+    instruments_->show_statistics(statistics, seen.frame, moment.has_tool, seen.device_fault);
     if (touch_.is_recorded() && statistics.unrecorded > unrecorded_)
       say(tr("%1 ticks could not be recorded: the disk is full or too slow. What was written before stays in %2; press R to "
              "end the "

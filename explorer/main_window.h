@@ -94,6 +94,8 @@ class MainWindow : public QMainWindow {
   bool types_space() const;
   void make_docks();
   void lead_hand_by_mouse();
+  /// From the hand to the foot, or the middle of the feet, of its tool that meets a surface first. \param away  [1] the way
+  Vec3 foremost_lever_m(const Vec3& away);
   QAction* action(const QString& words, const QKeySequence& keys, const QString& tip, const std::function<void()>& what);
   void opened(const Opened& opened);
   void scene_changed();

@@ -5,6 +5,9 @@
 #include <QPolygonF>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "palpa/vtk/felt_tool.h"
 
 namespace palpa::explorer {
 namespace {
@@ -96,8 +99,8 @@ void primitive(QPainter& painter, const detail::View& view, const Moment& moment
     }
     case PrimitiveKind::directed:
       if (!idle)
-        arrow(painter, on_screen(view, moment.proxy_m), on_screen(view, moment.proxy_m + length_m * normalized(placed.force_n)),
-              color, 3.0);
+        arrow(painter, on_screen(view, moment.proxy_m + placed.lever_m),
+              on_screen(view, moment.proxy_m + placed.lever_m + length_m * normalized(placed.force_n)), color, 3.0);
       break;
   }
 }
@@ -154,6 +157,31 @@ void paint_moment(QPainter& painter, const detail::View& view, const Moment& mom
   ball(painter, proxy, 7.0, QColor(22, 22, 28), Qt::white);
 }
 
+void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, const Moment& moment) {
+  if (moment.tick < 0 || !moment.has_tool || tool.is_point()) return;
+  if (!is_unit(moment.probe_turn, 1e-3) || !is_unit(moment.proxy_turn, 1e-3)) return;
+  std::vector<std::size_t> order(tool.feet());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const Pose probe{moment.probe_m, moment.probe_turn}, proxy{moment.proxy_m, moment.proxy_turn};
+  // From back to front.
+  std::ranges::sort(order, {}, [&](std::size_t foot) { return dot(tool.foot_m(proxy, foot), view.towards); });
+  painter.setPen(QPen(QColor(255, 255, 255, 160), 0.8));
+  painter.setBrush(QColor(110, 110, 120, 90));
+  for (const std::size_t foot : order) painter.drawEllipse(on_screen(view, tool.foot_m(probe, foot)), 3.0, 3.0);
+  const float most_n = *std::ranges::max_element(moment.feet_n);
+  for (const std::size_t foot : order) {
+    const double red = redness(moment.feet_n[foot], most_n);
+    const detail::FeltColor color = detail::foot_color(red);
+    ball(painter, on_screen(view, tool.foot_m(proxy, foot)), 4.0 + 2.5 * red, QColor::fromRgbF(color[0], color[1], color[2]),
+         QColor(255, 255, 255, 200));
+  }
+}
+
+QString words_of_wrench(const Moment& moment) {
+  const QString force = QString("%1 N").arg(norm(moment.command_n), 0, 'f', 2);
+  return moment.has_tool ? force + QString::fromUtf8(", %1 mN·m").arg(1e3 * norm(moment.torque_nm), 0, 'f', 0) : force;
+}
+
 void paint_force(Texts& texts, const detail::View& view, const Moment& moment, const QColor& ink, const QColor& ground) {
   const double force_n = norm(moment.command_n);
   const QPointF proxy = on_screen(view, moment.proxy_m);
@@ -173,9 +201,13 @@ void paint_force(Texts& texts, const detail::View& view, const Moment& moment, c
   large.setPointSizeF(1.7 * large.pointSizeF());
   large.setBold(true);
   painter.setFont(large);
-  const QString words = QString("%1 N").arg(force_n, 0, 'f', 2);
+  const QString words = words_of_wrench(moment);
   const double width = painter.fontMetrics().horizontalAdvance(words) + 8.0, height = painter.fontMetrics().height() + 4.0;
-  const bool is_right = proxy.x() + force_px + width < view.width_px;
+  // Beside a tool, not on its feet in contact.
+  double feet_right_m = 0.0;
+  for (std::size_t i = 0; i < moment.count; ++i) feet_right_m += dot(moment.primitives[i].lever_m, view.right);
+  const bool has_room_left = proxy.x() - force_px - width > 0.0;
+  const bool is_right = proxy.x() + force_px + width < view.width_px && !(feet_right_m > 0.0 && has_room_left);
   const double y = std::clamp(proxy.y() - force_px, 0.5 * height, view.height_px - 0.5 * height);
   texts.paint_card({proxy.x() + (is_right ? force_px : -force_px), y}, words, is_right ? Qt::AlignLeft : Qt::AlignRight, ink,
                    ground, view.width_px);

@@ -58,8 +58,13 @@ void paint_streamlines(QPainter& painter, const detail::View& view, std::span<co
 /// Primitives (coloured by mode, sized by force), spring, probe (faded) and proxy.
 /// \param most_n  [N] force drawn at full size
 void paint_moment(QPainter& painter, const detail::View& view, const Moment& moment, double most_n);
-/// Force on the hand in newtons, large, beside the proxy: "0.17 N". Nothing below 5 mN, outside of the view, or while all
-/// surfaces that bear the hand are turned away.
+/// Feet of a tool: paler where the device holds it, and at the proxy, red by the force on each. Nothing for a moment without a
+/// tool, or of a point.
+void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, const Moment& moment);
+/// Force on the hand, and torque of a tool: "0.17 N", "0.17 N, 12 mN·m".
+QString words_of_wrench(const Moment& moment);
+/// Force on the hand in newtons, with the torque of a tool, large, beside the proxy: `words_of_wrench`. Nothing below 5 mN,
+/// outside of the view, or while all surfaces that bear the hand are turned away.
 void paint_force(Texts& texts, const detail::View& view, const Moment& moment, const QColor& ink, const QColor& ground);
 /// Scale bar at the lower left, mm of the data or a unit that fits. \param world_per_hand  [1] world metres per hand metre
 void paint_scale_bar(Texts& texts, const detail::View& view, double world_per_hand, const QColor& ink);

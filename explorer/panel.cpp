@@ -85,6 +85,20 @@ QString words_of_mask(const Mask& mask) {
   return FeelPanel::tr("Only where %1 …").arg(name);
 }
 
+/// The tool with the lengths that its shape has, of a usual size where there is none, and without the others.
+ToolOptions with_usual_size(ToolOptions tool) {
+  using Shape = ToolOptions::Shape;
+  constexpr double length_m = 0.08, radius_m = 0.01;
+  const bool is_round = tool.shape == Shape::pad || tool.shape == Shape::ball;
+  if (tool.shape != Shape::rod) tool.length_m = 0.0;
+  if (tool.shape == Shape::rod && tool.length_m == 0.0) tool.length_m = length_m;
+  if (is_round && tool.radius_m == 0.0) tool.radius_m = radius_m;
+  if (!is_round && tool.shape != Shape::rod) tool.radius_m = 0.0;
+  if (tool.shape == Shape::points && tool.points_m.empty()) tool.points_m = {Vec3{}};
+  if (tool.shape != Shape::points) tool.points_m.clear();
+  return tool;
+}
+
 }  // namespace
 
 std::vector<std::string> field_names(const Scene& scene) {
@@ -139,7 +153,8 @@ void Panel::remove_sections() {
   sections_.clear();
 }
 
-FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, parent), coupling_(new ParameterForm) {
+FeelPanel::FeelPanel(Document& document, QWidget* parent)
+    : Panel(document, parent), coupling_(new ParameterForm), tool_(new ParameterForm) {
   auto* firmness = new QHBoxLayout;
   struct Step {
     const char* name;
@@ -163,12 +178,24 @@ FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, pare
   connect(menu, &QMenu::aboutToShow, this, [this, menu] { list_modes(menu); });
   add->setMenu(menu);
   column_->addWidget(add);
-  auto* coupling = new QGroupBox(tr("Coupling and force limit"));
-  auto* inside = new QVBoxLayout(coupling);
-  inside->setContentsMargins(2, 2, 2, 2);
-  inside->addWidget(coupling_);
-  column_->addWidget(coupling);
+  const auto add_group = [this](const QString& title, ParameterForm* form) {
+    auto* group = new QGroupBox(title);
+    auto* inside = new QVBoxLayout(group);
+    inside->setContentsMargins(2, 2, 2, 2);
+    inside->addWidget(form);
+    column_->addWidget(group);
+    return group;
+  };
+  add_group(tr("Coupling and force limit"), coupling_);
+  add_group(tr("Tool in the hand"), tool_)->setObjectName("tool");
   column_->addStretch();
+  connect(tool_, &ParameterForm::changed, this, [this](const QString& what, std::size_t row, const ParameterRow::Value& value) {
+    document_.edit(what, key_of(998, row), [&](Scene& scene) {
+      ToolOptions options = scene.tool();
+      set_row([&](ParameterVisitor& v) { visit_part(options, v); }, row, value);
+      scene.set(with_usual_size(options));
+    });
+  });
   connect(coupling_, &ParameterForm::changed, this,
           [this](const QString& what, std::size_t row, const ParameterRow::Value& value) {
             document_.edit(what, key_of(999, row), [&](Scene& scene) {
@@ -327,6 +354,11 @@ void FeelPanel::refresh() {
                          visit_part(copy, v);
                        }),
                        FormContext{{}, scene.coupling().max_force_n});
+  tool_->show_rows(rows_of([&](ParameterVisitor& v) {
+                     ToolOptions copy = scene.tool();
+                     visit_part(copy, v);
+                   }),
+                   FormContext{{}, scene.coupling().max_force_n});
 }
 
 SeePanel::SeePanel(Document& document, QWidget* parent) : Panel(document, parent), presets_(new QComboBox) {

@@ -48,7 +48,7 @@ class Panel : public QScrollArea {
   int sections_at_ = 0;  // index in the column
 };
 
-/// Modes with their parameters; coupling.
+/// Modes with their parameters; coupling; tool.
 class FeelPanel : public Panel {
   Q_OBJECT
  public:
@@ -68,6 +68,7 @@ class FeelPanel : public Panel {
   void scale(double factor);
   std::vector<std::string> built_;
   ParameterForm* coupling_;
+  ParameterForm* tool_;
 };
 
 /// Layers with their settings, each shown or hidden, its level linked to the felt one; presets.

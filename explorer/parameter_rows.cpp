@@ -131,7 +131,10 @@ std::string words_of_choice(std::string_view parameter, const std::string& choic
 }
 
 NamedUnit named_unit(std::string_view parameter) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 12> units{{{"_ns_per_m", "N·s/m"},
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 15> units{{{"_nms_per_rad", "N·m·s/rad"},
+                                                                                        {"_nm", "N·m"},
+                                                                                        {"_rad", "rad"},
+                                                                                        {"_ns_per_m", "N·s/m"},
                                                                                         {"_n_per_m", "N/m"},
                                                                                         {"_n_per_s", "N/s"},
                                                                                         {"_m_per_s", "m/s"},

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 
+#include "explorer/paint.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/beside_words.h"
 #include "palpa/study/recording.h"
@@ -125,6 +126,10 @@ class Replaying {
                                                                  .proxy_m = frame.result.proxy_m,
                                                                  .command_n = frame.command.force_n,
                                                                  .first_primitive = felt_.placed.size()});
+    row.has_tool = session.scene().tool().shape != ToolOptions::Shape::point;
+    row.probe_turn = frame.result.probe_turn;
+    row.proxy_turn = frame.result.proxy_turn;
+    row.torque_nm = frame.command.torque_nm;
     if (session.sub_steps().empty()) return;
     const SubStep& last = session.sub_steps().back();
     row.primitives = last.primitives;
@@ -145,6 +150,9 @@ Moment FeltTrace::moment(std::size_t row) const {
   Moment moment{.tick = at.tick, .t_s = at.t_s, .probe_m = at.probe_m, .proxy_m = at.proxy_m, .command_n = at.command_n};
   moment.count = std::min(at.primitives, most_shown_primitives);
   std::copy_n(placed.begin() + static_cast<std::ptrdiff_t>(at.first_primitive), moment.count, moment.primitives.begin());
+  if (at.has_tool)
+    moment.take_tool({.probe_turn = at.probe_turn, .proxy_turn = at.proxy_turn}, at.torque_nm,
+                     std::span(placed).subspan(at.first_primitive, at.primitives));
   return moment;
 }
 
@@ -336,14 +344,13 @@ void Player::show_time() {
   if (largest_difference_s_) plot_->mark(*largest_difference_s_, QColor(200, 30, 20));
   plot_->mark(at_s_, palette().color(QPalette::Highlight));
   plot_->draw();
-  QString words =
-      tr("%1 s of %2 s, %3 N").arg(at_s_, 0, 'f', 3).arg(duration_s_, 0, 'f', 2).arg(norm(moment().command_n), 0, 'f', 2);
+  QString words = tr("%1 s of %2 s, %3").arg(at_s_, 0, 'f', 3).arg(duration_s_, 0, 'f', 2).arg(words_of_wrench(moment()));
   if (const std::optional<Moment> other = other_moment())
-    words = tr("%1 s of %2 s, first %3 N, second %4 N")
+    words = tr("%1 s of %2 s, first %3, second %4")
                 .arg(at_s_, 0, 'f', 3)
                 .arg(duration_s_, 0, 'f', 2)
-                .arg(norm(moment().command_n), 0, 'f', 2)
-                .arg(norm(other->command_n), 0, 'f', 2);
+                .arg(words_of_wrench(moment()))
+                .arg(words_of_wrench(*other));
   words_->setText(words);
 }
 

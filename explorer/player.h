@@ -27,6 +27,9 @@ struct FeltTrace {
     double t_s = 0.0;
     Vec3 probe_m, proxy_m, command_n;
     std::size_t first_primitive = 0, primitives = 0;  ///< range of `placed`
+    bool has_tool = false;
+    Turn probe_turn{}, proxy_turn{};
+    Vec3 torque_nm{};  ///< sent to the device
   };
   struct Event {
     std::size_t row = 0;

@@ -1,13 +1,17 @@
 // Ring of ticks from the loop to the window; the loop never blocks.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <span>
 
+#include "palpa/session/foot_forces.h"
 #include "palpa/solver/primitives.h"
+#include "palpa/solver/tool.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa::explorer {
@@ -31,6 +35,22 @@ struct Moment {
   Vec3 probe_m, proxy_m, command_n;
   std::array<PlacedPrimitive, most_shown_primitives> primitives{};
   std::size_t count = 0;
+  // Of a tool:
+  bool has_tool = false;
+  Turn probe_turn{}, proxy_turn{};
+  Vec3 torque_nm{};                       ///< sent to the device
+  std::array<float, most_feet> feet_n{};  ///< [N] on each foot
+
+  /// Takes turns, torque and forces of feet from a tick of a tool. Allocates nothing.
+  void take_tool(const Tick& felt, const Vec3& sent_nm, std::span<const PlacedPrimitive> placed) noexcept {
+    has_tool = true;
+    probe_turn = felt.probe_turn;
+    proxy_turn = felt.proxy_turn;
+    torque_nm = sent_nm;
+    std::array<Vec3, most_feet> forces_n{};
+    add_foot_forces(placed, forces_n);
+    for (std::size_t foot = 0; foot < most_feet; ++foot) feet_n[foot] = static_cast<float>(norm(forces_n[foot]));
+  }
 
   /// True if a redraw can be skipped.
   bool looks_like(const Moment& other) const noexcept {
@@ -39,6 +59,7 @@ struct Moment {
         distance(proxy_m, other.proxy_m) > moved_m ||
         std::lround(100.0 * norm(command_n)) != std::lround(100.0 * norm(other.command_n)))  // the digits of the number
       return false;
+    if (!looks_like_tool_of(other)) return false;
     for (std::size_t i = 0; i < count; ++i) {
       const PlacedPrimitive &a = primitives[i], &b = other.primitives[i];
       if (a.primitive.id != b.primitive.id || distance(a.primitive.direction, b.primitive.direction) > changed_n ||
@@ -46,6 +67,18 @@ struct Moment {
         return false;
     }
     return true;
+  }
+
+ private:
+  bool looks_like_tool_of(const Moment& other) const noexcept {
+    constexpr double turned_rad = 1e-4;
+    constexpr float changed_n = 1e-3F;
+    if (has_tool != other.has_tool) return false;
+    if (!has_tool) return true;
+    return norm(rotation_between_rad(probe_turn, other.probe_turn)) < turned_rad &&
+           norm(rotation_between_rad(proxy_turn, other.proxy_turn)) < turned_rad &&
+           std::lround(1e3 * norm(torque_nm)) == std::lround(1e3 * norm(other.torque_nm)) &&
+           std::ranges::equal(feet_n, other.feet_n, [](float a, float b) { return std::abs(a - b) < changed_n; });
   }
 };
 

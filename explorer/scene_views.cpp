@@ -56,6 +56,7 @@ SceneViews::SceneViews(Jobs& jobs, bool has_opengl)
     connect(view_, &View3D::hold_began, this, &SceneViews::hold_began);
     connect(view_, &View3D::hold_moved, this, &SceneViews::hold_moved);
     connect(view_, &View3D::hold_ended, this, &SceneViews::hold_ended);
+    connect(view_, &View3D::tool_turned, this, &SceneViews::tool_turned);
     connect(view_, &View3D::enlarge_asked, this, [this] { enlarge(view_); });
     connect(view_, &View3D::pointed, this, [this](const Vec3& at_m) { Q_EMIT pointed(words_at(at_m)); });
     connect(view_, &View3D::pointed_nowhere, this, [this] { Q_EMIT pointed({}); });
@@ -227,6 +228,7 @@ void SceneViews::draw_layers(const Scene& scene, bool moves) {
     take_flow();
   }
   if (!view_) return;
+  view_->set_tool(Tool(scene.tool(), scene.coupling()));
   // Compare only the settings that change the picture.
   Scene seen = scene;
   // Disabled modes are drawn, too.
@@ -235,6 +237,7 @@ void SceneViews::draw_layers(const Scene& scene, bool moves) {
   Scene compared = seen;
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
   compared.set(CouplingOptions{});
+  compared.set(ToolOptions{});
   const std::string key = to_toml(compared);
   if (key == drawn_) {
     if (moved && !moves) finer_.start();

@@ -63,6 +63,7 @@ class SceneViews : public QSplitter {
   void hold_began(palpa::Vec3 at_m, palpa::Vec3 away);
   void hold_moved(palpa::Vec3 at_m, palpa::Vec3 away, double depth_m);
   void hold_ended(palpa::Vec3 away);
+  void tool_turned(palpa::Vec3 rotation_rad);
   void value_asked(double value, palpa::Vec3 at_m);
   /// Position, values and fields under the cursor; empty: none.
   void pointed(const QString& words);

@@ -10,6 +10,8 @@ namespace {
 
 // Speed limit of the mouse's hand [m/s], well below that at which the guard releases. Faster: pushes are blows.
 constexpr double led_m_per_s = 0.5;
+// Likewise of its turns [rad/s]: a foot 0.15 m away is as fast.
+constexpr double led_rad_per_s = 3.0;
 // Radius [m] of the mouse's workspace: scenes are about 0.15 m large.
 constexpr double pointer_radius_m = 0.4;
 
@@ -45,12 +47,16 @@ void Touch::begin(const LoadedScene& loaded, std::unique_ptr<Device> device, con
   prepared_.loaded = loaded;
   prepared_.duration_s = std::numeric_limits<double>::infinity();
   if (!device) {
-    auto pointer = std::make_unique<MouseHand>(MouseHand::Options{
-        .radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, loaded.scene.coupling().max_force_n)});
+    auto pointer =
+        std::make_unique<MouseHand>(MouseHand::Options{.radius_m = pointer_radius_m,
+                                                       .largest_force_n = std::max(0.1, loaded.scene.coupling().max_force_n),
+                                                       .largest_torque_nm = loaded.scene.coupling().max_torque_nm,
+                                                       .turn = wanted_turn_});
     pointer_ = pointer.get();
     pointer_->put(wanted_m_);
     pointer_->have_mouse(has_mouse_);
     sent_m_ = wanted_m_;
+    sent_turn_ = wanted_turn_;
     device = std::move(pointer);
   }
   device_ = std::move(device);
@@ -114,6 +120,8 @@ void Touch::put_hand(const Vec3& at_m) {
   if (pointer_) pointer_->put(at_m);
 }
 
+void Touch::turn_hand(const Vec3& rotation_rad) { wanted_turn_ = turned_further(wanted_turn_, rotation_rad); }
+
 void Touch::have_mouse(bool is_had) {
   has_mouse_ = is_had;
   if (pointer_) pointer_->have_mouse(is_had);
@@ -127,6 +135,10 @@ void Touch::beat(double dt_s) {
   const Vec3 step_m = shortened(wanted_m_ - sent_m_, led_m_per_s * std::clamp(dt_s, 0.0, 0.1));
   pointer_->move(step_m);
   sent_m_ += step_m;
+  const Vec3 left_rad = rotation_between_rad(sent_turn_, wanted_turn_);
+  const Vec3 turn_rad = shortened(left_rad, led_rad_per_s * std::clamp(dt_s, 0.0, 0.1));
+  pointer_->turn(turn_rad);
+  sent_turn_ = turned_further(sent_turn_, turn_rad);
 }
 
 void Touch::draws(bool on) {
@@ -170,11 +182,15 @@ void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
                 .probe_m = frame.result.probe_m,
                 .proxy_m = frame.result.proxy_m,
                 .command_n = frame.command.force_n};
+  std::span<const PlacedPrimitive> placed;
   if (!session.sub_steps().empty()) {
     const SubStep& last = session.sub_steps().back();
-    moment.count = std::min<std::size_t>(last.primitives, most_shown_primitives);
-    std::copy_n(session.primitives().begin() + last.first_primitive, moment.count, moment.primitives.begin());
+    placed = session.primitives().subspan(last.first_primitive, last.primitives);
   }
+  moment.count = std::min(placed.size(), most_shown_primitives);
+  std::copy_n(placed.begin(), moment.count, moment.primitives.begin());
+  if (session.scene().tool().shape != ToolOptions::Shape::point)
+    moment.take_tool(frame.result, frame.command.torque_nm, placed);
   moments_.give(moment);
 }
 

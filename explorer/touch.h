@@ -61,6 +61,10 @@ class Touch {
   void put_hand(const Vec3& at_m);
   /// Sets the hand's target, approached at limited speed. \param to_m  hand frame
   void lead_hand(const Vec3& to_m) { wanted_m_ = to_m; }
+  /// Turns the hand further, at limited speed, by a rotation vector in the hand frame [rad]. Felt with a tool.
+  void turn_hand(const Vec3& rotation_rad);
+  /// Sets the hand upright, for the next session.
+  void set_upright() { wanted_turn_ = {}; }
   /// Target of the hand, hand frame [m].
   const Vec3& led_to_m() const noexcept { return wanted_m_; }
   /// Sets whether the window has the mouse (`MouseHand::have_mouse`): without it the mouse's hand gets no force.
@@ -96,6 +100,7 @@ class Touch {
   bool held_ = false;
   bool has_mouse_ = true;
   Vec3 wanted_m_, sent_m_;
+  Turn wanted_turn_, sent_turn_;
 
   // From the loop.
   SampleRing samples_;

@@ -26,7 +26,6 @@ namespace {
 constexpr double first_depth_m = 1e-3;     // initial, of a press. Deeper: the first touch is a blow; less: not felt
 constexpr double deepest_m = 0.05;         // largest, of a press
 constexpr int still_after_ms = 250;        // from the last motion to the fine picture
-constexpr double degrees_per_px = 0.4;     // of a rotation
 constexpr int hover_after_ms = 30;         // from the cursor's motion to its cue. Shorter: a ray for each event
 constexpr double near_stream_px = 80.0;    // within which a touch takes the depth of a streamline
 constexpr double one_stream_px = 6.0;      // between points of one streamline: of these, the front one
@@ -94,10 +93,12 @@ class View3D::Overlay : public QWidget {
     if (view_.other_) {
       painter.setOpacity(0.5);
       paint_moment(painter, view_.view_, *view_.other_, view_.most_n_);
+      paint_tool(painter, view_.view_, view_.tool_, *view_.other_);
       painter.setOpacity(1.0);
     }
     if (view_.ghost_m_) paint_ghost(painter, view_.view_, *view_.ghost_m_);
     paint_moment(painter, view_.view_, view_.moment_, view_.most_n_);
+    paint_tool(painter, view_.view_, view_.tool_, view_.moment_);
   }
   View3D& view_;
 };
@@ -186,6 +187,11 @@ void View3D::show_touch(const Moment& moment, std::vector<TrailPoint> trail, dou
   trail_ = std::move(trail);
   most_n_ = most_n;
   if (!seen) overlay_->update();
+}
+
+void View3D::set_tool(const Tool& tool) {
+  tool_ = tool;
+  overlay_->update();
 }
 
 void View3D::show_streamlines(std::vector<detail::Streamline> lines) {
@@ -402,6 +408,8 @@ void View3D::mousePressEvent(QMouseEvent* event) {
   const bool shifted = (event->modifiers() & Qt::ShiftModifier) != 0;
   if (event->button() == Qt::MiddleButton || (event->button() == Qt::LeftButton && shifted)) {
     drag_ = Drag::move;
+  } else if (event->button() == Qt::LeftButton && is_of_tool(event->modifiers())) {
+    drag_ = Drag::tool;
   } else if (event->button() == Qt::LeftButton && !(event->modifiers() & Qt::AltModifier)) {
     if (const auto target = target_at(last_px_)) {
       drag_ = Drag::touch;
@@ -426,9 +434,11 @@ void View3D::mouseMoveEvent(QMouseEvent* event) {
       if (!hover_.isActive()) hover_.start();
       break;
     case Drag::touch:
+      if (is_of_tool(event->modifiers())) return turn_tool(way);
       lead(last_px_);
       Q_EMIT pointed(moment_.proxy_m);
       break;
+    case Drag::tool: turn_tool(way); break;
     case Drag::turn: turn(degrees_per_px * way.x(), degrees_per_px * way.y()); break;
     case Drag::move:
       view_.centre_m += (-way.x() / view_.px_per_m()) * view_.right + (way.y() / view_.px_per_m()) * view_.up;
@@ -458,7 +468,9 @@ void View3D::leaveEvent(QEvent* event) {
 
 void View3D::wheelEvent(QWheelEvent* event) {
   const double notches = event->angleDelta().y() / 120.0;
-  if (drag_ == Drag::touch) {
+  if (is_of_tool(event->modifiers())) {
+    roll_tool(notches);
+  } else if (drag_ == Drag::touch) {
     press_deeper(notches);
   } else {
     zoom(std::pow(1.15, notches));

@@ -24,7 +24,8 @@ namespace palpa::explorer {
 /// Left drag on a surface touches it, elsewhere turns the view, like the right button anywhere; without surfaces (a flow) it
 /// touches at the depth of the nearest streamline or of the cross. Cursor and a pale ball show which. Middle button: pan;
 /// wheel: presses along the surface's normal during a touch, else zooms; double click: `enlarge_asked`; keys: `lead_by_key`.
-/// All lengths are in the hand frame.
+/// Ctrl and drag turns the tool in the hand, also during a touch, Ctrl and wheel about the line of sight. All lengths are in
+/// the hand frame.
 class View3D : public QVTKOpenGLNativeWidget {
   Q_OBJECT
  public:
@@ -38,6 +39,8 @@ class View3D : public QVTKOpenGLNativeWidget {
   const Drawing& drawing() const { return drawing_; }
   /// Sets hand, forces and trail. \param trail  oldest first
   void show_touch(const Moment& moment, std::vector<TrailPoint> trail, double most_n);
+  /// Sets the scene's tool, whose feet are drawn with the hand. Of one that is no point a drag with Ctrl turns the hand.
+  void set_tool(const Tool& tool);
   /// Flow near the proxy, hand frame.
   void show_streamlines(std::vector<detail::Streamline> lines);
   /// Sets the position whose depth a touch takes where there is no streamline.
@@ -92,6 +95,8 @@ class View3D : public QVTKOpenGLNativeWidget {
   /// The touch moved to this surface point, pressed in by the depth [m] along `away`.
   void hold_moved(palpa::Vec3 at_m, palpa::Vec3 away, double depth_m);
   void hold_ended(palpa::Vec3 away);
+  /// The hand's tool was turned by this rotation vector [rad], hand frame.
+  void tool_turned(palpa::Vec3 rotation_rad);
   void turned();
   void enlarge_asked();
   /// The cursor is over this position of the data.
@@ -115,13 +120,19 @@ class View3D : public QVTKOpenGLNativeWidget {
 
  private:
   class Overlay;
-  enum class Drag { none, touch, turn, move };
+  enum class Drag { none, touch, turn, move, tool };
   Vec3 at_m(const QPointF& px) const;
   std::optional<SurfacePoint> surface_at(const QPointF& px) const;
   /// Depth of the nearest streamline on the screen, else of the cross; behind the view's centre.
   double flow_depth_m(const QPointF& px) const;
   double legend_px() const;  // at the right edge; 0 without marks
   void show_hover();
+  static constexpr double degrees_per_px = 0.4;  // of a rotation
+  /// True if these keys turn the tool instead of leading the hand.
+  bool is_of_tool(Qt::KeyboardModifiers keys) const { return (keys & Qt::ControlModifier) != 0 && !tool_.is_point(); }
+  void turn_tool(const QPointF& way_px);
+  /// About the line of sight.
+  void roll_tool(double notches);
   void begin_touch(const Target& target);
   void lead(const QPointF& px);
   void press_deeper(double notches);
@@ -167,6 +178,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   std::set<std::size_t> hidden_;  // layers
   bool turning_ = false;
   bool by_keys_ = false;  // a touch that keys lead
+  Tool tool_;
   Moment moment_;
   std::optional<Moment> other_;
   std::vector<TrailPoint> trail_;

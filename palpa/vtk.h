@@ -2,6 +2,7 @@
 #pragma once
 
 #include "palpa/vtk/felt_actors.h"
+#include "palpa/vtk/felt_tool.h"
 #include "palpa/vtk/from_vtk.h"
 #include "palpa/vtk/mouse_pointer.h"
 #include "palpa/vtk/to_vtk.h"

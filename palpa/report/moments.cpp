@@ -67,7 +67,8 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
       const Probe probe{.position_m = was.probe_m,
                         .velocity_m_per_s = was.probe_velocity_m_per_s,
                         .valid = was.probe_valid,
-                        .buttons = recorded.ticks[row].buttons};
+                        .buttons = recorded.ticks[row].buttons,
+                        .turn = was.probe_turn};
       proxy_m = session.tick(probe, recorded.ticks[row].dt_s).proxy_m;
     }
     // Tolerance of the replayed proxy. More: another version's primitives are shown as recorded; less: rounding on another

@@ -16,6 +16,8 @@ using Json = nlohmann::ordered_json;
 
 /// Energies below this [mJ] are rounding. Less: a curve of rounding; more: small energies have none.
 constexpr double least_mj = 1e-9;
+/// Torques [N·m] that differ by less are equal. Less: a second curve of rounding; more: a limit has none.
+constexpr double least_torque_nm = 1e-7;
 
 constexpr palpa::CurveColor mode_colors[] = {palpa::CurveColor::blue,   palpa::CurveColor::vermilion, palpa::CurveColor::green,
                                              palpa::CurveColor::purple, palpa::CurveColor::orange,    palpa::CurveColor::sky,
@@ -50,6 +52,33 @@ TimePlot force_plot(const Recorded& recorded) {
   }
   made.plot.series.push_back(over_time(recorded.ticks, "on the hand", palpa::CurveColor::black, Stroke::solid,
                                        [&](std::size_t i) { return norm(ticks[i].command.force_n); }));
+  return made;
+}
+
+/// Torque of a tool: on the hand, and of the coupling where the device drives none or the guard limited it.
+TimePlot torque_plot(const Recorded& recorded) {
+  const auto& ticks = recorded.ticks;
+  const LargestTorques most = largest_torques(recorded);
+  const bool is_driven = most.on_hand_nm > 0.0;
+  const auto differs = [](const TickFrame& f) { return norm(f.result.torque_nm - f.command.torque_nm) > least_torque_nm; };
+  TimePlot made{
+      .id = "torque",
+      .plot = {.title = is_driven ? "Torque on the hand" : "Torque of the coupling",
+               .x_label = "time / s",
+               .y_label = "torque / mN\u00b7m",
+               .marks = marks_of(recorded)},
+      .label = text("Torque over time: at most %.3f mN\u00b7m.", 1e3 * (is_driven ? most.on_hand_nm : most.coupling_nm)),
+      .caption = is_driven ? "Torque on the hand, about the device's point."
+                           : "Torque of the coupling about the device's point. The device drives no torque, so the "
+                             "hand does not feel it."};
+  if (!is_driven || std::any_of(ticks.begin(), ticks.end(), differs)) {
+    made.plot.series.push_back(over_time(ticks, "of the coupling, before the guard", palpa::CurveColor::orange, Stroke::dashed,
+                                         [&](std::size_t i) { return 1e3 * norm(ticks[i].result.torque_nm); }));
+    if (is_driven) made.caption += " Dashed: of the coupling, before the guard.";
+  }
+  if (is_driven)
+    made.plot.series.push_back(over_time(ticks, "on the hand", palpa::CurveColor::black, Stroke::solid,
+                                         [&](std::size_t i) { return 1e3 * norm(ticks[i].command.torque_nm); }));
   return made;
 }
 
@@ -181,6 +210,7 @@ const char* name_of(Stroke stroke) {
 
 std::vector<TimePlot> time_plots(const Recorded& recorded) {
   std::vector<TimePlot> plots{force_plot(recorded)};
+  if (recorded.header.has_tool) plots.push_back(torque_plot(recorded));
   if (!recorded.modes.empty()) plots.push_back(modes_plot(recorded));
   plots.push_back(distance_plot(recorded));
   plots.push_back(energy_plot(recorded));

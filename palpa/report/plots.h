@@ -30,7 +30,8 @@ Series over_time(const auto& ticks, std::string name, palpa::CurveColor color, S
   return series;
 }
 
-/// Force on the hand, force of each mode, distance of proxy and probe, energy, duration of the tick (if measured).
+/// Force on the hand, torque (of a tool), force of each mode, distance of proxy and probe, energy, duration of the tick (if
+/// measured).
 std::vector<TimePlot> time_plots(const Recorded& recorded);
 
 /// Plots as JSON for plots.js. Long plots are thinned to about `most_rows` [rows], keeping the minimum and maximum of each

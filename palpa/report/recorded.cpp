@@ -96,6 +96,23 @@ std::vector<SessionEvent> session_events(const Recorded& recorded, std::size_t& 
 
 }  // namespace
 
+LargestTorques largest_torques(const Recorded& recorded) noexcept {
+  LargestTorques most;
+  double coupling_at_s = 0.0;
+  for (const TickFrame& frame : recorded.ticks) {
+    if (const double nm = norm(frame.command.torque_nm); nm > most.on_hand_nm) {
+      most.on_hand_nm = nm;
+      most.at_s = frame.t_s;
+    }
+    if (const double nm = norm(frame.result.torque_nm); nm > most.coupling_nm) {
+      most.coupling_nm = nm;
+      coupling_at_s = frame.t_s;
+    }
+  }
+  if (most.on_hand_nm == 0.0) most.at_s = coupling_at_s;
+  return most;
+}
+
 Recorded read_recorded(const fs::path& folder) {
   const TraceReader reader(folder);
   Recorded recorded;
@@ -139,10 +156,11 @@ std::vector<std::vector<PlacedPrimitive>> recorded_primitives(const fs::path& fo
   std::vector<std::vector<PlacedPrimitive>> all(ticks.size());
   std::size_t next = 0;
   std::int64_t sub_step = -1;
-  const std::vector<std::string> names{"tick",         "sub_step",     "mode",          "slot",        "kind",
-                                       "position_x_m", "position_y_m", "position_z_m",  "direction_x", "direction_y",
-                                       "direction_z",  "strength_n",   "drag_ns_per_m", "force_x_n",   "force_y_n",
-                                       "force_z_n",    "state"};
+  std::vector<std::string> names{"tick",          "sub_step",     "mode",        "slot",        "kind",        "position_x_m",
+                                 "position_y_m",  "position_z_m", "direction_x", "direction_y", "direction_z", "strength_n",
+                                 "drag_ns_per_m", "force_x_n",    "force_y_n",   "force_z_n",   "state"};
+  const std::size_t of_tool = names.size();
+  if (recorded.header.has_tool) names.insert(names.end(), {"foot", "lever_x_m", "lever_y_m", "lever_z_m"});
   each_row(folder / "primitives.csv", names, [&](const Row& row) {
     const auto number = row.number<std::int64_t>(0);
     while (next < ticks.size() && ticks[next] < number) {
@@ -175,6 +193,10 @@ std::vector<std::vector<PlacedPrimitive>> recorded_primitives(const fs::path& fo
     primitive.drag_ns_per_m = row.number<double>(12);
     placed.force_n = row.vector(13);
     named(placed.state, 16, {PrimitiveState::stick, PrimitiveState::slip, PrimitiveState::off});
+    if (recorded.header.has_tool) {
+      primitive.id.foot = row.number<std::uint16_t>(of_tool);
+      placed.lever_m = row.vector(of_tool + 1);
+    }
     primitives.push_back(placed);
     return true;
   });

@@ -42,6 +42,15 @@ struct Recorded {
   bool has_energy = true;  ///< false: recorded by a version with an incomplete energy ledger
 };
 
+/// Largest torques of a trace of a tool; zero for a point.
+struct LargestTorques {
+  double on_hand_nm = 0.0;   ///< sent to the device; 0: it drives none
+  double coupling_nm = 0.0;  ///< before the guard
+  double at_s = 0.0;         ///< time of the largest on the hand, or of the coupling's if the device drives none
+};
+/// Allocates nothing; any thread.
+LargestTorques largest_torques(const Recorded& recorded) noexcept;
+
 /// Reads the trace in `folder`. Throws LoadError on a folder that is no trace, and on an unreadable file.
 Recorded read_recorded(const std::filesystem::path& folder);
 

@@ -85,7 +85,9 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
                       .proxy_m = frame.result.proxy_m,
                       .primitives = found->primitives,
                       .mode_names = recorded.modes,
-                      .time_s = frame.t_s};
+                      .time_s = frame.t_s,
+                      .probe_turn = frame.result.probe_turn,
+                      .proxy_turn = frame.result.proxy_turn};
   const double reach_m = distance(moment.probe_m, moment.proxy_m);
   std::string why_not;
   const std::optional<Picture> picture = drawn(scene, path, moment, close_up(scene, moment), why_not);
@@ -224,11 +226,12 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
                "<pre><code>" + escaped(names.in_text(recorded.scene_text)) + "</code></pre>\n" + software_markup());
   if (!recorded.ticks.empty()) {
     page.end_with(time_bar);
-    for (const char* name :
-         {"three.min.js", "OrbitControls.js", "LineSegmentsGeometry.js", "LineMaterial.js", "LineSegments2.js",
-          "dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js", "start.js"}) {
+    for (const char* name : {"three.min.js", "OrbitControls.js", "LineSegmentsGeometry.js", "LineMaterial.js",
+                             "LineSegments2.js", "dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js"}) {
       page.script(name);
     }
+    if (recorded.header.has_tool) page.script("tool.js");
+    page.script("start.js");
   }
   return page.html();
 }

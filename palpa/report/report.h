@@ -17,9 +17,9 @@ struct ReportOptions {
   ReadOptions read;
   /// Second trace of the same hand: the page compares both. Empty: none.
   std::filesystem::path beside;
-  /// Folder for the pictures as files: scene.png, moment.png, force.svg, modes.svg, distance.svg, energy.svg, time.svg,
-  /// spectrum.svg; of two traces force.svg, difference.svg, direction.svg, where.svg, spectrum.svg. Created if missing. Empty:
-  /// none.
+  /// Folder for the pictures as files: scene.png, moment.png, force.svg, torque.svg (of a tool), modes.svg, distance.svg,
+  /// energy.svg, time.svg, spectrum.svg; of two traces force.svg, difference.svg, direction.svg, where.svg, spectrum.svg.
+  /// Created if missing. Empty: none.
   std::filesystem::path pictures;
   bool full_paths = false;               ///< whole paths of data, hand, plug-ins and trace in the page; else base names
   bool replace = false;                  ///< replace any existing report or picture file, not only an earlier report

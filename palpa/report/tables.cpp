@@ -16,6 +16,7 @@ constexpr std::size_t most_events = 50;  // [1] listed. More: a longer page; few
 std::string count(std::int64_t number) { return grouped(number); }
 std::string percent(double share) { return text("%.1f %%", 100.0 * share); }
 std::string newtons(double force_n) { return text("%.3f N", force_n); }
+std::string millinewton_metres(double torque_nm) { return text("%.3f mN\u00b7m", 1e3 * torque_nm); }
 std::string millijoules(double energy_j) { return text("%.3f mJ", 1e3 * energy_j + 0.0); }
 
 std::string joined(const std::vector<std::string>& words) {
@@ -63,6 +64,13 @@ std::string summary_markup(const Recorded& recorded) {
                                              {"force on the hand, mean in contact", newtons(s.force_mean_n)},
                                              {"force on the hand, largest", newtons(s.force_max_n)}};
   if (s.guard_limited_ticks > 0) rows.push_back({"force requested, largest, before the guard", newtons(asked_max_n(recorded))});
+  if (recorded.header.has_tool) {
+    const LargestTorques most = largest_torques(recorded);
+    rows.push_back({"torque on the hand, largest",
+                    most.on_hand_nm > 0.0 ? millinewton_metres(most.on_hand_nm) : "none: the device drives no torque"});
+    rows.push_back({"torque of the coupling, largest, before the guard", millinewton_metres(most.coupling_nm)});
+    if (s.unfelt_j != 0.0) rows.push_back({"energy brought in by turning, unfelt", millijoules(s.unfelt_j)});
+  }
   for (std::vector<std::string> row : std::vector<std::vector<std::string>>{
            {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("%.3f s", s.first_break_through_s)},
            {"sub-steps per tick", text("mean %.2f, at most %d", s.sub_steps_mean, s.sub_steps_max)},
@@ -104,6 +112,10 @@ std::string energy_markup(const Recorded& recorded) {
         " The zero-order hold of the force added energy, at most %.3f mJ: the interaction is passive if the hand adds at least "
         "%.3f N\u00b7s/m of damping.",
         1e3 * energy.sampling_bound_j, energy.covering_damping_ns_per_m);
+  }
+  if (recorded.summary.unfelt_j != 0.0) {
+    out += " Turning the handle brought in " + millijoules(recorded.summary.unfelt_j) +
+           " that the hand did not feel, since the device drives no torque: this is part of the energy withheld.";
   }
   return out + "</p>\n";
 }

@@ -10,6 +10,7 @@
 #include "palpa/report/html.h"
 #include "palpa/report/numbers.h"
 #include "palpa/report/words.h"
+#include "palpa/session/foot_forces.h"
 #include "palpa/view/scene_shapes.h"
 #include "palpa/view/volume_picture.h"
 
@@ -121,6 +122,29 @@ bool holds(const PlacedPrimitive& placed, const Recorded& recorded, const Scene*
          placed.primitive.strength_n > force_limit_n(*scene, recorded.header.device_max_force_n);
 }
 
+Json json_of(const Turn& turn) { return {rounded(turn.w, 6), rounded(turn.x, 6), rounded(turn.y, 6), rounded(turn.z, 6)}; }
+
+/// Force on each foot that bears any: number of the foot, newtons.
+Json forces_of_feet(const RecordedMoment& moment) {
+  std::vector<Vec3> forces_n(most_feet);
+  add_foot_forces(moment.primitives, forces_n);
+  Json forces = Json::array();
+  for (std::size_t foot = 0; foot < most_feet; ++foot)
+    if (norm(forces_n[foot]) > 0.0) forces.push_back({foot, rounded(norm(forces_n[foot]), 4)});
+  return forces;
+}
+
+/// Orientations, torques and forces of feet of a tool, at a moment.
+void add_tool(Json& row, const Recorded& recorded, const RecordedMoment& moment) {
+  const TickFrame& frame = recorded.ticks[moment.row];
+  const bool has_turns = is_unit(frame.result.probe_turn, 1e-3) && is_unit(frame.result.proxy_turn, 1e-3);
+  row["probe_turn"] = json_of(has_turns ? unit_turn(frame.result.probe_turn) : Turn{});
+  row["proxy_turn"] = json_of(has_turns ? unit_turn(frame.result.proxy_turn) : Turn{});
+  row["torque"] = rounded(1e3 * norm(frame.command.torque_nm), 4);
+  row["coupling_torque"] = rounded(1e3 * norm(frame.result.torque_nm), 4);
+  row["feet"] = forces_of_feet(moment);
+}
+
 Json json_of(const Recorded& recorded, const RecordedMoment& moment, const Scene* scene) {
   const TickFrame& frame = recorded.ticks[moment.row];
   Json modes = Json::array();
@@ -128,9 +152,10 @@ Json json_of(const Recorded& recorded, const RecordedMoment& moment, const Scene
   Json primitives = Json::array();
   for (const PlacedPrimitive& placed : moment.primitives) {
     const Primitive& primitive = placed.primitive;
+    const Vec3 foot_m = recorded.header.has_tool ? frame.result.proxy_m + placed.lever_m : frame.result.proxy_m;
     primitives.push_back({{"kind", name_of(primitive.kind)},
                           {"mode", primitive.id.mode},
-                          {"at", mm(primitive.kind == PrimitiveKind::directed ? frame.result.proxy_m : primitive.position_m)},
+                          {"at", mm(primitive.kind == PrimitiveKind::directed ? foot_m : primitive.position_m)},
                           {"along", unit(primitive.direction)},
                           {"strength", rounded(primitive.strength_n, 4)},
                           {"force", rounded(norm(placed.force_n), 4)}});
@@ -146,7 +171,18 @@ Json json_of(const Recorded& recorded, const RecordedMoment& moment, const Scene
               {"modes", modes},
               {"primitives", primitives}};
   if (frame.command.guard == GuardState::limited) row["asked"] = rounded(norm(frame.result.force_n), 4);
+  if (recorded.header.has_tool) add_tool(row, recorded, moment);
   return row;
+}
+
+/// Feet of the scene's tool, in the handle's axes; empty without the scene or for a point.
+Json json_of_feet(const Scene* scene) {
+  Json feet = Json::array();
+  if (!scene) return feet;
+  const Tool tool(scene->tool(), scene->coupling());
+  if (tool.is_point()) return feet;
+  for (std::size_t foot = 0; foot < tool.feet(); ++foot) feet.push_back(mm(tool.lever_m({}, foot)));
+  return feet;
 }
 
 /// Marks of onsets, break-throughs, limits and faults, at the proxy.
@@ -216,6 +252,7 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
   Json looked = Json::array();
   for (const RecordedMoment& moment : moments) looked.push_back(json_of(recorded, moment, scene));
   view["moments"] = std::move(looked);
+  if (recorded.header.has_tool) view["feet"] = json_of_feet(scene);
   if (const auto busiest = busiest_row(recorded)) view["first_look_s"] = rounded(recorded.ticks[*busiest].t_s, 8);
   return view.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -15,7 +15,8 @@ struct View3dOptions {
   std::size_t most_events = 400;         ///< marks in the view
 };
 
-/// \param scene    nullptr: no data, so no layers
+/// Layers, path, events and moments for view_3d.js; of a tool also feet, orientations and torques for tool.js.
+/// \param scene    nullptr: no data, so no layers, and no feet of a tool
 /// \param moments  in order; may have no primitives
 /// \param from     [1] initial direction to the viewer, hand frame
 std::string json_of_view(const Recorded& recorded, const Scene* scene, const std::vector<RecordedMoment>& moments,

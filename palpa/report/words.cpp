@@ -19,6 +19,10 @@ std::string percent(double share) {
 
 std::string newtons(double force_n) { return force_n < 0.1 ? text("%.0f mN", 1e3 * force_n) : text("%.2f N", force_n); }
 
+std::string newton_metres(double torque_nm) {
+  return torque_nm < 1.0 ? text("%.3g mN\u00b7m", 1e3 * torque_nm) : text("%.2f N\u00b7m", torque_nm);
+}
+
 std::string millijoules(double energy_j) { return text("%.2f mJ", 1e3 * energy_j + 0.0); }
 
 std::string counted(long long number, const char* one, const char* many) {
@@ -32,6 +36,19 @@ std::string first_of(const Recorded& recorded, const char* kind, const char* wha
                                   [&](const RecordedEvent& event) { return event.kind == kind; });
   if (found == recorded.events.end()) return {};
   return text("The first %s came at %.3f s: ", what, found->t_s) + level_of(recorded, *found) + ".";
+}
+
+/// Sentence on the torques of a tool.
+std::string format_torque(const Recorded& recorded) {
+  const LargestTorques most = largest_torques(recorded);
+  if (most.coupling_nm == 0.0 && most.on_hand_nm == 0.0) return "There was no torque.";
+  if (most.on_hand_nm == 0.0)
+    return "The torque of the coupling was at most " + newton_metres(most.coupling_nm) + text(", at %.3f s; ", most.at_s) +
+           "the device drives no torque, so the hand felt the force alone.";
+  const bool is_cut = newton_metres(most.coupling_nm) != newton_metres(most.on_hand_nm);
+  return "Beside the force there was a torque on the hand of at most " + newton_metres(most.on_hand_nm) +
+         text(", at %.3f s", most.at_s) +
+         (is_cut ? ", of " + newton_metres(most.coupling_nm) + " that the coupling gave before the guard." : ".");
 }
 
 /// Sentence of a warning.
@@ -141,6 +158,7 @@ std::vector<std::string> format_recorded(const Recorded& recorded) {
   } else {
     say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") nothing was felt: no mode pushed.");
   }
+  if (recorded.header.has_tool && s.contact_share > 0.0) say(format_torque(recorded));
   if (s.contact_share > 0.0) {
     for (const std::string& note : recorded.header.notes) say(note);
   }
@@ -153,6 +171,11 @@ std::vector<std::string> format_recorded(const Recorded& recorded) {
     say("The modes dissipated " + millijoules(s.energy.dissipated_j) + " of the hand's energy" +
         (drives ? " and injected " + injected + "." : "."));
   if (s.energy.data_motion_j != 0.0) say("Moving data added " + millijoules(s.energy.data_motion_j) + ".");
+  const auto& notes = recorded.header.notes;
+  const bool is_noted = std::any_of(notes.begin(), notes.end(),
+                                    [](const std::string& note) { return note.starts_with("Turning the handle brought in"); });
+  if (s.unfelt_j != 0.0 && !is_noted)
+    say("Turning the handle brought in " + millijoules(s.unfelt_j) + " unfelt: the device drives no torque.");
   const auto share = [&](std::int64_t ticks) {
     return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";
   };
@@ -161,7 +184,9 @@ std::vector<std::string> format_recorded(const Recorded& recorded) {
   if (s.bad_input_ticks + s.invalid_probe_ticks > 0) {
     say("In " + share(std::max(s.bad_input_ticks, s.invalid_probe_ticks)) + " the position of the hand was not known.");
   }
-  if (s.guard_limited_ticks > 0) say("The guard limited the force in " + share(s.guard_limited_ticks) + ".");
+  if (s.guard_limited_ticks > 0)
+    say(std::string(recorded.header.has_tool ? "The guard limited force or torque in " : "The guard limited the force in ") +
+        share(s.guard_limited_ticks) + ".");
   if (s.faults > 0) say("Faults: " + grouped(s.faults) + ".");
   if (s.waiting_ticks + s.capped_ticks + s.bad_input_ticks + s.invalid_probe_ticks + s.guard_limited_ticks + s.faults == 0) {
     say("All ticks converged; no force was limited.");

@@ -47,18 +47,22 @@ void ModeRuntime::start() noexcept {
 }
 
 void ModeRuntime::arrive() noexcept {
+  motion_.furthest_m = -1.0;  // contacts have changed
   if (furthest_carried_m_ == 0.0) return;
   furthest_carried_m_ = 0.0;
   for (Live& live : live_) live.carried_m = {};
 }
 
-double ModeRuntime::motion_m(const Pose& proxy, DataTime from, DataTime to) const noexcept {
+double ModeRuntime::motion_m(const Pose& proxy, DataTime from, DataTime to) noexcept {
+  if (motion_.furthest_m >= 0.0 && motion_.proxy == proxy && motion_.from == from && motion_.to == to)
+    return motion_.furthest_m;
   double furthest_m = 0.0;
   for_each_part([&](std::size_t m, std::size_t foot) {
     if (!acts(m, foot)) return;
     const Vec3 by_m = carried_at(m, foot, tool_.foot_m(proxy, foot));
     furthest_m = std::max(furthest_m, distance(samples_[foot]->carried_m(parts_[m].inputs.main_field, by_m, from, to), by_m));
   });
+  motion_ = {proxy, from, to, furthest_m};
   return furthest_m;
 }
 

@@ -72,7 +72,7 @@ class ModeRuntime {
       Live& live = live_[part_of(m, foot)];
       const Vec3 at_m = carried_at(m, foot, tool_.foot_m(start, foot));
       const Carried carried = samples(foot).carried(field, at_m, from, to);
-      const bool is_known = carried.known && samples(foot).carried(field, at_m, from, tick_end).known;
+      const bool is_known = carried.known && (tick_end == to || samples(foot).carried(field, at_m, from, tick_end).known);
       if (live.fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m, foot));
       if (!is_known && !live.fade.is_leaving() && live.fade.begin_fade_out(samples(foot))) jumped(m);
       live.carried_m = is_known && !live.fade.is_leaving() ? carried.position_m - at_m : Vec3{};
@@ -101,7 +101,7 @@ class ModeRuntime {
   /// Whether yielding of the level is no break-through: the level has jumped, or data end nearby.
   bool only_yields(const PrimitiveId& id) const noexcept { return fades(id) || live_at(id).at_edge; }
   /// Longest motion [m] of a foot with any mode's data between two times, for the proxy at `proxy` [m].
-  double motion_m(const Pose& proxy, DataTime from, DataTime to) const noexcept;
+  double motion_m(const Pose& proxy, DataTime from, DataTime to) noexcept;
   /// Adds the data's motion since the start of the sub-step, with the foot at `start_m` [m], and jumped levels, to the event
   /// search of a foot.
   void configure_events(std::size_t foot, Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
@@ -158,6 +158,7 @@ class ModeRuntime {
     return reinterpret_cast<std::byte*>(memories_.data() + foot * memory_units_ + parts_[m].memory);
   }
   void set_time(DataTime at, DataTime came_from) noexcept {
+    motion_.furthest_m = -1.0;
     for (const auto& of_foot : samples_) of_foot->set_time(at, came_from);
   }
   ModeContext here_at(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& start_m,
@@ -193,6 +194,12 @@ class ModeRuntime {
   std::vector<Threshold> watches_;
   PrimitiveSet scratch_;
   double finest_m_ = 0.0, furthest_carried_m_ = 0.0;
+  // The last result of motion_m: a tick of one segment needs it twice.
+  struct {
+    Pose proxy;
+    DataTime from, to;
+    double furthest_m = -1.0;  // none
+  } motion_;
 };
 
 }  // namespace palpa

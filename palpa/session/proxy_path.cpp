@@ -339,6 +339,17 @@ double ProxyPath::share_of(const Motion& motion, double longest_m) const noexcep
   return std::min(share, most_rad / turn_rad);
 }
 
+// Of a tool a flight whose search fits several times into the work of a move: a longer one, cut short at its first event and
+// searched again, would end where it began, for ever.
+double ProxyPath::longest_flight_m() noexcept {
+  if (tool_.is_point()) return unbounded;
+  int piece_work = 0;
+  for (std::size_t field = 0; field < modes_.fields(); ++field)
+    piece_work += modes_.samples(0).work_of_look(static_cast<std::int32_t>(field));
+  const double all_feet_work = static_cast<double>(tool_.feet()) * std::max(1, piece_work);
+  return spacing_m_ * std::max(1.0, tool_spared_work / (most_chords * all_feet_work));
+}
+
 // One move towards the balance, at most half a sample spacing, to the first free position. If the end is not free, the facets
 // that exclude it are added and the balance is repeated. Directions are sampled at the middle of the move: sampled at its start
 // they would lead the proxy off the outside of every curve.
@@ -347,7 +358,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   if (segment.fresh) state_.max_move_m = unbounded;
   double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
-  if (flies) longest = unbounded;
+  if (flies) longest = longest_flight_m();
   const auto end_of = [&](const Pose& to) {
     const Motion motion = tool_.motion(start, to);
     const double share = share_of(motion, longest);
@@ -426,11 +437,12 @@ void ProxyPath::stop_at_first_event(const Pose& start, bool flies, Move& move) n
     find_events(start, end, flies);
     if (first_event().kind == Event::Kind::none) return;
     // Events nearer to the move's end are left to the next sub-step.
-    const double left_m = (1.0 - first_event().share) * (tool_.way_m(start, end) + modes_.furthest_carried_m());
-    if (!(left_m > rest * spacing_m_)) return;
+    const double way_m = tool_.way_m(start, end) + modes_.furthest_carried_m();
+    if (!((1.0 - first_event().share) * way_m > rest * spacing_m_)) return;
     move.fraction *= first_event().share;
     move.stop = Stop::event;
-    if (end.turn == start.turn) return;
+    // At the move's start, where a chord and its arc are one, another search would only lose the crossing.
+    if (end.turn == start.turn || !(first_event().share * way_m > rest * spacing_m_)) return;
   }
 }
 

@@ -128,6 +128,7 @@ class ProxyPath {
   Pose end_from(const Pose& start, const Move& move) const noexcept {
     return move.fraction < 1.0 ? tool_.moved(start, move.fraction * tool_.motion(start, move.to_pose)) : move.to_pose;
   }
+  double longest_flight_m() noexcept;
   double share_of(const Motion& motion, double longest_m) const noexcept;
   void balance(Move& move, const Pose& probe, double time_step_s) noexcept;
   void place(const StepContext& context, const Pose& end, double whole_m) noexcept;

@@ -35,13 +35,15 @@ struct PathPoint {
 };
 
 /// Primitives of one sub-step: a plane is drawn as a disc with its normal, a line as a rod, a point as a ball, a directed force
-/// as an arrow; and the spring between proxy and probe.
+/// as an arrow; the spring between proxy and probe; and the feet of the scene's tool at the proxy, red by the force on each,
+/// with a paler copy at the probe.
 struct Moment {
   Vec3 probe_m;
   Vec3 proxy_m;
   std::vector<PlacedPrimitive> primitives;
   std::vector<std::string> mode_names;  ///< by PrimitiveId::mode, for the legend
   double time_s = 0.0;                  ///< since the session began; data that change are drawn at this time
+  Turn probe_turn{}, proxy_turn{};      ///< of the scene's tool; unused for a point
 };
 
 /// Size and viewpoint of a picture.

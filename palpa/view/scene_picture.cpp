@@ -22,6 +22,7 @@
 #include "palpa/view/streamlines.h"
 #include "palpa/view/volume_picture.h"
 #include "palpa/vtk/felt_actors.h"
+#include "palpa/vtk/felt_tool.h"
 
 namespace palpa {
 namespace {
@@ -259,6 +260,18 @@ void explain_modes(const Moment& moment, detail::LayerSigns& signs) {
   }
 }
 
+/// Draws the feet of the scene's tool, with their legend.
+void show_tool(vtkRenderer* front, const Scene& scene, const Moment& moment, double unit_m, detail::LayerSigns& signs) {
+  const Tool tool(scene.tool(), scene.coupling());
+  if (tool.is_point()) return;
+  std::vector<Vec3> forces_n(tool.feet());
+  add_foot_forces(moment.primitives, forces_n);
+  FeltTool(front, tool, unit_m).show({moment.probe_m, moment.probe_turn}, {moment.proxy_m, moment.proxy_turn}, forces_n);
+  const detail::FeltColor red = detail::foot_color(1.0);
+  signs.legend.push_back({"foot of the tool, red by force", {{red[0], red[1], red[2]}}});
+  signs.legend.push_back({"tool at the device", {probe_color}});
+}
+
 /// Extents in the picture.
 struct Extents {
   Seen felt, now, data;
@@ -274,6 +287,10 @@ Extents extents_of(const Scene& scene, const std::vector<ViewLayer>& layers, con
   if (moment) {
     extents.now.add(view, moment->probe_m);
     extents.now.add(view, moment->proxy_m);
+    if (const Tool tool(scene.tool(), scene.coupling()); !tool.is_point()) {
+      for (std::size_t foot = 0; foot < tool.feet(); ++foot)
+        extents.now.add(view, tool.foot_m({moment->proxy_m, moment->proxy_turn}, foot));
+    }
     extents.felt.add(extents.now);
   }
   const Similarity map = scene.hand_to_world();
@@ -370,6 +387,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   detail::draw_margins(canvas, layout, scene.title);
   if (moment) {
     FeltActors(front, unit_m).show(moment->probe_m, moment->proxy_m, moment->primitives);
+    show_tool(front, scene, *moment, unit_m, signs);
     explain_modes(*moment, signs);
     name_ends(canvas, view, *moment);
   }

@@ -157,6 +157,9 @@ ScenePictureOptions close_up(const Scene& scene, const Moment& moment) {
     return (0.2 + sight.clear(moment.proxy_m, towards)) * (1.0 - 0.5 * std::abs(angle - oblique));
   });
   options.half_height_m = std::clamp(12.0 * distance(moment.probe_m, moment.proxy_m), 0.02, 0.06);
+  // All feet of a tool, whose middle is about half of its reach away, with a margin.
+  const Tool tool(scene.tool(), scene.coupling());
+  options.half_height_m = std::max(options.half_height_m, 0.7 * tool.reach_m());
   return options;
 }
 

@@ -186,7 +186,8 @@ class FeltActors {
         break;
       case PrimitiveKind::point: ball(at, 0.03 * view_half_height_hand_m_, color); break;
       case PrimitiveKind::directed:
-        arrow(proxy_m, proxy_m + (0.1 + 0.25 * share) * view_half_height_hand_m_ * normalized(q),
+        arrow(proxy_m + placed.lever_m,
+              proxy_m + placed.lever_m + (0.1 + 0.25 * share) * view_half_height_hand_m_ * normalized(q),
               0.012 * view_half_height_hand_m_, color);
         break;
     }

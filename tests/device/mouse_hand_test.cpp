@@ -129,6 +129,38 @@ TEST(MouseHand, StaysInItsBallAndTakesNoNonsense) {
   EXPECT_EQ(pointer.read().buttons, 5u);
 }
 
+TEST(MouseHand, TurnsItsHandleWhereItIsTurned) {
+  MouseHand pointer({.turn = turn_by({0, 0, 0.5})});
+  EXPECT_EQ(*pointer.read().turn, turn_by({0, 0, 0.5}));
+  pointer.turn({0.3, 0, 0});
+  pointer.pass(1e-3);
+  pointer.turn({0, -1.2, 0});
+  pointer.turn({std::numeric_limits<double>::quiet_NaN(), 0, 0});
+  settle(pointer);
+  const Turn wanted = turn_by({0, -1.2, 0}) * turn_by({0.3, 0, 0}) * turn_by({0, 0, 0.5});
+  EXPECT_LT(norm(rotation_between_rad(*pointer.read().turn, wanted)), 1e-9);
+  EXPECT_TRUE(is_unit(*pointer.read().turn, 1e-12));
+  pointer.have_mouse(false);
+  pointer.turn({1, 0, 0});
+  settle(pointer);
+  EXPECT_LT(norm(rotation_between_rad(*pointer.read().turn, wanted)), 1e-9) << "without the mouse the hand rests";
+}
+
+TEST(MouseHand, IsTurnedLessAgainstATorqueOnly) {
+  const auto turned_rad = [](const Vec3& torque_nm) {
+    MouseHand pointer({.largest_torque_nm = 0.2});
+    pointer.write({}, torque_nm);
+    pointer.turn({0.4, 0, 0});
+    settle(pointer);
+    return rotation_rad(*pointer.read().turn).x;
+  };
+  EXPECT_NEAR(turned_rad({}), 0.4, 1e-9);
+  EXPECT_NEAR(turned_rad({0.1, 0, 0}), 0.4, 1e-9) << "along";
+  EXPECT_NEAR(turned_rad({0, 0.1, 0}), 0.4, 1e-9) << "across";
+  EXPECT_NEAR(turned_rad({-0.1, 0, 0}), 0.2, 1e-9) << "half of the largest: half of the turn";
+  EXPECT_NEAR(turned_rad({-0.2, 0, 0}), 0.0, 1e-9) << "the largest";
+}
+
 TEST(MouseHand, LosesNoMotionBetweenTwoThreads) {
   MouseHand pointer;
   std::thread window([&] {

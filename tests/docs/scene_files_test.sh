@@ -10,7 +10,7 @@ fail() {
 }
 rows=$(sed -n 's/^|[^|]*| `\([^`]*\)` | \([0-9]*\) | `\([0-9a-f]*\)` | [^|]* | [^|]* |$/\1 \2 \3/p' "$root/scenes/README.md")
 named=0
-for scene in "$root"/scenes/*.toml; do
+for scene in "$root"/scenes/*.toml "$root"/scenes/tools/*.toml; do
   while read -r file; do
     named=$((named + 1))
     grep -q "^$file " <<<"$rows" || fail "${scene##*/} reads $file, of which scenes/README.md says nothing"

@@ -329,6 +329,37 @@ double odd_number(Choices& choices, double usual) {
   return choices.one_in(2) ? usual * choices.log_between(1.0, 1e12) : choices.one_of(hostile);
 }
 
+void set_random_tool(Choices& choices, Scene& scene) {
+  using Shape = ToolOptions::Shape;
+  ToolOptions tool{.shape = choices.one_of(std::array{Shape::points, Shape::rod, Shape::pad, Shape::ball})};
+  const double size_m = choices.one_in(6) ? choices.log_between(1e-9, 0.5) : choices.log_between(2e-3, 0.1);
+  const auto feet = static_cast<int>(choices.one_in(10) ? 1 + choices.below(most_feet) : 1 + choices.below(16));
+  const auto near_m = [&] { return choices.one_in(8) ? 0.0 : choices.between(-size_m, size_m); };
+  if (tool.shape == Shape::points) {
+    for (int foot = 0; foot < feet; ++foot) {
+      const double x_m = near_m(), y_m = near_m();
+      tool.points_m.push_back({x_m, y_m, near_m()});
+    }
+  } else {
+    tool.points = feet;
+    if (tool.shape == Shape::rod) tool.length_m = size_m;
+    if (tool.shape != Shape::rod || choices.one_in(2)) tool.radius_m = 0.5 * size_m;
+  }
+  if (choices.one_in(3)) tool.centre_m = {near_m(), 0.0, near_m()};
+  if (choices.one_in(3)) tool.share = choices.log_between(1e-6, 1.0);
+  if (choices.one_in(2)) tool.turning_radius_m = choices.one_in(4) ? choices.log_between(1e-6, 1.0) : size_m;
+  scene.set(tool);
+  scene.edit<CouplingOptions>([&](CouplingOptions& made) {
+    made.max_torque_nm = choices.log_between(1e-3, 10.0);
+    if (choices.one_in(3)) made.turn_damping_nms_per_rad = choices.between(0.0, choices.one_in(4) ? 1.0 : 1e-3);
+  });
+  for (std::size_t m = 0; m < scene.modes().size(); ++m) {
+    if (!choices.one_in(4)) continue;
+    const auto feet_of_mode = choices.one_in(2) ? SceneMode::Feet::all : SceneMode::Feet::first;
+    scene.edit_mode(std::string(scene.modes()[m].name), [&](SceneMode& mode) { mode.feet = feet_of_mode; });
+  }
+}
+
 Scene random_scene(Choices& choices) {
   Scene scene(coupling(choices));
   std::vector<std::string> names[2];

@@ -27,7 +27,8 @@ struct Moment {
 /// A hand that moves in pieces, near or far, smoothly or not, with some invalid positions.
 class AnyHand {
  public:
-  explicit AnyHand(Choices& choices) : choices_(choices) {}
+  /// \param turns  with an orientation
+  AnyHand(Choices& choices, bool turns) : choices_(choices), turns_(turns) {}
 
   Moment next() {
     if (left_ == 0) begin_stretch();
@@ -51,6 +52,7 @@ class AnyHand {
       if (choices_.one_in(3)) moment.time_step_s = odd_number(choices_, 1e-15);
       moment.probe.valid = !choices_.one_in(4);
     }
+    if (turns_) turn(moment.probe);
     if (has_velocity_) moment.probe.velocity_m_per_s = step_m_ / time_step_s_;
     if (has_velocity_ && way_ == Way::odd) moment.probe.velocity_m_per_s->y = odd_number(choices_, 1.0);
     return moment;
@@ -70,6 +72,10 @@ class AnyHand {
       const double x = choices_.between(-size_m, size_m), y = choices_.between(-size_m, size_m);
       return Vec3{x, y, choices_.between(-size_m, size_m)};
     };
+    if (turns_) {
+      turn_step_rad_ = anywhere(choices_.one_in(5) ? choices_.log_between(1e-12, 3.0) : choices_.log_between(1e-5, 5e-2));
+      if (choices_.one_in(6)) turn_ = turn_by(anywhere(3.0));
+    }
     if (way_ == Way::round) {
       middle_m_ = anywhere(0.05), step_m_ = anywhere(0.05);
     } else {
@@ -78,7 +84,21 @@ class AnyHand {
     }
   }
 
+  // Turns with the way; odd: no rotation at all, hardly one, or of either sign.
+  void turn(Probe& probe) {
+    if (way_ != Way::odd) turn_ = turned_further(turn_, (way_ == Way::shaking && left_ % 2 == 0 ? -1.0 : 1.0) * turn_step_rad_);
+    probe.turn = turn_;
+    if (choices_.one_in(16)) probe.turn = {-turn_.w, -turn_.x, -turn_.y, -turn_.z};
+    if (way_ != Way::odd) return;
+    double* const numbers[] = {&probe.turn.w, &probe.turn.x, &probe.turn.y, &probe.turn.z};
+    if (choices_.one_in(2)) *choices_.one_of(numbers) = odd_number(choices_, 1.0);
+    if (choices_.one_in(4)) probe.turn = {0.0, 0.0, 0.0, choices_.one_in(2) ? 0.0 : 1.0 + choices_.between(-1e-3, 1e-3)};
+  }
+
   Choices& choices_;
+  bool turns_;
+  Turn turn_;
+  Vec3 turn_step_rad_;
   Way way_ = Way::straight;
   std::uint64_t left_ = 0;
   double time_step_s_ = 1e-3;
@@ -106,7 +126,12 @@ std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
                            t.energy.path_and_release_j,
                            t.energy.data_motion_j,
                            t.energy.sampling_j,
-                           frame.command.withheld_j};
+                           frame.command.withheld_j,
+                           t.torque_nm.x,
+                           t.torque_nm.y,
+                           t.torque_nm.z,
+                           t.proxy_turn.w,
+                           frame.command.torque_nm.x};
   for (const double number : numbers) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &number, sizeof bits);
@@ -125,13 +150,24 @@ bool is_finite_all(const TickFrame& frame) {
 }
 
 /// Inputs for which docs/contracts/session.md excludes bad_input.
-bool is_usable(const Moment& moment) {
+bool is_usable(const Moment& moment, bool turns) {
   const Probe& probe = moment.probe;
   return probe.valid && is_finite(probe.position_m) && (!probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s)) &&
-         moment.time_step_s > 0.0 && moment.time_step_s <= 1.0;
+         moment.time_step_s > 0.0 && moment.time_step_s <= 1.0 && (!turns || is_unit(probe.turn, 1e-3));
 }
 
-const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double max_force_n) {
+const char* broken_by_turning(const Moment& moment, const TickFrame& frame, double max_torque_nm) {
+  const Tick& t = frame.result;
+  if (!is_finite(frame.command.torque_nm)) return "a commanded torque is finite";
+  if (norm(frame.command.torque_nm) > max_torque_nm * (1.0 + 1e-15)) return "a commanded torque is within the limit";
+  if (!is_finite(t.torque_nm) || !is_finite(t.probe_turn_step_rad)) return "a torque is finite";
+  if (!is_unit(t.proxy_turn, 1e-9)) return "a proxy's turn is a rotation";
+  if (!std::isfinite(frame.command.unfelt_j)) return "unfelt work is finite";
+  if (t.status == TickStatus::bad_input && t.torque_nm != Vec3{}) return "an unusable probe has no torque";
+  return moment.probe.valid || frame.command.torque_nm == Vec3{} ? nullptr : "a hand without a position has no torque";
+}
+
+const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double max_force_n, bool turns) {
   const Tick& t = frame.result;
   if (!is_finite(frame.command.force_n)) return "a command is finite";
   if (norm(frame.command.force_n) > max_force_n) return "a command is within the limit";
@@ -141,19 +177,22 @@ const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double 
   if (!is_finite_all(frame)) return "an energy is finite";
   if (t.work > 4 * Session::most_work) return "a tick's work is bounded";
   if (t.sub_steps > Session::max_sub_steps) return "there are no more sub-steps than the cap";
-  if (t.status == TickStatus::bad_input && is_usable(moment) && largest_component(moment.probe.position_m) < 100.0)
+  if (t.status == TickStatus::bad_input && is_usable(moment, turns) && largest_component(moment.probe.position_m) < 100.0)
     return "a probe and a time step that can be used are not bad input";
-  if (t.status != TickStatus::bad_input && moment.probe.valid && !is_usable(moment)) return "what cannot be used is bad input";
+  if (t.status != TickStatus::bad_input && moment.probe.valid && !is_usable(moment, turns))
+    return "what cannot be used is bad input";
   return nullptr;
 }
 
 /// The force on a proxy that stays while its probe moves on is borne by strengths, but for a hundredth at most. Hostile data
 /// may have no balance; then the proxy oscillates.
-const char* broken_by_standing(const Tick& before, const Tick& t) {
-  constexpr double still_m = 1e-12, led_m = 1e-6;
+const char* broken_by_standing(const Tick& before, const Tick& t, double radius_m) {
+  constexpr double still_m = 1e-12, still_rad = 1e-10, led_m = 1e-6;
   if (t.status != TickStatus::complete || before.status != TickStatus::complete) return nullptr;
-  const bool stands = distance(before.proxy_m, t.proxy_m) <= still_m && norm(t.probe_step_m) > led_m;
-  return stands && t.unborne_n > 0.01 * norm(t.force_n) + 1e-3 ? "a proxy that stands is held by strengths" : nullptr;
+  const bool stands = distance(before.proxy_m, t.proxy_m) <= still_m &&
+                      norm(rotation_between_rad(before.proxy_turn, t.proxy_turn)) <= still_rad && norm(t.probe_step_m) > led_m;
+  const double pull_n = std::hypot(norm(t.force_n), norm(t.torque_nm) / radius_m);
+  return stands && t.unborne_n > 0.01 * pull_n + 1e-3 ? "a proxy that stands is held by strengths" : nullptr;
 }
 
 /// A balance of the exact law against the formula of docs/trace.md; empty, or the error.
@@ -161,10 +200,16 @@ std::string broken_by_balance(const SubStep& step, std::span<const PlacedPrimiti
   if (step.balance.status != BalanceStatus::exact && step.balance.status != BalanceStatus::capped) return {};
   test::BalanceFormula formula(step.balance.position_m, step.probe_m, step.directed_n, step.stiffness_n_per_m,
                                std::max(step.time_step_s, shortest_time_s));
+  const bool turns = step.turning_radius_m > 0.0;
+  if (turns) formula.turns(step.balance.turn_rad, step.start_turn, step.probe_turn, step.turning_radius_m);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const Primitive& p = placed[i].primitive;
     const double stiffness_n_per_m = p.is_elastic() ? p.stiffness_n_per_m : 0.0;
-    if (p.kind == PrimitiveKind::directed) continue;
+    if (turns) formula.at_foot(placed[i].lever_m);
+    if (p.kind == PrimitiveKind::directed) {
+      if (turns) formula.add_directed(placed[i].force_n);
+      continue;
+    }
     if (p.kind != PrimitiveKind::corner) {
       formula.add(name_of(p.kind), p.position_m, p.direction, p.strength_n, p.drag_ns_per_m, stiffness_n_per_m,
                   placed[i].force_n);
@@ -207,43 +252,49 @@ double now_s(clockid_t clock) {
 class AnySession {
  public:
   explicit AnySession(const Scene& scene)
-      : session_(scene), guarded_(session_, max_device_n), max_force_n_(force_limit_n(scene, max_device_n)) {}
+      : session_(scene),
+        guarded_(session_, GuardOptions{.max_force_n = max_device_n, .motors = false, .max_torque_nm = max_device_nm}),
+        max_force_n_(force_limit_n(scene, max_device_n)),
+        max_torque_nm_(torque_limit_nm(scene, max_device_nm)) {}
 
   TickFrame tick(std::int64_t number, const Moment& moment) {
     return guarded_.tick(number, 1e-3 * static_cast<double>(number), moment.time_step_s, moment.probe);
   }
   const Session& session() const { return session_; }
   double max_force_n() const { return max_force_n_; }
+  double max_torque_nm() const { return max_torque_nm_; }
 
  private:
-  static constexpr double max_device_n = 10.0;
+  static constexpr double max_device_n = 10.0, max_device_nm = 0.4;
   Session session_;
   GuardedSession guarded_;
-  double max_force_n_;
+  double max_force_n_, max_torque_nm_;
 };
 
 /// Keeps the scene and the last moments of a failure for inspection.
 void keep(const fs::path& folder, const Scene& scene, const std::vector<Moment>& moments, std::uint64_t last) {
   std::ofstream(folder / "scene.toml") << to_toml(scene);
   std::ofstream out(folder / "hand.csv");
-  out << std::setprecision(17) << "tick,dt_s,probe_x_m,probe_y_m,probe_z_m,probe_velocity_y_m_per_s,probe_valid\n";
+  out << std::setprecision(17)
+      << "tick,dt_s,probe_x_m,probe_y_m,probe_z_m,probe_velocity_y_m_per_s,probe_valid,turn_w,turn_x,turn_y,turn_z\n";
   for (std::uint64_t n = 0; n <= last; ++n) {
     const Probe& probe = moments[n].probe;
     out << n << ',' << moments[n].time_step_s << ',' << probe.position_m.x << ',' << probe.position_m.y << ','
-        << probe.position_m.z << ',' << (probe.velocity_m_per_s ? probe.velocity_m_per_s->y : 0.0) << ',' << probe.valid
-        << '\n';
+        << probe.position_m.z << ',' << (probe.velocity_m_per_s ? probe.velocity_m_per_s->y : 0.0) << ',' << probe.valid << ','
+        << probe.turn.w << ',' << probe.turn.x << ',' << probe.turn.y << ',' << probe.turn.z << '\n';
   }
 }
 
 constexpr std::array earlier_laws{"paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
 
-Tried felt(Choices& choices, const fs::path& folder) {
+Tried felt(Choices& choices, const fs::path& folder, bool with_tool) {
   std::optional<Scene> scene;
   std::optional<AnySession> first, second;
   bool earlier_law = false;
   try {
     scene = random_scene(choices);
-    earlier_law = choices.one_in(16);
+    if (with_tool) set_random_tool(choices, *scene);
+    earlier_law = !with_tool && choices.one_in(16);
     if (earlier_law) scene->set_law(choices.one_of(earlier_laws));
     first.emplace(*scene);
   } catch (const LoadError& problem) {
@@ -253,7 +304,8 @@ Tried felt(Choices& choices, const fs::path& folder) {
   }
   // A scene costs as much as ten thousand ticks, and most failures are early.
   const auto ticks = static_cast<std::uint64_t>(choices.log_between(1e3, 2e5));
-  AnyHand hand(choices);
+  AnyHand hand(choices, with_tool);
+  const double radius_m = Tool(scene->tool(), scene->coupling()).turning_radius_m();
   std::vector<Moment> moments;
   for (std::uint64_t n = 0; n < ticks; ++n) moments.push_back(hand.next());
 
@@ -276,9 +328,10 @@ Tried felt(Choices& choices, const fs::path& folder) {
     hash = mixed(hash, frame);
     work += frame.result.work;
     result.tries = static_cast<std::int64_t>(n) + 1;
-    const char* broken =
-        test::allocations != allocations ? "a tick allocates nothing" : broken_by_tick(moments[n], frame, first->max_force_n());
-    const char* standing = earlier_law ? nullptr : broken_by_standing(before, frame.result);
+    const char* broken = test::allocations != allocations ? "a tick allocates nothing"
+                                                          : broken_by_tick(moments[n], frame, first->max_force_n(), with_tool);
+    if (!broken && with_tool) broken = broken_by_turning(moments[n], frame, first->max_torque_nm());
+    const char* standing = earlier_law ? nullptr : broken_by_standing(before, frame.result, radius_m);
     before = frame.result;
     if (broken) {
       result.broken = broken;
@@ -317,13 +370,22 @@ Tried felt(Choices& choices, const fs::path& folder) {
   return result;
 }
 
+Attempt attempt(bool with_tool) {
+  return [with_tool](Choices& choices, const fs::path& folder) { return felt(choices, folder, with_tool); };
+}
+
 }  // namespace
 
 void add_ticks(std::vector<Campaign>& to) {
   to.push_back({.name = "ticks",
                 .of = "ticks",
                 .long_tries = 1'000'000'000,
-                .begin = [](const fs::path&) { return Attempt(felt); },
+                .begin = [](const fs::path&) { return attempt(false); },
+                .patience_s = 600.0});
+  to.push_back({.name = "tool",
+                .of = "ticks",
+                .long_tries = 10'000'000,
+                .begin = [](const fs::path&) { return attempt(true); },
                 .patience_s = 600.0});
 }
 

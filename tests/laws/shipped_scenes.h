@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,16 @@ inline std::filesystem::path scene_file(const std::string& name) {
   return std::filesystem::path(PALPA_SCENES_FOLDER) / (name + ".toml");
 }
 
+/// Names of the scenes with a tool, without ending, sorted: "tools/peg", …
+inline std::vector<std::string> tool_scenes() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(std::filesystem::path(PALPA_SCENES_FOLDER) / "tools")) {
+    if (file.path().extension() == ".toml") names.push_back("tools/" + file.path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
 /// An environment variable's value, followed by a part of a path.
 inline std::filesystem::path from_environment(const char* variable, const char* part) {
   const char* value = std::getenv(variable);
@@ -34,7 +46,9 @@ inline std::filesystem::path reader() { return from_environment("PALPA_BIN", "pa
 
 /// The reason why this scene cannot run here; empty: it can.
 inline std::string missing_for(const std::string& name) {
-  if (name.ends_with("_phantom")) return {};
+  std::ifstream text(scene_file(name));
+  const std::string keys{std::istreambuf_iterator<char>(text), {}};
+  if (keys.find("\nfile = ") == std::string::npos) return {};
   if (!std::filesystem::is_directory(shared_data())) return "no real data: " + shared_data().string() + " is not there";
   if (!std::filesystem::exists(reader())) return "this build has no palpa-read, so no real data";
   return {};

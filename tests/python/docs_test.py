@@ -25,6 +25,15 @@ def test_the_examples_of_the_page_run_as_they_stand_there(tmp_path, monkeypatch)
         exec(compile(example, "docs/python.md", "exec"), names)
 
 
+def test_the_lines_on_tools_feel_a_torque():
+    (lines,) = blocks("docs/tools.md")
+    names = {}
+    exec(compile(lines, "docs/tools.md", "exec"), names)
+    tick = names["t"]
+    assert tick.force_n[2] > 0.1 and np.linalg.norm(tick.torque_nm) > 1e-3
+    assert np.linalg.norm(tick.proxy_turn) == pytest.approx(1.0, abs=1e-12)
+
+
 def test_the_readmes_lines_feel_the_same_as_those_in_cpp():
     """Equal to the bit, also for a hand that continues from there (readme_ticks.cpp.in)."""
     (lines,) = blocks("README.md")

@@ -271,6 +271,71 @@ TEST_F(Report, EventsSayWhyWithTheirUnit) {
   EXPECT_THAT(html, HasSubstr("not in real time"));
 }
 
+/// A rod in the phantom, or a point.
+std::string tool_scene(const char* tool) { return std::string(phantom_scene) + tool; }
+constexpr const char* rod = "[tool]\nshape = \"rod\"\nlength_m = 0.04\npoints = 5\n";
+
+class ReportOfATool : public StudyTest {
+ protected:
+  fs::path trace(const std::string& name, const char* tool, const char* hand, bool primitives = false) const {
+    write("scene.toml", tool_scene(tool));
+    RunOptions o = options(name);
+    o.hand = hand;
+    o.primitives = primitives;
+    run(o);
+    return folder / name;
+  }
+  static std::string html_of(const fs::path& trace) {
+    const std::string html = report_html(trace);
+    EXPECT_EQ(markup_error(html, true), "");
+    return html;
+  }
+};
+
+TEST_F(ReportOfATool, ShowsTorqueBesideForceAndFeet) {
+  const std::string html = html_of(trace("rod", rod, "sim:stroke,tilt_rad=0.3", true));
+  for (const char* text : {"id=\"torque-", "torque / mN\u00b7m", "torque on the hand", "\"feet\":[[0.0,0.0,",
+                           "\"proxy_turn\":[", "\"coupling_torque\":", "feet of the tool at the proxy"}) {
+    EXPECT_THAT(html, HasSubstr(text));
+  }
+  EXPECT_LT(html.find("id=\"force-"), html.find("id=\"torque-"));
+  EXPECT_LT(html.find("id=\"torque-"), html.find("id=\"modes-"));
+}
+
+TEST_F(ReportOfATool, ForcesOfItsFeetAreTheSameRecordedOrFeltAgain) {
+  const auto feet_of = [](const std::string& html) {
+    std::vector<std::string> feet;
+    const std::string key = "\"coupling_torque\":";
+    for (std::size_t at = html.find(key); at != std::string::npos; at = html.find(key, at + 1))
+      feet.push_back(html.substr(at, html.find('}', at) - at));
+    return feet;
+  };
+  const std::vector<std::string> recorded = feet_of(html_of(trace("with", rod, "sim:stroke,tilt_rad=0.3", true)));
+  EXPECT_EQ(recorded, feet_of(html_of(trace("without", rod, "sim:stroke,tilt_rad=0.3"))));
+  EXPECT_TRUE(std::any_of(recorded.begin(), recorded.end(), [](const std::string& one) { return !one.ends_with("[]"); }));
+}
+
+TEST_F(ReportOfATool, OfAPointHasNoWordOfTools) {
+  const std::string html = html_of(trace("point", "", "sim:stroke"));
+  for (const char* text : {"torque", "feet", "_turn", "unfelt"}) EXPECT_THAT(html, Not(HasSubstr(text)));
+}
+
+TEST_F(ReportOfATool, SaysWhatTurningBroughtInUnfelt) {
+  const fs::path made = trace("rod", rod, "sim:stroke,tilt_rad=0.3");
+  std::string ticks = read(made / "ticks.csv");
+  std::istringstream header(ticks.substr(0, ticks.find('\n')));
+  std::size_t column = 0;
+  for (std::string name; std::getline(header, name, ',') && name != "unfelt_j";) ++column;
+  // 2 mJ in the first row.
+  std::size_t at = ticks.find('\n');
+  for (std::size_t i = 0; i < column; ++i) at = ticks.find(',', at + 1);
+  ticks.replace(at + 1, ticks.find_first_of(",\n", at + 1) - at - 1, "0.002");
+  std::ofstream(made / "ticks.csv", std::ios::binary) << ticks;
+  const std::string html = html_of(made);
+  EXPECT_THAT(html, HasSubstr("energy brought in by turning, unfelt"));
+  EXPECT_THAT(html, HasSubstr("Turning the handle brought in 2."));
+}
+
 TEST_F(Report, CannotBeWrittenJustAnywhere) {
   const fs::path made = trace();
   exchange(made / "scene.toml", "analytic = \"head_phantom\"", "file = \"gone.nrrd\"");  // pictures would take seconds

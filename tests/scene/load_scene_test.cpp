@@ -319,7 +319,8 @@ void expect_loads(std::string text, const std::string& what) {
 
 TEST(Scenes, OfTheRepositoryLoad) {
   int scenes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(PALPA_SOURCE_FOLDER) / "scenes")) {
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(std::filesystem::path(PALPA_SOURCE_FOLDER) / "scenes")) {
     if (entry.path().extension() != ".toml") continue;
     expect_loads(text_of(entry.path()), entry.path().string());
     ++scenes;

@@ -67,6 +67,27 @@ TEST_P(Allocation, NoneInATickOfDataThatMove) {
   EXPECT_GT(jumps, 0);
 }
 
+TEST_P(Allocation, NoneInATickOfATool) {
+  Scene scene = test::busy_moving_scene(GetParam());
+  scene.set(ToolOptions{.shape = ToolOptions::Shape::rod, .length_m = 0.03, .points = 16});
+  Session session(scene), other(scene);
+  test::Random random(1);
+  const test::Wander hand(random, 0.09), turns(random, 1.0);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const long before = test::allocations;
+  int in_contact = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Probe probe{.position_m = hand.at(1e-3 * i), .valid = i % 997 != 996, .turn = turn_by(turns.at(1e-3 * i))};
+    if (i % 499 == 250) probe.turn = {0.0, 0.0, nan, 0.0};
+    const Tick tick = session.tick(probe, 1e-3);
+    in_contact += norm(tick.force_n) > 1e-3;
+    ASSERT_TRUE(is_finite(tick.force_n) && is_finite(tick.torque_nm));
+  }
+  other.copy_state_from(session);
+  EXPECT_EQ(test::allocations, before);
+  EXPECT_GT(in_contact, 200);
+}
+
 INSTANTIATE_TEST_SUITE_P(FormulaAndGrid, Allocation, testing::Bool());
 
 }  // namespace allocation_test

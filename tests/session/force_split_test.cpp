@@ -440,5 +440,55 @@ TEST(LeastSplit, IsFiniteForArbitraryBitsAndAllocatesNothing) {
   EXPECT_EQ(test::allocations, before);
 }
 
+// Of feet on a plane the least split is linear in their place: t = s λ·(1, x, z), the multiplier of force and torque.
+TEST(ForceSplit, OfCoplanarFeetIsLinearInTheirPlace) {
+  test::Random random(11);
+  for (const std::size_t feet : {4u, 16u, 64u}) {
+    for (int trial = 0; trial < 20; ++trial) {
+      std::vector<Primitive> primitives(feet);
+      std::vector<Vec3> levers_m(feet), forces_n(feet), linear_n(feet);
+      const double slope_x = random.uniform(-5.0, 5.0), slope_z = random.uniform(-5.0, 5.0);
+      for (std::size_t i = 0; i < feet; ++i) {
+        levers_m[i] = {random.uniform(-0.03, 0.03), 0.01, random.uniform(-0.03, 0.03)};
+        Primitive& plane = primitives[i];
+        plane.kind = PrimitiveKind::plane;
+        plane.id.foot = static_cast<std::uint16_t>(i);
+        plane.position_m = levers_m[i];
+        plane.direction = {0, 1, 0};
+        plane.strength_n = random.uniform(1.0, 3.0);
+        linear_n[i] = {0, plane.strength_n * (0.4 + slope_x * levers_m[i].x + slope_z * levers_m[i].z), 0};
+      }
+      // Any other split with this total and torque: shifts along Σt = Σtx = Σtz = 0 of four feet.
+      forces_n = linear_n;
+      const Vec3 *a = levers_m.data(), one{1, 1, 1}, x{a[0].x, a[1].x, a[2].x}, z{a[0].z, a[1].z, a[2].z};
+      const Mat3 rows{{one, x, z}};
+      const Vec3 others = 0.05 * (inverse(rows) * Vec3{1.0, a[3].x, a[3].z});
+      if (std::abs(determinant(rows)) < 1e-5 || largest_component(others) > 0.3) continue;
+      forces_n[3].y += 0.05;
+      forces_n[0].y -= others.x, forces_n[1].y -= others.y, forces_n[2].y -= others.z;
+      if (std::ranges::any_of(forces_n, [](const Vec3& force_n) { return force_n.y < 0.0; })) continue;
+      const FeetOfRows at{levers_m, 0.05};
+      EXPECT_TRUE(split_is_shared(primitives, {}, at));
+      EXPECT_LT(least_split(primitives, {}, forces_n, at), 1e-12);
+      for (std::size_t i = 0; i < feet; ++i) EXPECT_LT(norm(forces_n[i] - linear_n[i]), 1e-9) << feet << " " << i;
+    }
+  }
+}
+
+// Three feet that are not on a line share nothing; their forces are unique.
+TEST(ForceSplit, OfThreeFeetIsUnique) {
+  std::vector<Primitive> primitives(3);
+  const std::vector<Vec3> levers_m{{0.01, 0, 0}, {-0.01, 0, 0.01}, {0, 0, -0.02}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    primitives[i].kind = PrimitiveKind::plane;
+    primitives[i].id.foot = static_cast<std::uint16_t>(i);
+    primitives[i].position_m = levers_m[i];
+    primitives[i].direction = {0, 1, 0};
+    primitives[i].strength_n = 1.0;
+  }
+  EXPECT_FALSE(split_is_shared(primitives, {}, FeetOfRows{levers_m, 0.05}));
+  EXPECT_TRUE(split_is_shared(primitives, {})) << "as a point";
+}
+
 }  // namespace split_test
 }  // namespace palpa

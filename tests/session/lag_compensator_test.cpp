@@ -94,11 +94,11 @@ TEST(LagCompensator, IsMadeGoodByTheHandsOwnMotion) {
       << "a still hand makes nothing good";
   for (int tick = 1; tick <= 100; ++tick) {  // pressed deeper, the force grows from there on
     probe_m.way_m.z -= 1e-5;
-    EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, -1e-5}).way_m.way_m.z, 1e-5 * tick, 1e-15);
+    EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, -1e-5}).way_m.z, 1e-5 * tick, 1e-15);
   }
   for (int tick = 1; tick <= 200; ++tick) {  // drawn back, it falls to 0, but never pulls into the wall
     probe_m.way_m.z += 1e-5;
-    EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, 1e-5}).way_m.way_m.z,
+    EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, 1e-5}).way_m.z,
                 1e-5 * std::max(0, 100 - tick), 1e-15);
   }
   EXPECT_EQ(slack.applied_extension_m({}, {}, 0.0, {0, 0, 1e-5}), Motion{}) << "free";

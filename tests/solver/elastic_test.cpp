@@ -220,11 +220,12 @@ TEST(Elastic, LetsFrictionKnowWhatItBears) {
     set.friction(1, 0, problem.start_m, coefficient);
     StateArena block;
     CoulombFriction friction(block, 8);
-    Solver solver(8);
+    const Tool point;
+    ToolLaw law(std::make_unique<Solver>(8), point, 8);
     const Vec3 probe_m = problem.probe_m + 0.02 * normalized(cross(plane.direction, random.direction()));
-    friction.solve(solver, set, probe_m, problem.stiffness_n_per_m, 1e-3);
-    const double pressed_n = norm(solver.forces_n()[0]);
-    EXPECT_NEAR(norm(solver.forces_n()[1]), coefficient * pressed_n, 1e-8);
+    friction.solve(law, set, {probe_m, {}}, problem.stiffness_n_per_m, 1e-3);
+    const double pressed_n = norm(law.forces_n()[0]);
+    EXPECT_NEAR(norm(law.forces_n()[1]), coefficient * pressed_n, 1e-8);
     const double k = problem.stiffness_n_per_m;
     EXPECT_NEAR(pressed_n, std::min(depth_m * k * level / (k + level), 4.0), 1e-8);
   }

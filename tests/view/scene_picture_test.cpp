@@ -100,6 +100,33 @@ Moment all_primitives() {
   return moment;
 }
 
+/// A foot under force is red.
+bool is_red(const Rgb& rgb) { return rgb[0] > 110 && rgb[0] > 2 * rgb[1] && rgb[0] > 2 * rgb[2]; }
+
+TEST(ScenePicture, ShowsTheFeetOfAToolWhereTheyAreRedByForce) {
+  Scene scene = ball_scene(sphere_field());
+  const Vec3 bearing_m{-0.04, 0, 0}, free_m{0.05, 0, 0};
+  scene.set(ToolOptions{.shape = ToolOptions::Shape::points, .points_m = {bearing_m, free_m}});
+  PlacedPrimitive placed;
+  placed.primitive.kind = PrimitiveKind::directed;
+  placed.primitive.direction = {0, 0, 1};  // towards the viewer: an arrow is hidden behind its foot
+  placed.force_n = {0, 0, 1.0};
+  Moment moment{.probe_m = {0, 0.03, 0}, .proxy_m = {0, 0.05, 0}, .primitives = {placed}, .mode_names = {"wind"}};
+  moment.proxy_turn = turn_by({0, 0, std::numbers::pi / 2});  // the first foot points down, the second up
+  const Picture picture = scene_picture(scene, {}, moment, small());
+  const Tool tool(scene.tool(), scene.coupling());
+  const Pose proxy{moment.proxy_m, moment.proxy_turn}, probe{moment.probe_m, moment.probe_turn};
+  const auto at = [&](const Vec3& p_m) { return projected(p_m, small()); };
+  const Place red = at(tool.foot_m(proxy, 0)), black = at(tool.foot_m(proxy, 1)), pale = at(tool.foot_m(probe, 1));
+  EXPECT_TRUE(is_red(pixel(picture, red.x, red.y)));
+  EXPECT_TRUE(is_dark(pixel(picture, black.x, black.y))) << "a foot without force";
+  const Rgb at_device = pixel(picture, pale.x, pale.y);
+  EXPECT_FALSE(is_dark(at_device) || is_red(at_device)) << "the tool at the device is pale";
+  scene.set(ToolOptions{});
+  const Picture of_point = scene_picture(scene, {}, moment, small());
+  EXPECT_FALSE(is_red(pixel(of_point, red.x, red.y))) << "a point has no feet";
+}
+
 TEST(ScenePicture, IsTheSameTwiceWithAndWithoutAScreen) {
   const Scene scene = ball_scene(sphere_field());
   unsetenv("DISPLAY");

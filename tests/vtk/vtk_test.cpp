@@ -23,6 +23,7 @@
 #include "palpa/device/mouse_hand.h"
 #include "palpa/palpa.h"
 #include "palpa/vtk/felt_actors.h"
+#include "palpa/vtk/felt_tool.h"
 #include "palpa/vtk/from_vtk.h"
 #include "palpa/vtk/to_vtk.h"
 #include "tests/shared_data.h"
@@ -391,6 +392,57 @@ TEST(Actors, AreWhereTheHandIsInTheData) {
   EXPECT_THAT(seen_in(*renderer), SizeIs(3));
   actors.remove();
   EXPECT_THAT(seen_in(*renderer), SizeIs(0));
+}
+
+/// Points of the actor's data.
+std::vector<Vec3> feet_of(vtkActor& actor) {
+  std::vector<Vec3> feet;
+  vtkPoints& points = *vtkPolyData::SafeDownCast(actor.GetMapper()->GetInputDataObject(0, 0))->GetPoints();
+  for (vtkIdType n = 0; n < points.GetNumberOfPoints(); ++n)
+    feet.push_back(Vec3{points.GetPoint(n)[0], points.GetPoint(n)[1], points.GetPoint(n)[2]});
+  return feet;
+}
+
+TEST(Actors, OfAToolAreItsFeetInBothPoses) {
+  vtkNew<vtkRenderer> renderer;
+  const Similarity map{rotation_about({0, 0, 1}, 90.0), 2.0, {1, 0, 0}};
+  const Tool tool({.shape = ToolOptions::Shape::rod, .length_m = 0.1, .points = 5}, {});
+  FeltTool actors(renderer, tool, 0.1, map);
+  EXPECT_EQ(renderer->GetActors()->GetNumberOfItems(), 0);
+  const Pose probe{{0.1, 0, 0}, turn_by({0.3, 0, 0})}, proxy{{0, 0.1, 0}, turn_by({0, 1.2, 0})};
+  actors.show(probe, proxy, {});
+  ASSERT_EQ(renderer->GetActors()->GetNumberOfItems(), 2);
+  const auto expect_feet = [&](int number, const Pose& pose) {
+    const std::vector<Vec3> seen = feet_of(*vtkActor::SafeDownCast(renderer->GetActors()->GetItemAsObject(number)));
+    ASSERT_THAT(seen, SizeIs(5));
+    for (std::size_t foot = 0; foot < 5; ++foot) EXPECT_LT(distance(seen[foot], map.to_world(tool.foot_m(pose, foot))), 1e-12);
+  };
+  expect_feet(0, probe);
+  expect_feet(1, proxy);
+  actors.show({{NAN, 0, 0}, {}}, proxy, {});
+  expect_feet(0, probe);
+  actors.remove();
+  EXPECT_EQ(renderer->GetActors()->GetNumberOfItems(), 0);
+  FeltTool of_point(renderer, Tool(), 0.1);
+  of_point.show(probe, proxy, {});
+  EXPECT_EQ(renderer->GetActors()->GetNumberOfItems(), 0);
+}
+
+TEST(Actors, OfAToolFollowALiveSession) {
+  Scene scene;
+  scene.set(ToolOptions{.shape = ToolOptions::Shape::pad, .radius_m = 0.01, .points = 4});
+  scene.add("ball", sphere_field());
+  scene.add("wall", SurfaceAndFriction{.field = {"ball"}, .levels = {{.value = 0, .strength_n = 2}}});
+  MouseHand hand;
+  LiveScene live(scene, hand.limits());
+  LiveLoop loop(live, hand, {.duration_s = 0.1, .guard = {.motors = false}});
+  vtkNew<vtkRenderer> renderer;
+  FeltTool actors(renderer, Tool(scene.tool(), scene.coupling()), 0.1);
+  EXPECT_FALSE(actors.update()) << "nothing was felt yet";
+  const std::atomic<bool> stop{false};
+  loop.run(stop, actors.observer());
+  EXPECT_TRUE(actors.update());
+  EXPECT_EQ(renderer->GetActors()->GetNumberOfItems(), 2);
 }
 
 TEST(Actors, FollowALiveSessionThatNeverWaitsForThem) {
