@@ -16,9 +16,9 @@ using testing::StartsWith;
 class TwoHands : public ProgramTest {
  protected:
   TwoHands() {
-    write_scene("two.toml", "[workspace]",
+    write_scene("two.toml", "[volume.head]",
                 "[[hand]]\nname = \"left\"\nat_m = [-0.02, 0, 0]\n[hand.tool]\nshape = \"pad\"\nradius_m = 0.006\npoints = 8\n"
-                "[[hand]]\nname = \"right\"\nat_m = [0.02, 0, 0]\n[workspace]");
+                "[[hand]]\nname = \"right\"\nat_m = [0.02, 0, 0]\n[volume.head]");
   }
 };
 
