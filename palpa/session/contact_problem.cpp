@@ -392,9 +392,11 @@ bool ContactProblem::add_cutting_planes(const Pose& end) noexcept {
     const Vec3 position_m = nearest_m - std::max(0.0, dot(at.normal, nearest_m - witness_of(contact))) * at.normal;
     if (!(dot(at.normal, position_m - (at.at_m - off_m)) >= std::max(new_plane_min * spacing_m_, -0.5 * at.signed_distance_m)))
       continue;
-    // A facet that the start is behind by more excludes no part of the way from the end on: the foot comes out there.
+    // Of a tool, a facet that the start is behind by more excludes no part of the way from the end on: the foot comes out
+    // there.
     const Vec3 start_m = foot_m(contact.id, start_) + modes_.carried_m(contact.id);
-    if (contact.is_rigid() && dot(at.normal, start_m - (at.at_m - off_m)) < 0.0) continue;
+    const bool is_foot = !tool().is_point() && contact.is_rigid();
+    if (is_foot && dot(at.normal, start_m - (at.at_m - off_m)) < 0.0) continue;
     if (contact.facets == most_facets) forget_idle(contact);
     if (!add_facet(contact, position_m, at.normal)) continue;
     learnt_.push_back({contact.id, contact.level, position_m, at.normal});

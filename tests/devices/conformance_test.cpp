@@ -121,7 +121,8 @@ TEST_P(EveryDevice, HasItsHandleTurnedAsTheHandSeesIt) {
   }
 }
 
-// A slow grip too: no step is far above that of the handle in the same time.
+// A slow grip too: hardly any step is far above that of the handle in the same time, as each of its 50 readings a second would
+// be. A paused machine delivers a few late.
 TEST_P(EveryDevice, TurnsWithoutJumps) {
   if (rig->wrist() == Rig::Wrist::none) return;
   const auto device = rig->open();
@@ -130,7 +131,9 @@ TEST_P(EveryDevice, TurnsWithoutJumps) {
   const auto begin = Clock::now();
   const auto passed_s = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   Turn last = *state.turn;
-  double last_s = 0.0, turned_rad = 0.0, jumped_rad = 0.0;
+  const double jump_rad = 0.25 * turning_rad_per_s / std::min(200.0, rig->turn_rate_hz());
+  double last_s = 0.0, turned_rad = 0.0;
+  int looks = 0, jumps = 0;
   for (double now_s = 0.0; now_s < duration_s; now_s = passed_s()) {
     rig->turn(turn_by({0, turning_rad_per_s * now_s, 0}));
     device->write({});
@@ -138,13 +141,14 @@ TEST_P(EveryDevice, TurnsWithoutJumps) {
     state = device->read();
     ASSERT_TRUE(state.turn && is_unit(*state.turn, 1e-9));
     const double step_rad = angle_rad(last, *state.turn), step_s = passed_s() - last_s;
-    // Beyond twice the handle's own turn since the last look; a paused machine delivers late.
-    jumped_rad = std::max(jumped_rad, step_rad - 2.0 * turning_rad_per_s * (step_s + 0.002));
+    // Beyond twice the handle's own turn since the last look.
+    jumps += step_rad - 2.0 * turning_rad_per_s * (step_s + 0.002) > jump_rad;
+    ++looks;
     turned_rad += step_rad;
     last = *state.turn;
     last_s += step_s;
   }
-  EXPECT_LT(jumped_rad, 0.25 * turning_rad_per_s / std::min(200.0, rig->turn_rate_hz())) << "[rad]";
+  EXPECT_LE(jumps, 0.02 * looks);
   EXPECT_NEAR(turned_rad, turning_rad_per_s * duration_s, 0.4);
 }
 
