@@ -278,6 +278,11 @@ class PointerRig final : public Rig {
   void hold(const Vec3& position_m, const Vec3&) override {
     if (pointer_ != nullptr) pointer_->move(position_m);
   }
+  Wrist wrist() const override { return Wrist::sensed; }
+  void turn(const Turn& turn) override {
+    if (pointer_ != nullptr) pointer_->turn(rotation_between_rad(turn_, turn));
+    turn_ = turn;
+  }
   Vec3 force_n() override { return {}; }
   void press_button(int number, bool down) override {
     buttons_ = down ? buttons_ | (1u << number) : buttons_ & ~(1u << number);
@@ -304,6 +309,7 @@ class PointerRig final : public Rig {
     bool rests() const noexcept override { return pointer.rests(); }
     void have_mouse(bool is_had) { pointer.have_mouse(is_had); }
     void move(const Vec3& way_m) { pointer.move(way_m); }
+    void turn(const Vec3& rotation_rad) { pointer.turn(rotation_rad); }
     void press(std::uint32_t buttons) { pointer.press(buttons); }
     PointerRig& rig;
     MouseHand pointer;
@@ -316,6 +322,7 @@ class PointerRig final : public Rig {
   }
 
   Watched* pointer_ = nullptr;
+  Turn turn_;
   bool has_mouse_ = true;
   std::uint32_t buttons_ = 0;
 };
