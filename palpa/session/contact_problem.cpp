@@ -142,7 +142,7 @@ Balance ContactProblem::solve(const Pose& probe, double time_step_s) noexcept {
   work_.spend(1 + found.iterations * size / each);
   for (LevelContact& contact : contacts_) {
     const std::size_t first = first_row(contact);
-    contact.state = state_at(set_.primitives(), first, law_.at_foot(found, contact.id));
+    contact.state = law_.at_foot(found, contact.id, [&](const Balance& at) { return state_at(set_.primitives(), first, at); });
     contact.pressed =
         pressed_direction(set_.primitives().subspan(first, contact.facets), law_.forces_n().subspan(first, contact.facets));
   }
@@ -328,7 +328,9 @@ Contact ContactProblem::contact_at(std::size_t row, const Pose& proxy, const Bal
   using Phase = Contact::Phase;
   const Primitive& p = set_[row];
   const LevelContact* held = contact_of(row);  // none: a level that jumped and fades, or no level
-  Contact now{.id = p.id, .state = held ? held->state : state_at(p, law_.at_foot(to, p.id)), .level = set_.captured(row)};
+  Contact now{.id = p.id,
+              .state = held ? held->state : law_.at_foot(to, p.id, [&](const Balance& at) { return state_at(p, at); }),
+              .level = set_.captured(row)};
   now.yields = now.level.any() && modes_.only_yields(p.id);
   if (held && now.state != PrimitiveState::off) {
     const bool gives_way = now.state == PrimitiveState::slip || held->breaks_at_step_end;

@@ -55,7 +55,8 @@ void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const Mode
     }
     const Vec3 carried_m = begins_ ? modes.origin_m(p.id) - tool.foot_m({step.start_m, step.start_turn}, p.id.foot) : Vec3{};
     const PrimitiveState state =
-        contact ? contact->state : state_at(set.primitives(), i, model.law().at_foot(step.balance, p.id));
+        contact ? contact->state
+                : model.law().at_foot(step.balance, p.id, [&](const Balance& at) { return state_at(set.primitives(), i, at); });
     placed_.push_back({p, set.captured(i), forces[i], state, carried_m, tool.lever_m(step.start_turn, p.id.foot)});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
   }

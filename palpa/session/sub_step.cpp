@@ -55,14 +55,15 @@ double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& 
   Vec3 corner_n;  // its facets press together, with a single strength
   // A tool's motion from its start is recorded: its rounding is that of a small number, times the longest lever.
   double reach_m = 0.0;
-  for (const PlacedPrimitive& row : placed) reach_m = std::max(reach_m, size_of(row.lever_m));
+  for (const PlacedPrimitive& row : is_tool ? placed : placed.first(0)) reach_m = std::max(reach_m, size_of(row.lever_m));
   const double rounding_m = is_tool ? 2.0 * epsilon * (size_of(balance.way_m) + reach_m * size_of(balance.turn_rad))
                                     : 0.5 * epsilon * size_of(balance.position_m);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     corner_n += placed[i].force_n;
     if (i + 1 < placed.size() && placed[i + 1].primitive.id == placed[i].primitive.id) continue;
-    const Balance at = balance_at_foot(balance, placed[i].lever_m, turning_radius_m);
-    slope_n += gap_slope_n(placed[i], corner_n, at, k, time_step_s, rounding_m);
+    slope_n += is_tool ? gap_slope_n(placed[i], corner_n, balance_at_foot(balance, placed[i].lever_m, turning_radius_m), k,
+                                     time_step_s, rounding_m)
+                       : gap_slope_n(placed[i], corner_n, balance, k, time_step_s, rounding_m);
     corner_n = {};
   }
   // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.

@@ -31,9 +31,10 @@ class ToolLaw {
   const Tool& tool() const noexcept { return tool_; }
   /// From the device's point to a foot at the start of the move [m].
   const Vec3& lever_m(const PrimitiveId& id) const noexcept { return levers_m_[id.foot]; }
-  /// A balance as the foot of a primitive has it.
-  Balance at_foot(const Balance& balance, const PrimitiveId& id) const noexcept {
-    return tool_.is_point() ? balance : balance_at_foot(balance, lever_m(id), tool_.turning_radius_m());
+  /// Calls `visit` with a balance as the foot of a primitive has it.
+  template <class Visit>
+  auto at_foot(const Balance& balance, const PrimitiveId& id, Visit&& visit) const noexcept {
+    return tool_.is_point() ? visit(balance) : visit(balance_at_foot(balance, lever_m(id), tool_.turning_radius_m()));
   }
   /// Largest residual motion of a foot per force at it, times the stiffness [1]: 1 for a point.
   double gain(const PrimitiveId& id) const noexcept {

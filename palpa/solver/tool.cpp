@@ -112,4 +112,12 @@ Tool::Tool(const ToolOptions& options, const CouplingOptions& coupling) {
   turning_radius_m_ = std::max(shortest_radius_m, turning_radius_m_);
 }
 
+Motion Tool::body_motion(const Pose& from, const Pose& to) const noexcept {
+  return {to.position_m - from.position_m, turning_radius_m_ * rotation_between_rad(from.turn, to.turn)};
+}
+
+Pose Tool::body_moved(const Pose& from, const Motion& motion) const noexcept {
+  return {from.position_m + motion.way_m, turned_further(from.turn, motion.arc_m / turning_radius_m_)};
+}
+
 }  // namespace palpa

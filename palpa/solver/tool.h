@@ -73,13 +73,12 @@ class Tool {
     return is_point_ ? pose.position_m : pose.position_m + rotated(pose.turn, levers_m_[foot]);
   }
   /// Motion between two poses.
-  Motion motion(const Pose& from, const Pose& to) const noexcept {
-    return {to.position_m - from.position_m, is_point_ ? Vec3{} : turning_radius_m_ * rotation_between_rad(from.turn, to.turn)};
+  [[gnu::always_inline]] Motion motion(const Pose& from, const Pose& to) const noexcept {
+    return is_point_ ? Motion{to.position_m - from.position_m, {}} : body_motion(from, to);
   }
   /// `from`, moved.
-  Pose moved(const Pose& from, const Motion& motion) const noexcept {
-    return {from.position_m + motion.way_m,
-            is_point_ ? from.turn : turned_further(from.turn, motion.arc_m / turning_radius_m_)};
+  [[gnu::always_inline]] Pose moved(const Pose& from, const Motion& motion) const noexcept {
+    return is_point_ ? Pose{from.position_m + motion.way_m, from.turn} : body_moved(from, motion);
   }
   /// Pose halfway between two.
   Pose middle(const Pose& a, const Pose& b) const noexcept {
@@ -87,7 +86,7 @@ class Tool {
     return {position_m, is_point_ ? a.turn : turned_further(a.turn, 0.5 * rotation_between_rad(a.turn, b.turn))};
   }
   /// Upper bound [m] on the way of any foot in a motion; of a point its length.
-  double way_m(const Motion& motion) const noexcept {
+  [[gnu::always_inline]] double way_m(const Motion& motion) const noexcept {
     return is_point_ ? norm(motion.way_m) : norm(motion.way_m) + reach_m_ / turning_radius_m_ * norm(motion.arc_m);
   }
   /// Force of the coupling, stretched by `motion`, on a single foot, divided by its stiffness [m]: two neighbouring feet bear
@@ -96,11 +95,14 @@ class Tool {
     return norm(motion.way_m) + turning_radius_m_ / least_span_m_ * norm(motion.arc_m);
   }
   /// Likewise between two poses.
-  double way_m(const Pose& from, const Pose& to) const noexcept {
-    return is_point_ ? distance(from.position_m, to.position_m) : way_m(motion(from, to));
+  [[gnu::always_inline]] double way_m(const Pose& from, const Pose& to) const noexcept {
+    return is_point_ ? distance(from.position_m, to.position_m) : way_m(body_motion(from, to));
   }
 
  private:
+  Motion body_motion(const Pose& from, const Pose& to) const noexcept;
+  Pose body_moved(const Pose& from, const Motion& motion) const noexcept;
+
   std::vector<Vec3> levers_m_{1};  // in the handle's axes
   bool is_point_ = true;
   double share_ = 1.0, turning_radius_m_ = 1.0, reach_m_ = 0.0;
