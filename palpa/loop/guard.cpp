@@ -270,7 +270,7 @@ Wrench Guard::damping(const GuardInput& input) noexcept {
   const double damping_ns_per_m = std::min(most_damping_ns_per_m, options_.max_damping_ns_per_m);
   Wrench damps{.force_n = -over * damping_ns_per_m * velocity_m_per_s_, .torque_nm = {}};
   if (options_.max_torque_nm > 0.0) {
-    // The same damping in the metric of the tool.
+    // Equal damping in the metric of the tool.
     const double radius_m = input.turning_radius_m;
     const double damping_nms_per_rad = std::min(damping_ns_per_m * radius_m * radius_m, options_.max_turn_damping_nms_per_rad);
     damps.torque_nm = -over * damping_nms_per_rad * turning_rad_per_s_;

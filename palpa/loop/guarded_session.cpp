@@ -75,7 +75,7 @@ struct GuardedSession::State {
     session->set_force_limit(most_n);
   }
   bool drives_torque() const noexcept { return guard.options().max_torque_nm > 0.0; }
-  /// What the device can drive of a tick's force and torque.
+  /// Part of a tick's force and torque that the device can drive.
   Wrench drivable(const Tick& tick) const noexcept { return {tick.force_n, drives_torque() ? tick.torque_nm : Vec3{}}; }
   Wrench within_limits(const Wrench& wrench) const noexcept {
     const Guard::Passed passed = guard.pass(wrench.force_n, wrench.torque_nm);

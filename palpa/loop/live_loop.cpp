@@ -186,7 +186,7 @@ void LiveLoop::Hand::tick(std::int64_t number, double t_s, double dt_s) noexcept
   const double cpu_s = seconds(CLOCK_THREAD_CPUTIME_ID);
   frame = guarded.tick(number, t_s, dt_s, held.probe, circumstances);
   frame.tick_us = 1e6 * (seconds(CLOCK_THREAD_CPUTIME_ID) - cpu_s);
-  // Those that only the tick finds: a pose or a force that is none, a fast hand.
+  // Faults found by the tick alone: a pose or a force that is none, a fast hand.
   had_fault = frame.result.status == TickStatus::bad_input || frame.command.guard == GuardState::fault || guarded.brakes();
   has_probe = held.probe.valid && is_finite(held.probe.position_m);
 }

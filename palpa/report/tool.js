@@ -51,7 +51,7 @@
     if (!now || !now.valid) return;
     const forces = new Map(now.feet);
     const ink = new THREE.Color(Report.color('ink')), grey = new THREE.Color(Report.color('grey'));
-    // A foot that bears a little is told from one that bears nothing.
+    // A foot that bears a little differs from one that bears nothing.
     const share = (force) => (force > 1e-3 ? 0.35 + 0.65 * Math.min(1, force / most) : 0);
     if (shown.probe) feet.add(dots(now.probe, now.probe_turn, () => grey, 5, 0.45));
     if (shown.proxy)

@@ -261,7 +261,7 @@ std::string too_few_hands(const fs::path& scene_file, const Scene& scene, std::s
          scene.hands().front().name;
 }
 
-/// What an option says for each hand of the scene; empty: nothing.
+/// Values of an option by hand of the scene; empty: none.
 std::vector<std::string> by_hand(const std::vector<std::string>& given, const char* option, const fs::path& scene_file,
                                  const Scene& scene) {
   const std::vector<SceneHand>& hands = scene.hands();

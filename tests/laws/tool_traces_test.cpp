@@ -122,8 +122,8 @@ TEST_F(ToolTraces, HaveStepsThatFollowOneAnother) {
   EXPECT_GT(moved, 1000);
 }
 
-// What the modes take out and bring in, by tick, are the works of their primitives at their feet, less what elastic levels
-// gave.
+// The energies that modes take out and bring in, by tick, are the works of their primitives at their feet, less what elastic
+// levels gave.
 TEST_F(ToolTraces, HaveTheWorksOfTheirFeet) {
   record(stylus, "sim:stroke,tilt_rad=0.4");
   std::map<std::int64_t, std::pair<double, double>> works;  // dissipated, injected

@@ -189,7 +189,7 @@ TEST(TraceCheck, ProvesToolsFromTheirRows) {
   const fs::path folder = fs::temp_directory_path() / ("palpa-trace-tools-" + std::to_string(::getpid()));
   test::Random random(48);
   constexpr int problems = 400;
-  // What is falsified by a millimetre, a hundredth of a radian or a tenth.
+  // Values falsified by a millimetre, a hundredth of a radian or a tenth.
   enum Falsified { nothing, turn, lever, radius, probe_turn, kinds };
   for (int falsified = nothing; falsified < kinds; ++falsified) {
     fs::remove_all(folder);
