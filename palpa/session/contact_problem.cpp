@@ -173,10 +173,15 @@ Vec3 ContactProblem::off_line_m(const PrimitiveId& id, const Pose& end) const no
   return tool().is_point() ? Vec3{} : foot_m(id, end) - law_.linear_foot_m(id, end);
 }
 
+// From a foot to its footing on an elastic level. The facets are where they act on the foot's linear way.
+Vec3 ContactProblem::way_to_footing_at(std::size_t row, const PrimitiveId& id, const Pose& proxy) const noexcept {
+  return way_to_footing_m(set_.primitives(), row, foot_m(id, proxy) - off_line_m(id, proxy));
+}
+
 // Point that must be free of a level: the foot, or its footing on an elastic level.
 Vec3 ContactProblem::footing_m(const LevelContact& contact, const Pose& proxy) const noexcept {
   const Vec3 x_m = foot_m(contact.id, proxy);
-  return contact.is_rigid() ? x_m : x_m + way_to_footing_m(set_.primitives(), first_row(contact), x_m);
+  return contact.is_rigid() ? x_m : x_m + way_to_footing_at(first_row(contact), contact.id, proxy);
 }
 
 Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
@@ -342,7 +347,7 @@ Contact ContactProblem::contact_at(std::size_t row, const Pose& proxy, const Bal
     now.offset_m = held->start.at_m - foot_m;  // held as it is
     stiffness_n_per_m = held->plane_as_placed.stiffness_n_per_m;
   } else if (p.is_elastic() && !(held && now.state == PrimitiveState::slip && held->can_break)) {
-    now.offset_m = way_to_footing_m(set_.primitives(), row, foot_m);
+    now.offset_m = way_to_footing_at(row, p.id, proxy);
     stiffness_n_per_m = p.stiffness_n_per_m;
   }
   if (now.offset_m != Vec3{}) now.held_j = 0.5 * stiffness_n_per_m * norm_squared(now.offset_m);

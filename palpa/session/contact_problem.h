@@ -136,6 +136,7 @@ class ContactProblem {
   const Tool& tool() const noexcept { return law_.tool(); }
   Vec3 foot_m(const PrimitiveId& id, const Pose& proxy) const noexcept { return tool().foot_m(proxy, id.foot); }
   Vec3 off_line_m(const PrimitiveId& id, const Pose& end) const noexcept;
+  Vec3 way_to_footing_at(std::size_t row, const PrimitiveId& id, const Pose& proxy) const noexcept;
   Vec3 footing_m(const LevelContact& contact, const Pose& proxy) const noexcept;
   Vec3 witness_of(const LevelContact& contact) const noexcept;
   bool holds(const LevelContact& contact) const noexcept {
