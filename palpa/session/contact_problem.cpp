@@ -157,9 +157,31 @@ Balance ContactProblem::balance(const Pose& probe, double time_step_s) noexcept 
 
 bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {
   return std::ranges::any_of(contacts_, [&](const LevelContact& contact) {
-    return contact.state == PrimitiveState::slip && contact.can_break &&
-           crossings.is_watched({contact.level.field, contact.level.value});
+    return contact.state == PrimitiveState::slip && is_shell(contact, crossings);
   });
+}
+
+double ContactProblem::overload(const Crossings& crossings, const Balance& found) const noexcept {
+  double most = -1.0;
+  for (const LevelContact& contact : contacts_) {
+    if (contact.state == PrimitiveState::off || !is_shell(contact, crossings)) continue;
+    const std::size_t first = first_row(contact);
+    const Primitive& plane = set_[first];
+    double over = 0.0;
+    if (contact.state == PrimitiveState::slip) {
+      const double depth_m = law_.at_foot(
+          found, contact.id, [&](const Balance& at) { return norm(residual(set_.primitives(), first, at.position_m)); });
+      const double given_m = plane.is_elastic() ? plane.strength_n / plane.stiffness_n_per_m : 0.0;
+      over = std::max(std::numeric_limits<double>::min(),
+                      stiffness_n_per_m_ * (depth_m - given_m) / (law_.gain(contact.id) * plane.strength_n));
+    } else {
+      Vec3 force_n;
+      for (const Vec3& facet_n : law_.forces_n().subspan(first, contact.facets)) force_n += facet_n;
+      over = std::min(0.0, norm(force_n) / plane.strength_n - 1.0);
+    }
+    most = std::max(most, over);
+  }
+  return most;
 }
 
 const LevelEstimate& ContactProblem::estimate_at(LevelContact& contact, const Vec3& x_m) noexcept {

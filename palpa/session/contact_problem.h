@@ -76,6 +76,9 @@ class ContactProblem {
 
   /// Whether a shell (a level with a fixed value, no material) gives way in the last balance.
   bool any_gives_way(const Crossings& crossings) const noexcept;
+  /// Force beyond the strength of the shell that is nearest to giving way in the last balance `found`, as a share of its
+  /// strength [1]: above 0 where one gives way, -1 without shells.
+  double overload(const Crossings& crossings, const Balance& found) const noexcept;
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
@@ -144,6 +147,9 @@ class ContactProblem {
   }
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   bool turn_line(const LevelContact& contact, const Vec3& direction) noexcept;
+  bool is_shell(const LevelContact& contact, const Crossings& crossings) const noexcept {
+    return contact.can_break && crossings.is_watched({contact.level.field, contact.level.value});
+  }
   double depth_m(const Pose& proxy) noexcept;
   Pose put_back(const Pose& proxy) noexcept;
   Pose put_back_all_feet(const Pose& proxy) noexcept;

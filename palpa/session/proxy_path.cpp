@@ -474,28 +474,40 @@ bool ProxyPath::reverses_last_crossing(std::size_t foot, const Vec3& start_m, co
   return first.field == last.field && first.value == last.value && first.up != last.up;
 }
 
-// Ends the segment where a shell that held gives way. Located by bisection of the probe's path.
+// Ends the segment where a shell that held gives way. Located on the probe's path by bisection; of a tool, whose balances cost
+// more, by extrapolation from the side where it holds (beyond, the feet move on at once), with bisection on slow convergence.
 bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& context, Move& move) noexcept {
   if (!model_.any_gives_way(crossings_)) return false;
   const double length = tool_.way_m(segment.from, segment.to);
   if (!(length > bound_m)) return false;
-  const auto holds_at = [&](double share) {
+  const auto overload_at = [&](double share) {
     balance(move, segment.first(share, tool_).to, std::max(share, contact_tolerance) * context.time_step_s);
-    return !model_.any_gives_way(crossings_);
+    return model_.overload(crossings_, move.to);
   };
   // Most levels that give way here do so from the start on: a single balance detects it.
   double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
-  const bool holds_at_first = holds_at(held);
-  while (holds_at_first && (gone - held) * length > bound_m && work_.any()) {
-    const double middle = 0.5 * (held + gone);
-    (holds_at(middle) ? held : gone) = middle;
+  double over_held = overload_at(held), slope = 0.0;
+  const bool holds_at_first = !(over_held > 0.0);
+  for (bool halve = true; holds_at_first && (gone - held) * length > bound_m && work_.any();) {
+    const double width = gone - held, root = held - over_held / slope;
+    const double off = std::max(0.25 * bound_m / length, 0.01 * (root - held));  // to either side, so that both ends close in
+    const double near_root = root + off < gone ? root + off : root - off;
+    const double middle = !halve && near_root > held && near_root < gone ? near_root : 0.5 * (held + gone);
+    const double over = overload_at(middle);
+    if (over > 0.0) {
+      gone = middle;
+    } else {
+      slope = (over - over_held) / (middle - held);
+      held = middle, over_held = over;
+    }
+    halve = tool_.is_point() || !(slope > 0.0) || (!halve && over <= 0.0 && gone - held > 0.5 * width);
   }
-  if (!holds_at_first || !work_.any()) {  // without work for bisection: at the end of the segment
+  if (!holds_at_first || !work_.any()) {  // without work for the search: at the end of the segment
     balance(move, segment.to, context.time_step_s);
     return false;
   }
   held -= bound_m / length;  // there rounding of forces does not decide whether the level holds
-  holds_at(gone);
+  overload_at(gone);
   model_.stop_at_bound();
   segment = segment.first(held, tool_);
   balance(move, segment.to, segment.time_s);
