@@ -70,7 +70,8 @@ Balance PoseSolver::solve(const PrimitiveSet& set, const ToolStep& step) noexcep
   return balance;
 }
 
-// Maps the forces of the last balance to the order of this set, by id; zero for new primitives.
+// Maps the forces of the last balance to the order of this set, by id; zero for new primitives. Facets that are gone leave their
+// force to those before them.
 void PoseSolver::match(std::span<const Primitive> primitives) noexcept {
   bool same = size_ == primitives.size();
   for (std::size_t i = 0; same && i < size_; ++i) same = ids_[i] == primitives[i].id;
@@ -84,6 +85,9 @@ void PoseSolver::match(std::span<const Primitive> primitives) noexcept {
       const std::size_t j = next++;
       if (ids_[j] != primitives[i].id) continue;
       matched[i] = forces_[j];
+      for (const bool is_last = i + 1 == primitives.size() || !(primitives[i + 1].id == ids_[j]);
+           is_last && next < size_ && ids_[next] == ids_[j]; ++next)
+        matched[i] += forces_[next];
       break;
     }
   }
