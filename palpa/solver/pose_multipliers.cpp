@@ -21,7 +21,7 @@ void PoseSolver::Work::answer_all(double tau) noexcept {
     p.t = answer(p, p.t + tau * p.residual(feet_[p.foot].Z), tau);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    AtFoot<Span>& p = span_[i];
+    FootSpan& p = span_[i];
     p.u = p.across(answer(p, p.u + tau * p.residual(feet_[p.foot].Z), tau));
   }
   for (std::size_t i = 0; i < corners_; ++i) {
@@ -74,7 +74,7 @@ double PoseSolver::Work::pull(double tau) noexcept {
     if (along > 0.0) foot.stiffen(along, p.q);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    const AtFoot<Span>& p = span_[i];
+    const FootSpan& p = span_[i];
     Foot& foot = feet_[p.foot];
     const Vec3 w = p.u + tau * p.residual(foot.Z);
     const double squared = norm_squared(w), drag = p.gamma / (tau + p.gamma);

@@ -12,7 +12,7 @@ PoseSolver::Work::Work(std::size_t capacity, std::size_t feet)
     : numbers_(std::make_unique<std::uint16_t[]>(feet)),
       feet_(std::make_unique<Foot[]>(feet)),
       plane_(std::make_unique<AtFoot<Plane>[]>(capacity)),
-      span_(std::make_unique<AtFoot<Span>[]>(capacity)),
+      span_(std::make_unique<FootSpan[]>(capacity)),
       corner_(std::make_unique<AtFoot<Corner>[]>(capacity / 2)),
       normals_(std::make_unique<Vec3[]>(capacity)),
       offsets_n_(std::make_unique<double[]>(capacity)),
@@ -107,7 +107,7 @@ void PoseSolver::Work::pose_plane(std::size_t i, double t) noexcept {
 
 void PoseSolver::Work::pose_span(std::size_t i, const Vec3& warm_n) noexcept {
   const Primitive& p = primitives_[i];
-  AtFoot<Span>& span = span_[spans_++];
+  FootSpan& span = span_[spans_++];
   span.q = p.kind == PrimitiveKind::line ? p.direction : Vec3{};
   span.s = p.strength_n, span.gamma = detail::gamma_of(p, k_, step_.time_step_s);
   span.index = static_cast<std::uint32_t>(i);
@@ -200,7 +200,7 @@ void PoseSolver::Work::anchor(AtFoot<Plane>& p) const noexcept {
   }
 }
 
-void PoseSolver::Work::anchor(AtFoot<Span>& p) const noexcept {
+void PoseSolver::Work::anchor(FootSpan& p) const noexcept {
   const Primitive& primitive = primitives_[p.index];
   const Foot& foot = feet_[p.foot];
   p.B = {}, p.size = 0.0;
@@ -311,7 +311,7 @@ PoseSolver::Work::Proven PoseSolver::Work::prove() noexcept {
     add(gap(p, foot.Z, size_of(foot.Z) + off_n(foot) / detail::plane_rounding), p.t * p.q, foot);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    AtFoot<Span>& p = span_[i];
+    FootSpan& p = span_[i];
     const Foot& foot = feet_[p.foot];
     const double size_of_anchor = p.size;
     p.size += off_n(foot) / detail::span_rounding;

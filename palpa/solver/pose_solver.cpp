@@ -70,8 +70,8 @@ Balance PoseSolver::solve(const PrimitiveSet& set, const ToolStep& step) noexcep
   return balance;
 }
 
-// Maps the forces of the last balance to the order of this set, by id; zero for new primitives. Facets that are gone leave their
-// force to those before them.
+// Maps the forces of the last balance to the order of this set, by id; zero for new primitives. Facets that are gone leave
+// their force to those before them.
 void PoseSolver::match(std::span<const Primitive> primitives) noexcept {
   bool same = size_ == primitives.size();
   for (std::size_t i = 0; same && i < size_; ++i) same = ids_[i] == primitives[i].id;

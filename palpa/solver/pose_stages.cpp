@@ -10,7 +10,10 @@ using namespace detail::posing;
 
 namespace {
 // [1] Rounds of the active set in a row. More: a longer worst case; fewer: more balances need multipliers.
-constexpr int max_rounds_ahead = 6;
+constexpr int max_rounds_ahead = 2;
+// [1] Change of a slip's R in a step, as a share of R, up to which its force follows R. More: small slips overshoot; less:
+// sides are taken again in vain.
+constexpr double most_turn_of_slip = 0.3;
 // [1] Planes that a round of the working set takes in, and their number above which it takes all. More: more planes in each
 // pass; fewer: more rounds.
 constexpr std::size_t most_taken_in = 4, many_pressed = 16;
@@ -173,7 +176,7 @@ void PoseSolver::Work::sweep() noexcept {
     if (p.t != before) pull((p.t - before) * p.q, foot);
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    AtFoot<Span>& p = span_[i];
+    FootSpan& p = span_[i];
     const Foot& foot = feet_[p.foot];
     const Vec3 before = p.u;
     p.u = p.across(answer(p, before + (1.0 / p.gain) * p.residual(at_foot(Z_, foot.beta)), 1.0 / p.gain));
@@ -219,7 +222,7 @@ PoseSolver::Work::Step PoseSolver::Work::active_set_step() noexcept {
     const Moved moved = move(sides.M.solve(g));
     const double size = size_of(moved.left);
     if ((i > 0 && size <= balanced_n_) || !(size < 0.5 * before)) break;
-    slow = i > 0 && size > slow_share * before;
+    slow = i > 0 && (moved.turned || size > slow_share * before);
     before = size;
     g = moved.left + moved.held;
   }
@@ -250,7 +253,7 @@ PoseSolver::Work::Sides PoseSolver::Work::take_sides() noexcept {
     }
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    AtFoot<Span>& p = span_[i];
+    FootSpan& p = span_[i];
     Foot& foot = feet_[p.foot];
     const double tau = 1.0 / p.gain;
     const Vec3 R = p.residual(foot.Z);
@@ -266,6 +269,7 @@ PoseSolver::Work::Sides PoseSolver::Work::take_sides() noexcept {
       const double given = length_given(asked, p.s, p.gamma, tau);
       const Vec3 e = (1.0 / asked) * w;
       across = std::min(spring, given * ((tau + p.gamma) / (asked - p.s)));
+      p.e = e, p.at = R, p.stiffness_across = across;
       const double along = dot(e, R);
       foot.u += (p.s + p.gamma * along - across * along) * e + across * R;
       foot.K.add(p.gamma - across, e);
@@ -315,7 +319,7 @@ void PoseSolver::Work::take_side(AtFoot<Corner>& p, Foot& foot) const noexcept {
 PoseSolver::Work::Moved PoseSolver::Work::move(const Six& dZ) noexcept {
   Z_ += dZ;
   for (std::size_t f = 0; f < feet_count_; ++f) feet_[f].Z = at_foot(dZ, feet_[f].beta), feet_[f].u = {};
-  Six held;
+  Moved moved;
   for (std::size_t i = 0; i < planes_; ++i) {
     AtFoot<Plane>& p = plane_[i];
     if (p.state == State::off) continue;
@@ -324,7 +328,7 @@ PoseSolver::Work::Moved PoseSolver::Work::move(const Six& dZ) noexcept {
       p.r -= spring * p.rest * dot(p.q, foot.Z);
       p.t += p.r;
       p.r *= p.rest;
-      held += wrench(p.r * p.q, foot.beta);
+      moved.held += wrench(p.r * p.q, foot.beta);
     } else {
       p.r -= dot(p.q, foot.Z);
       p.t = p.s + p.gamma * std::max(0.0, p.r);
@@ -332,17 +336,14 @@ PoseSolver::Work::Moved PoseSolver::Work::move(const Six& dZ) noexcept {
     foot.u += p.t * p.q;
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    AtFoot<Span>& p = span_[i];
+    FootSpan& p = span_[i];
     Foot& foot = feet_[p.foot];
     if (p.state == State::stick) {
       p.R = p.across(p.R - spring * foot.Z);
       p.u += p.R;
-      held += wrench(p.R, foot.beta);
+      moved.held += wrench(p.R, foot.beta);
     } else {
-      const Vec3 R = p.R - p.across(foot.Z);
-      const double reach = std::sqrt(norm_squared(R));
-      if (reach > 0.0 && dot(p.R + p.u, R) > 0.0) p.u = ((p.s + p.gamma * reach) / reach) * R;
-      p.R = R;
+      moved.turned = slip(p, p.R - p.across(foot.Z)) || moved.turned;
     }
     foot.u += p.u;
   }
@@ -353,7 +354,7 @@ PoseSolver::Work::Moved PoseSolver::Work::move(const Six& dZ) noexcept {
       p.R = p.face.across(p.R - spring * p.rest * foot.Z);
       p.u += p.R;
       p.R *= p.rest;
-      held += wrench(p.R, foot.beta);
+      moved.held += wrench(p.R, foot.beta);
     } else if (p.state == State::slip) {
       const Vec3 R = p.R - p.face.across(foot.Z);
       const double reach = std::sqrt(norm_squared(R));
@@ -362,10 +363,23 @@ PoseSolver::Work::Moved PoseSolver::Work::move(const Six& dZ) noexcept {
     }
     foot.u += p.u;
   }
-  Six left = C_ - Z_;
-  for (std::size_t f = 0; f < feet_count_; ++f) left += wrench(feet_[f].u, feet_[f].beta);
+  moved.left = C_ - Z_;
+  for (std::size_t f = 0; f < feet_count_; ++f) moved.left += wrench(feet_[f].u, feet_[f].beta);
   count();
-  return {left, held};
+  return moved;
+}
+
+// Moves the force of a slip to R: along R; where the step turns R by much, as the step's linear model has it, for a small R may
+// then have any direction. Returns whether it is the latter.
+bool PoseSolver::Work::slip(FootSpan& p, const Vec3& R) noexcept {
+  p.R = R;
+  const double reach = norm(R);
+  const bool turns = !(norm(R - p.at) <= most_turn_of_slip * reach);
+  const double along = turns ? std::max(0.0, palpa::dot(p.e, R)) : reach;
+  const Vec3 way = turns ? p.s * p.e + p.stiffness_across * (R - palpa::dot(p.e, R) * p.e) : R;
+  const double length = norm(way);
+  if (length > 0.0) p.u = ((p.s + p.gamma * along) / length) * way;
+  return turns;
 }
 
 // Projects the forces on their admissible sets. Returns whether any was cut by more than rounding.
@@ -379,7 +393,7 @@ bool PoseSolver::Work::confine() noexcept {
     p.t = t;
   }
   for (std::size_t i = 0; i < spans_; ++i) {
-    AtFoot<Span>& p = span_[i];
+    FootSpan& p = span_[i];
     p.u = p.across(p.u);
     if (p.state != State::stick) continue;
     const double squared = norm_squared(p.u);

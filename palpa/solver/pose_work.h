@@ -95,6 +95,11 @@ class PoseSolver::Work {
     std::uint16_t foot = 0;  // in feet_
     double gain = 1.0;       // compliance of the coupling along it, times k
   };
+  /// Line or point at a foot, and of one that slips the side that it was taken to be on.
+  struct FootSpan : AtFoot<Span> {
+    Vec3 e, at;                     // direction of its force, and its R there
+    double stiffness_across = 0.0;  // of the force across e
+  };
   /// Pull of a primitive along a step of Newton's method: start + share · change.
   struct PlaneRay {
     double start = 0.0, change = 0.0;  // divided by `yields`
@@ -110,8 +115,9 @@ class PoseSolver::Work {
     detail::posing::Factor6 M;
   };
   struct Moved {
-    Six left;  // residual wrench
-    Six held;  // remaining τR of the sticking primitives
+    Six left;             // residual wrench
+    Six held;             // remaining τR of the sticking primitives
+    bool turned = false;  // a slip: its side is to be taken again
   };
   enum class Step { settled, slow, cut };
 
@@ -121,7 +127,7 @@ class PoseSolver::Work {
   void pose_corner(std::size_t first, std::size_t facets, const Vec3* warm_n) noexcept;
   bool is_at_origin(const Primitive& primitive, const Foot& foot) const noexcept;
   void anchor(AtFoot<Plane>& plane) const noexcept;
-  void anchor(AtFoot<Span>& span) const noexcept;
+  void anchor(FootSpan& span) const noexcept;
   void anchor(const AtFoot<Corner>& corner) noexcept;
   void anchor_all() noexcept;
   void recentre() noexcept;
@@ -152,6 +158,7 @@ class PoseSolver::Work {
   Sides take_sides() noexcept;
   void take_side(AtFoot<Corner>& corner, Foot& foot) const noexcept;
   Moved move(const Six& dZ) noexcept;
+  static bool slip(FootSpan& span, const Vec3& R) noexcept;
   bool confine() noexcept;
   bool augmented_lagrangian() noexcept;
   bool minimise(double tau) noexcept;
@@ -185,7 +192,7 @@ class PoseSolver::Work {
   std::unique_ptr<std::uint16_t[]> numbers_;  // by the tool's foot: its place in feet_
   std::unique_ptr<Foot[]> feet_;              // with primitives
   std::unique_ptr<AtFoot<Plane>[]> plane_;
-  std::unique_ptr<AtFoot<Span>[]> span_;
+  std::unique_ptr<FootSpan[]> span_;
   std::unique_ptr<AtFoot<Corner>[]> corner_;
   std::unique_ptr<Vec3[]> normals_;      // of all corners' facets
   std::unique_ptr<double[]> offsets_n_;  // b of all corners' facets
