@@ -488,6 +488,43 @@ TEST(ToolsHeldOut, APadOnAnElasticLevelIsSpringsInParallelAndInSeries) {
   }
 }
 
+// A pad that rolls and turns on an elastic ball, 5 mm deep: a foot leaves its linear way by more than a tolerance of the path
+// in each move, which the facets of its footing must allow for: nearly every tick is a single move.
+TEST(ToolsHeldOut, APadRolledOverAnElasticBallFollowsTheHand) {
+  constexpr double ball_m = 0.03;
+  for (const double friction_n : {0.0, 0.2}) {
+    Scene scene =
+        test::plain_scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0, .max_force_n = 100.0, .max_torque_nm = 10.0});
+    const FieldPtr field = ball(ball_m);
+    const FieldRef solid = scene.add("solid", test::volume_of(field), {}, test::filter_of(*field));
+    scene.add("surface",
+              SurfaceAndFriction{.field = solid,
+                                 .levels = {{.name = "skin", .value = 0.0, .strength_n = strong_n, .stiffness_n_per_m = 500.0}},
+                                 .friction_n = friction_n});
+    ToolOptions tool = pad(0.012, 16);
+    tool.share = 1.0 / 16.0, tool.turning_radius_m = ToolSetting{.kappa = 0.1}.radius_m();
+    scene.set(tool);
+    Session session(scene);
+    constexpr int ticks = 3000;
+    int behind = 0, moves = 0;
+    double furthest_n = 0.0, pressed_n = 0.0;
+    for (int i = 0; i < ticks; ++i) {
+      const double t = i * dt, angle = 0.9 * std::sin(3.0 * t), lean = 0.5 * std::sin(2.0 * t);
+      const Turn over = turn_by({lean, angle, 0.4 * std::sin(5.0 * t)});
+      const double height_m = ball_m + 0.005 - 0.015 * std::min(1.0, 5.0 * t);
+      const Tick tick = felt(session, {rotated(over, {0, 0, height_m}), turn_by({0.8 * lean, 0.7 * angle, 0.0}) * over});
+      behind += tick.status != TickStatus::complete;
+      moves += tick.sub_steps;
+      furthest_n = std::max(furthest_n, tick.unborne_n);
+      pressed_n = std::max(pressed_n, norm(tick.force_n));
+    }
+    EXPECT_EQ(behind, 0) << friction_n;
+    EXPECT_LT(moves, 3 * ticks / 2) << friction_n;
+    EXPECT_LT(furthest_n, 1e-3) << friction_n;
+    EXPECT_GT(pressed_n, 1.0);
+  }
+}
+
 // ---- speed ----
 
 // Shot at a wall at 10 m/s with a spin, no foot of a rod of any number of feet passes, and the rest does not depend on it.
