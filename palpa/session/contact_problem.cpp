@@ -41,11 +41,12 @@ void ContactProblem::clear() noexcept {
   held_.clear();
 }
 
+// Contacts are in the order of their rows.
 const LevelContact* ContactProblem::contact_of(std::size_t row) const noexcept {
-  for (const LevelContact& contact : contacts_) {
-    if (row - first_row(contact) < contact.facets) return &contact;
-  }
-  return nullptr;
+  const auto after = std::ranges::upper_bound(contacts_, row, {}, [this](const LevelContact& c) { return first_row(c); });
+  if (after == contacts_.begin()) return nullptr;
+  const LevelContact& contact = *(after - 1);
+  return row - first_row(contact) < contact.facets ? &contact : nullptr;
 }
 
 void ContactProblem::begin_move(const StepContext& context, double spacing_m) noexcept {
@@ -89,14 +90,12 @@ void ContactProblem::find_contacts() noexcept {
   has_directions_ = false;
   for (std::size_t i = 0; i < set_.size(); ++i) {
     const Primitive& p = set_[i];
-    LevelContact* stands = nullptr;
-    for (LevelContact& contact : contacts_) {
-      const bool rubs = p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && contact.id.foot == p.id.foot &&
-                        set_[contact.plane].direction == p.direction;
-      if (rubs) stands = &contact;
-    }
-    if (stands) {
-      stands->line = static_cast<std::int32_t>(i);
+    const auto rubs = std::find_if(contacts_.rbegin(), contacts_.rend(), [&](const LevelContact& contact) {
+      return p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && contact.id.foot == p.id.foot &&
+             set_[contact.plane].direction == p.direction;
+    });
+    if (rubs != contacts_.rend()) {
+      rubs->line = static_cast<std::int32_t>(i);
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.plane_as_placed = p;

@@ -208,7 +208,7 @@ bool ModeRuntime::silence_is_watched(std::size_t m, std::size_t foot, const Vec3
 double ModeRuntime::finest_m(const Pose& at, const Pose& from, const Pose& to) const noexcept {
   double finest = std::numeric_limits<double>::infinity();
   if (finest_m_ == finest) return finest;  // no data anywhere
-  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+  for (std::size_t foot = 0; foot < tool_.feet() && finest > finest_m_; ++foot) {
     const Vec3 world_m = map_.to_world(tool_.foot_m(at, foot)), b = map_.to_world(tool_.foot_m(to, foot));
     const Vec3 a = from == at ? world_m : map_.to_world(tool_.foot_m(from, foot));
     for (std::size_t m = 0; m < modes_.size(); ++m) {

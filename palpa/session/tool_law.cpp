@@ -18,6 +18,7 @@ ToolLaw::ToolLaw(std::unique_ptr<Law> law, const Tool& tool, std::size_t capacit
 
 void ToolLaw::begin_move(const Pose& start) noexcept {
   start_ = start;
+  seen_ = {start.turn, {}};
   if (tool_.is_point()) return;
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) levers_m_[foot] = tool_.lever_m(start.turn, foot);
 }
@@ -60,7 +61,8 @@ Pose ToolLaw::pose_of(const Balance& balance, const Pose& probe) const noexcept 
 
 Vec3 ToolLaw::linear_foot_m(const PrimitiveId& id, const Pose& end) const noexcept {
   if (tool_.is_point()) return end.position_m;
-  return end.position_m + lever_m(id) + cross(rotation_between_rad(start_.turn, end.turn), lever_m(id));
+  if (seen_.to != end.turn) seen_ = {end.turn, rotation_between_rad(start_.turn, end.turn)};
+  return end.position_m + lever_m(id) + cross(seen_.rotation_rad, lever_m(id));
 }
 
 }  // namespace palpa

@@ -52,6 +52,12 @@ class ToolLaw {
   const Tool& tool_;
   Pose start_;
   std::vector<Vec3> levers_m_;  // by foot
+  // Rotation from the start of the move to the end of the last linear foot: that of all feet.
+  struct Rotation {
+    Turn to;
+    Vec3 rotation_rad;
+  };
+  mutable Rotation seen_;
   // Of the planes and corners of a set, and of all of its rows:
   std::vector<Primitive> planes_;
   std::vector<Vec3> plane_levers_m_, plane_forces_n_, loads_n_;
