@@ -55,7 +55,7 @@ class BalanceFormula {
   /// \param T           [s] of the sub-step
   BalanceFormula(const Vec3& x_m, const Vec3& probe_m, const Vec3& directed_n, double k, double T)
       : x_(wide(x_m)), foot_(x_), left_(Quad(k) * (wide(x_m) - wide(probe_m)) - wide(directed_n)), k_(k), T_(T) {
-    position_ulp_m_ = ulp * largest_component(x_m);
+    foot_ulp_m_ = position_ulp_m_ = ulp * largest_component(x_m);
     rho_rounding_ = k * position_ulp_m_;
   }
 
@@ -70,10 +70,11 @@ class BalanceFormula {
     left_nm_ = k_ * radius_m * radius_m * (turn_ - wide(ahead_rad));
     rho_rounding_ += 8.0 * ulp * static_cast<double>(k_) * radius_m * (1.0 + norm(ahead_rad) + norm(turn_rad));
   }
-  /// Later primitives act at the foot with this lever [m].
+  /// Later primitives act at the foot with this lever [m], whose place is a sum in doubles.
   void at_foot(const Vec3& lever_m) {
     lever_ = wide(lever_m);
     foot_ = x_ + lever_ + cross(turn_, lever_);
+    foot_ulp_m_ = position_ulp_m_ + 2.0 * ulp * norm(lever_m);
     rho_rounding_ += static_cast<double>(k_) * ulp * norm(lever_m);
   }
   /// A directed force, whose sum was given to the constructor: its torque.
@@ -107,7 +108,7 @@ class BalanceFormula {
     }
     const double size_n = s + static_cast<double>(force);
     rho_rounding_ += 4.0 * ulp * size_n;
-    epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(length(R)));
+    epsilon_rounding_ += size_n * (foot_ulp_m_ + 8.0 * ulp * static_cast<double>(length(R)));
   }
 
   /// The facets of a corner of strength `s`, elastic if its stiffness is above 0; `forces_n` point along their normals.
@@ -130,7 +131,7 @@ class BalanceFormula {
     if (stiffness_n_per_m > 0.0) epsilon_ = epsilon_ + share * share * dot(u, u) / (2 * Quad(stiffness_n_per_m));
     const double size_n = s + static_cast<double>(sizes);
     rho_rounding_ += 4.0 * ulp * size_n;
-    epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(largest_m));
+    epsilon_rounding_ += size_n * (foot_ulp_m_ + 8.0 * ulp * static_cast<double>(largest_m));
   }
 
   /// The proven distance to the exact balance.
@@ -157,7 +158,7 @@ class BalanceFormula {
   Quad3 left_, left_nm_{};
   double radius_m_ = 0.0;  // 0: a point
   Quad k_, T_, epsilon_ = 0;
-  double position_ulp_m_ = 0.0, rho_rounding_ = 0.0, epsilon_rounding_ = 0.0;
+  double position_ulp_m_ = 0.0, foot_ulp_m_ = 0.0, rho_rounding_ = 0.0, epsilon_rounding_ = 0.0;
 };
 
 }  // namespace formula
