@@ -24,6 +24,14 @@ struct Samples::Slot {
   Memory<VectorSample> world_vector{};  // in the world frame
   Memory<Mat3> world_hessian{};
   Memory<double> depth_m{};
+  // Motions with the data. A sub-step needs a position's again and again, a tick that of its end, too.
+  struct Motion {
+    Vec3 hand_m;
+    DataTime from, to;  // equal: none
+    Carried end;
+  };
+  std::array<Motion, 2> motions{};
+  std::size_t last_motion = 0;
 };
 
 // Evaluation shared between fields.
@@ -250,13 +258,19 @@ double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   return known.keep(place, visit, map_.length_to_hand(depth));
 }
 
-Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
+Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) noexcept {
   if (!is_field(field)) return {hand_m};
-  const TimedField* timed = (*plan_)[field].timed;
-  if (!timed || from == to) return {hand_m};
-  const Carried world = timed->carried(map_.to_world(hand_m), from, to);
+  Slot& slot = (*plan_)[field];
+  if (!slot.timed || from == to) return {hand_m};
+  for (const Slot::Motion& known : slot.motions) {
+    if (known.hand_m == hand_m && known.from == from && known.to == to) return known.end;
+  }
+  const Carried world = slot.timed->carried(map_.to_world(hand_m), from, to);
   const Vec3 moved_m = map_.to_hand(world.position_m);
-  return world.known && is_finite(moved_m) ? Carried{moved_m} : Carried{hand_m, false};
+  slot.last_motion = 1 - slot.last_motion;
+  Slot::Motion& motion = slot.motions[slot.last_motion];
+  motion = {hand_m, from, to, world.known && is_finite(moved_m) ? Carried{moved_m} : Carried{hand_m, false}};
+  return motion.end;
 }
 
 double ModeContext::value_at_start(const FieldRef& field) const noexcept {

@@ -71,8 +71,8 @@ class Samples {
   }
   /// Position at time `to` of a field's data point that is at `hand_m` [m] at time `from` (TimedField::carried). Unchanged for
   /// an invalid index or a static field.
-  Carried carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept;
-  Vec3 carried_m(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
+  Carried carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) noexcept;
+  Vec3 carried_m(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) noexcept {
     return carried(field, hand_m, from, to).position_m;
   }
   /// Work of a sample [units of tick_work.h]; 1 for an invalid index.
