@@ -42,9 +42,16 @@ std::string beside_each_other(const std::vector<fs::path>& traces, const std::ve
   row("in contact", [](const Recorded& hand) { return text("%.1f %%", 100.0 * hand.summary.contact_share); });
   row("force on the hand, largest", [](const Recorded& hand) { return text("%.3f N", hand.summary.force_max_n); });
   if (std::ranges::any_of(hands, [](const Recorded& hand) { return hand.header.has_tool; })) {
-    row("torque on the hand, largest", [&](const Recorded& hand) {
-      return hand.header.has_tool ? millinewton_metres(largest_torques(hand).on_hand_nm) : std::string("no tool");
-    });
+    const auto torque = [&](const char* quantity, double LargestTorques::*largest) {
+      row(quantity, [&](const Recorded& hand) {
+        const double most_nm = largest_torques(hand).*largest;
+        return !hand.header.has_tool ? std::string("no tool")
+               : most_nm > 0.0       ? millinewton_metres(most_nm)
+                                     : std::string("none");
+      });
+    };
+    torque("torque on the hand, largest", &LargestTorques::on_hand_nm);
+    torque("torque of the coupling, largest", &LargestTorques::coupling_nm);
   }
   row("first break-through", [](const Recorded& hand) {
     return hand.summary.first_break_through_s < 0.0 ? std::string("none") : text("%.3f s", hand.summary.first_break_through_s);
@@ -67,8 +74,8 @@ std::string hands_html(const fs::path& folder, const std::vector<fs::path>& trac
   for (std::size_t h = 0; h < hands.size(); ++h) {
     const std::string name = hand_of(traces[h]);
     const PathNames of_hand(hands[h], traces[h], options.full_paths);
-    std::string words = "<p><a href=\"" + in_address(name) + "/report.html\">Report of " + escaped(name) + "</a>, " +
-                        escaped(subtitle_of(hands[h])) + "</p>\n<ul class=\"felt\">\n";
+    std::string words = "<p><a href=\"" + in_address(name) + "/report.html\">Report of " + escaped(name) +
+                        "</a></p>\n<p class=\"soft\">" + escaped(subtitle_of(hands[h])) + "</p>\n<ul class=\"felt\">\n";
     for (const std::string& sentence : format_recorded(hands[h]))
       words += "<li>" + escaped(of_hand.in_text(sentence)) + "</li>\n";
     page.section("hand" + std::to_string(h), name, words + "</ul>\n");
