@@ -89,8 +89,7 @@ void MainWindow::lead_hand(int number) {
   hand_box_->setCurrentIndex(static_cast<int>(touch_.led()));
   if (!document_.is_open() || touch_.hands() < 2) return;
   const bool plays = player_->has_trace();
-  if (plays && replay_->hands() < 2)
-    return say(tr("A trace is open: Escape leaves it and returns to your own hands."));
+  if (plays && replay_->hands() < 2) return say(tr("A trace is open: Escape leaves it and returns to your own hands."));
   const std::size_t hand = static_cast<std::size_t>(number) % touch_.hands();
   mouse_leads_ = false;
   put_from_tick_ = 0;

@@ -260,6 +260,11 @@ Opened opened_traces(std::vector<fs::path> traces, const std::vector<fs::path>& 
 
 }  // namespace
 
+bool is_trace(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(traces_in(folder).front() / "trace.toml", ignored);
+}
+
 Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders, std::stop_token stop) {
   return std::move(*open_or_ask({.paths = {path}, .is_decided = true}, data_folders, stop).opened);
 }
@@ -272,8 +277,8 @@ Found open_or_ask(const Wanted& wanted, const std::vector<fs::path>& data_folder
   }
   const fs::path& path = wanted.paths.front();
   const ReadOptions read{.stop = stop};
-  if (const std::vector<fs::path> traces = traces_in(path); fs::exists(traces.front() / "trace.toml", ignored)) {
-    Opened opened = opened_traces(traces, data_folders, read);
+  if (is_trace(path)) {
+    Opened opened = opened_traces(traces_in(path), data_folders, read);
     opened.second_trace = wanted.second_trace;
     opened.title = folder_name(path);
     return {std::move(opened), {}};

@@ -4,11 +4,14 @@
 #include <QComboBox>
 #include <QGroupBox>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <fstream>
+#include <thread>
 
 #include "driver.h"
 #include "explorer/hand_frame.h"
+#include "explorer/opening.h"
 #include "explorer/player.h"
 #include "palpa/study/run.h"
 
@@ -68,6 +71,43 @@ TEST(ExplorerHands, AreFeltWhereTheSceneOfEachHasThem) {
     EXPECT_TRUE(touch.moment(hand).has_tool);
   }
   EXPECT_NEAR(distance(touch.moment(0).probe_m, touch.moment(1).probe_m), 0.03, 1e-9) << "as far apart as in the scene";
+}
+
+/// A device that is held still.
+class Held final : public Device {
+ public:
+  std::string name() const override { return "held"; }
+  DeviceLimits limits() const override { return {.has_motors = false}; }
+  DeviceState read() noexcept override { return {.position_m = {0.01, 0, 0.1}, .valid = true}; }
+  bool write(const Vec3&) noexcept override { return true; }
+  bool rests() const noexcept override { return true; }
+};
+
+TEST(TouchOfHands, ADeviceIsTheFirstAndTheMouseLeadsTheOther) {
+  const Opened opened = open_any(two_fingers(), {});
+  Touch touch;
+  touch.start(opened.loaded.scene, 0.1);
+  touch.begin(opened.loaded, std::make_unique<Held>());
+  EXPECT_FALSE(touch.is_by_mouse());
+  const auto comes = [&](const auto& condition) {
+    for (int n = 0; n < 4000 && !condition(); ++n) {
+      touch.beat(1e-3);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return condition();
+  };
+  ASSERT_TRUE(comes([&] { return touch.moment(0).tick > 10 && touch.moment(1).tick > 10; }));
+  const Vec3 held_m = touch.moment(0).probe_m, led_from_m = touch.moment(1).probe_m;
+  EXPECT_EQ(held_m, (Vec3{0.01, 0, 0.1}));
+  touch.lead(1);
+  EXPECT_TRUE(touch.is_by_mouse());
+  touch.turn_view(Mat3{{{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}}});  // of the device, whose probe stays
+  touch.lead_hand(led_from_m + Vec3{0.005, 0, 0});
+  EXPECT_TRUE(comes([&] {
+    return distance(touch.moment(1).probe_m, led_from_m + Vec3{0.005, 0, 0}) < 1e-4;
+  })) << "to the right on the screen";
+  EXPECT_EQ(touch.moment(0).probe_m, held_m);
+  EXPECT_EQ(touch.end(), "");
 }
 
 TEST(ExplorerHands, TheMouseLeadsTheChosenOneAndTheOtherRests) {
@@ -194,6 +234,9 @@ TEST(ExplorerHands, AreRecordedTogetherAndReplayToTheBit) {
   ASSERT_EQ(player->hands().size(), 1U);
   EXPECT_EQ(player->moment().proxy_m, finger.proxy_m);
   EXPECT_EQ(player->hands()[0].proxy_m, thumb.proxy_m);
+  driver.window().open_chosen({QString::fromStdString(folder.string()), QString::fromStdString(folder.string())});
+  ASSERT_TRUE(Driver::wait_for([&] { return player->other_trace() != nullptr; })) << driver.message().toStdString();
+  EXPECT_EQ(player->other_moment()->proxy_m, player->moment().proxy_m) << "the same traces side by side";
   driver.key(Qt::Key_Escape);
   EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); })) << "one's own hands again";
   EXPECT_EQ(driver.window().touch().hands(), 2U);

@@ -238,3 +238,14 @@ def test_turns_of_another_shape_are_refused():
     unknown[2] = np.nan
     rows = session.ticks(path, 1e-3, unknown)
     assert [bool(bad) for bad in rows["status"] == palpa.TickStatus.bad_input] == [False, False, True, False, False]
+
+
+def test_a_live_recording_of_a_point_refuses_a_tool():
+    scene = floor_scene()
+    with palpa.live(scene, hand="sim:press", duration_s=5) as live:
+        held = live.scene
+        held.tool = palpa.ToolOptions(**ROD)
+        with pytest.raises(palpa.SceneError, match="a recording of a point has no columns for a tool; end it, and record the tool"):
+            live.scene = held
+        assert live.scene.tool == palpa.ToolOptions() and live.is_running
+        live.scene = scene
