@@ -19,8 +19,8 @@ constexpr std::size_t most_points = 700;
 constexpr double spectrum_s = 2.0;  // of force in the spectrum
 constexpr int pictures_per_spectrum = 8;
 constexpr int pictures_per_curve = 2;
-constexpr int spectrum_from_px = 800;  // narrower: the force's curve has no room beside it
-constexpr int with_torque_px = 1100;   // likewise of the torque's curve, too
+// [pixels] Width from which a second curve, and a third, is beside the force's. Less: that has no room.
+constexpr int second_px = 800, third_px = 1100;
 
 /// Round end of an axis above its largest value.
 double axis_end(double most) { return std::max(detail::round_length(1.25 * most), 1.05 * most); }
@@ -112,8 +112,8 @@ void Instruments::resizeEvent(QResizeEvent* event) {
 
 void Instruments::show_torque(bool shown) {
   has_torque_ = shown;
-  torque_->setVisible(shown);
-  spectrum_->setVisible(width() >= (shown ? with_torque_px : spectrum_from_px));
+  torque_->setVisible(shown && width() >= second_px);
+  spectrum_->setVisible(width() >= (shown ? third_px : second_px));
 }
 
 void Instruments::start(const std::vector<std::string>& modes, std::size_t hand) {

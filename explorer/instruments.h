@@ -22,7 +22,7 @@ class Instruments : public QWidget {
 
   /// Empties the curves. \param hand  of the scene, whose ticks are drawn
   void start(const std::vector<std::string>& modes, std::size_t hand = 0);
-  /// Sets whether the torque has a curve.
+  /// Sets whether the torque has a curve, where there is room; the spectrum gives way.
   void show_torque(bool shown);
   /// Modes of the curves.
   const std::vector<std::string>& modes() const { return modes_; }
