@@ -100,6 +100,22 @@ TEST(ExplorerTool, ADragWithCtrlTurnsItAndNotTheView) {
   driver.look("tool-turned");
 }
 
+TEST(ExplorerTool, IsFeltAfterTheEndOfARecordingOfAPoint) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  driver.key(Qt::Key_R);
+  Touch& touch = driver.window().touch();
+  ASSERT_TRUE(Driver::wait_for([&] { return touch.is_recorded() && touch.moment().tick > 0; }));
+  const std::filesystem::path trace = touch.trace();
+  driver.window().document().edit(
+      "rod", -1, [](Scene& scene) { scene.set(ToolOptions{.shape = ToolOptions::Shape::rod, .length_m = 0.04}); });
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.message().contains("no columns for a tool; end it"); }));
+  EXPECT_FALSE(touch.moment().has_tool);
+  driver.key(Qt::Key_R);
+  EXPECT_TRUE(Driver::wait_for([&] { return touch.moment().has_tool; })) << "felt once the recording has ended";
+  std::filesystem::remove_all(trace);
+}
+
 TEST(ExplorerTool, IsChosenInThePanelAndTakenBack) {
   Driver driver;
   ASSERT_TRUE(driver.open(small_head()));
