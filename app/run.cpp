@@ -10,12 +10,39 @@
 #include "app/live_terminal.h"
 #include "app/terminal.h"
 #include "palpa/base/printed.h"
+#include "palpa/scene/parts.h"
 #include "palpa/study/check.h"
 
 namespace palpa::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// Description of the tool in the hand; null for a point.
+/// \param limits  of the device
+Json description_of_tool(const Scene& scene, const DeviceLimits& limits) {
+  const Tool tool(scene.tool(), scene.coupling());
+  if (tool.is_point()) return nullptr;
+  Vec3 low_m = tool.lever_m({}, 0), high_m = low_m;
+  for (std::size_t foot = 1; foot < tool.feet(); ++foot) {
+    const Vec3 at_m = tool.lever_m({}, foot);
+    low_m = {std::min(low_m.x, at_m.x), std::min(low_m.y, at_m.y), std::min(low_m.z, at_m.z)};
+    high_m = {std::max(high_m.x, at_m.x), std::max(high_m.y, at_m.y), std::max(high_m.z, at_m.z)};
+  }
+  const Vec3 size_m = high_m - low_m;
+  const CouplingOptions& coupling = scene.coupling();
+  const double radius_m = tool.turning_radius_m(), square_m2 = radius_m * radius_m;
+  return {{"shape", name_of(scene.tool().shape)},
+          {"feet", tool.feet()},
+          {"size_m", {size_m.x, size_m.y, size_m.z}},
+          {"reach_m", tool.reach_m()},
+          {"share", tool.share()},
+          {"turning_radius_m", radius_m},
+          {"turn_stiffness_nm_per_rad", coupling.stiffness_n_per_m * square_m2},
+          {"turn_damping_nms_per_rad", coupling.turn_damping_nms_per_rad.value_or(coupling.damping_ns_per_m * square_m2)},
+          {"senses_turn", limits.senses_turn},
+          {"max_torque_nm", torque_limit_nm(scene, limits.max_torque_nm)}};
+}
 
 /// Description of a run, printed by `--dry-run`.
 Json description(const PreparedRun& prepared, double rate_hz) {
@@ -42,6 +69,7 @@ Json description(const PreparedRun& prepared, double rate_hz) {
   for (const SceneMode& mode : scene.modes()) {
     modes.push_back({{"name", mode.name}, {"type", mode.mode.type()}, {"enabled", mode.enabled}});
   }
+  const DeviceLimits limits = prepared.real_device ? prepared.real_device->limits() : prepared.hand->limits();
   Json notes = prepared.notes;
   notes.push_back(forecast(prepared));
   return {{"title", scene.title},
@@ -56,7 +84,24 @@ Json description(const PreparedRun& prepared, double rate_hz) {
           {"rate_hz", rate_hz},
           {"volumes", volumes},
           {"modes", modes},
+          {"tool", description_of_tool(scene, limits)},
           {"notes", notes}};
+}
+
+void print_tool(const Json& tool) {
+  if (tool.is_null()) return;
+  const auto number = [&](const char* key) { return tool[key].get<double>(); };
+  const Json& size_m = tool["size_m"];
+  const auto feet = tool["feet"].get<int>();
+  print(detail::text("  tool       %s: %d %s, %.4g x %.4g x %.4g m, up to %.4g m from the device's point\n",
+                     tool["shape"].get<std::string>().c_str(), feet, feet == 1 ? "foot" : "feet", size_m[0].get<double>(),
+                     size_m[1].get<double>(), size_m[2].get<double>(), number("reach_m")));
+  print(detail::text("    foot     bears %.4g of each strength\n", number("share")));
+  const std::string limit = number("max_torque_nm") > 0.0     ? detail::text("at most %.4g N·m", number("max_torque_nm"))
+                            : tool["senses_turn"].get<bool>() ? std::string("no torque: the device senses turns alone")
+                                                              : std::string("no torque: the hand does not turn");
+  print(detail::text("    turning  radius %.4g m: %.4g N·m/rad, %.4g N·m·s/rad, %s\n", number("turning_radius_m"),
+                     number("turn_stiffness_nm_per_rad"), number("turn_damping_nms_per_rad"), limit.c_str()));
 }
 
 void print_description(const Json& d) {
@@ -86,6 +131,7 @@ void print_description(const Json& d) {
     print(detail::text("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
                        mode["enabled"].get<bool>() ? "" : " (not enabled)"));
   }
+  print_tool(d["tool"]);
   print("Scene is valid; dry run only.\n");
   for (const Json& note : d["notes"]) print(detail::text("%s\n", text(note).c_str()));
 }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include "palpa/scene/load_scene.h"
 
@@ -19,6 +20,8 @@ struct Opened {
   std::filesystem::path scene_file;      ///< empty: scene suggested for data, not saved yet
   std::filesystem::path trace;           ///< empty: no trace
   std::filesystem::path second_trace{};  ///< shown beside `trace`; empty: none
+  /// Of a run of several hands: the trace of each, in the scene's order, the first of them `trace`; empty: of one hand.
+  std::vector<std::filesystem::path> hand_traces{};
   QString title;
   VolumeRequest request{};         ///< of data; without files: a scene or a trace
   std::filesystem::path beside{};  ///< further data that may bound the flow, not read; empty: none

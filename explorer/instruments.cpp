@@ -19,7 +19,11 @@ constexpr std::size_t most_points = 700;
 constexpr double spectrum_s = 2.0;  // of force in the spectrum
 constexpr int pictures_per_spectrum = 8;
 constexpr int pictures_per_curve = 2;
-constexpr int spectrum_from_px = 800;  // narrower: the force's curve has no room beside it
+// [pixels] Width from which a second curve, and a third, is beside the force's. Less: that has no room.
+constexpr int second_px = 800, third_px = 1100;
+
+/// Round end of an axis above its largest value.
+double axis_end(double most) { return std::max(detail::round_length(1.25 * most), 1.05 * most); }
 
 QString words_of(GuardState state) {
   switch (state) {
@@ -36,12 +40,16 @@ QString words_of(GuardState state) {
 Instruments::Instruments(QWidget* parent)
     : QWidget(parent),
       force_(new LivePlot(tr("Force over the last seconds"), tr("time / s"), tr("force / N"))),
+      torque_(new LivePlot(tr("Torque over the last seconds"), tr("time / s"), QString::fromUtf8("torque / mN·m"))),
       spectrum_(new LivePlot(tr("Spectrum of the force"), tr("frequency / Hz"), tr("N / √Hz"))),
       times_(new QLabel),
       guard_(new QLabel),
       energies_(new QLabel) {
   force_->set_x_range(-shown_s, 0.0);
   force_->show_legend();
+  torque_->setObjectName("torque");
+  torque_->set_x_range(-shown_s, 0.0);
+  torque_->hide();
   spectrum_->set_logarithmic();
   spectrum_->set_x_range(4.0, 500.0);
   spectrum_->set_y_range(1e-6, 1.0);
@@ -49,6 +57,16 @@ Instruments::Instruments(QWidget* parent)
   spectrum_->setToolTip(
       tr("Shaded: the band in which skin feels vibration, %1 to %2 Hz").arg(tactile_low_hz).arg(tactile_high_hz));
   spectrum_->add_curve(tr("force"), color_of_mode(0), 1.5);
+  auto* row = new QHBoxLayout(this);
+  row->setContentsMargins(4, 4, 4, 4);
+  row->addWidget(force_, 5);
+  row->addWidget(torque_, 3);
+  row->addWidget(spectrum_, 2);
+  row->addWidget(make_words());
+  start({});
+}
+
+QWidget* Instruments::make_words() {
   for (QLabel* label : {times_, guard_, energies_}) {
     label->setTextInteractionFlags(Qt::TextSelectableByMouse);
     label->setTextFormat(Qt::PlainText);
@@ -84,22 +102,25 @@ Instruments::Instruments(QWidget* parent)
   words->addWidget(times_);
   words->addWidget(energies_);
   words->addStretch();
-  auto* row = new QHBoxLayout(this);
-  row->setContentsMargins(4, 4, 4, 4);
-  row->addWidget(force_, 5);
-  row->addWidget(spectrum_, 2);
-  row->addWidget(scroll);
-  start({});
+  return scroll;
 }
 
 void Instruments::resizeEvent(QResizeEvent* event) {
   QWidget::resizeEvent(event);
-  spectrum_->setVisible(width() >= spectrum_from_px);
+  show_torque(has_torque_);
 }
 
-void Instruments::start(const std::vector<std::string>& modes) {
+void Instruments::show_torque(bool shown) {
+  has_torque_ = shown;
+  torque_->setVisible(shown && width() >= second_px);
+  spectrum_->setVisible(width() >= (shown ? third_px : second_px));
+}
+
+void Instruments::start(const std::vector<std::string>& modes, std::size_t hand) {
   modes_ = modes;
-  force_->clear();
+  hand_ = hand;
+  for (LivePlot* plot : {force_, torque_}) plot->clear();
+  torque_->add_curve(tr("on the hand"), palette().color(QPalette::WindowText), 2.0);
   shown_.clear();
   curves_ = 1 + std::min(modes.size(), most_shown_modes);
   force_->add_curve(tr("on the hand"), palette().color(QPalette::WindowText), 2.0);
@@ -116,12 +137,14 @@ void Instruments::update_from(SampleRing& ring) {
   Sample sample;
   bool any = false;
   while (ring.take(sample)) {
+    if (sample.hand != hand_) continue;  // from before another was led
     const TickFrame& frame = sample.frame;
     if (!shown_.empty() && frame.t_s < shown_.back().t_s) shown_.clear();  // a new session
     Shown shown{.t_s = frame.t_s,
                 .probe_m = frame.result.probe_m,
                 .proxy_m = frame.result.proxy_m,
                 .command_n = frame.command.force_n,
+                .command_nm = frame.command.torque_nm,
                 .error_bound_m = frame.result.error_bound_m};
     for (std::size_t i = 0; i < sample.count; ++i) shown.mode_n[i] = static_cast<float>(norm(sample.modes[i].force_n));
     shown_.push_back(shown);
@@ -131,33 +154,50 @@ void Instruments::update_from(SampleRing& ring) {
   while (!shown_.empty() && shown_.front().t_s < shown_.back().t_s - shown_s) shown_.pop_front();
   if (!any || !isVisible()) return;
   if (drawn_ % pictures_per_curve == 0) draw_force();
+  if (drawn_ % pictures_per_curve == 0 && has_torque_) draw_torque();
   if (drawn_++ % pictures_per_spectrum == 0) draw_spectrum();
 }
 
-void Instruments::draw_force() {
+template <class Value>
+std::vector<QVector<QPointF>> Instruments::curves_of(std::size_t count, double& most, const Value& value) const {
   const std::size_t stride = shown_.size() / most_points + 1;
-  std::vector<QVector<QPointF>> points(curves_);
+  std::vector<QVector<QPointF>> points(count);
   const double now_s = shown_.back().t_s;
-  double most_n = 0.5;
   // Intervals by absolute index, so that a peak does not flicker while it moves left.
-  std::vector<double> peaks(curves_, 0.0);
+  std::vector<double> peaks(count, 0.0);
   for (std::size_t i = 0; i < shown_.size(); ++i) {
     const Shown& sample = shown_[i];
-    peaks[0] = std::max(peaks[0], norm(sample.command_n));
-    for (std::size_t m = 1; m < curves_; ++m) peaks[m] = std::max(peaks[m], double(sample.mode_n[m - 1]));
+    for (std::size_t m = 0; m < count; ++m) peaks[m] = std::max(peaks[m], value(sample, m));
     const auto bucket = [&](const Shown& s) {
       return static_cast<std::int64_t>(std::floor(s.t_s * 1e3 + 0.5)) / static_cast<std::int64_t>(stride);
     };
     if (i + 1 < shown_.size() && bucket(shown_[i + 1]) == bucket(sample)) continue;
-    for (std::size_t m = 0; m < curves_; ++m) {
+    for (std::size_t m = 0; m < count; ++m) {
       points[m].push_back({sample.t_s - now_s, peaks[m]});
-      most_n = std::max(most_n, peaks[m]);
+      most = std::max(most, peaks[m]);
       peaks[m] = 0.0;
     }
   }
+  return points;
+}
+
+void Instruments::draw_force() {
+  double most_n = 0.5;
+  const std::vector<QVector<QPointF>> points = curves_of(curves_, most_n, [](const Shown& sample, std::size_t curve) {
+    return curve == 0 ? norm(sample.command_n) : double(sample.mode_n[curve - 1]);
+  });
   for (std::size_t m = 0; m < curves_; ++m) force_->set_curve(static_cast<int>(m), points[m]);
-  force_->set_y_range(0.0, std::max(detail::round_length(1.25 * most_n), 1.05 * most_n));
+  force_->set_y_range(0.0, axis_end(most_n));
   force_->draw();
+}
+
+void Instruments::draw_torque() {
+  double most_mnm = 5.0;
+  const std::vector<QVector<QPointF>> points =
+      curves_of(1, most_mnm, [](const Shown& sample, std::size_t) { return 1e3 * norm(sample.command_nm); });
+  torque_->set_curve(0, points.front());
+  torque_->set_y_range(0.0, axis_end(most_mnm));
+  torque_->draw();
 }
 
 void Instruments::draw_spectrum() {

@@ -20,7 +20,10 @@ class Instruments : public QWidget {
  public:
   explicit Instruments(QWidget* parent = nullptr);
 
-  void start(const std::vector<std::string>& modes);
+  /// Empties the curves. \param hand  of the scene, whose ticks are drawn
+  void start(const std::vector<std::string>& modes, std::size_t hand = 0);
+  /// Sets whether the torque has a curve, where there is room; the spectrum gives way.
+  void show_torque(bool shown);
   /// Modes of the curves.
   const std::vector<std::string>& modes() const { return modes_; }
   /// Draws the pending samples of the loop.
@@ -30,7 +33,7 @@ class Instruments : public QWidget {
   /// One tick in a plot.
   struct Shown {
     double t_s = 0.0;
-    Vec3 probe_m, proxy_m, command_n;
+    Vec3 probe_m, proxy_m, command_n, command_nm;
     std::array<float, most_shown_modes> mode_n{};
     double error_bound_m = 0.0;
   };
@@ -45,10 +48,17 @@ class Instruments : public QWidget {
   void resizeEvent(QResizeEvent* event) override;
 
  private:
+  /// Column of the labels.
+  QWidget* make_words();
+  /// One curve for each of `count` values of a tick; the largest value of any, at least `least`.
+  template <class Value>
+  std::vector<QVector<QPointF>> curves_of(std::size_t count, double& most, const Value& value) const;
   void draw_force();
+  void draw_torque();
   void draw_spectrum();
 
   LivePlot* force_;
+  LivePlot* torque_;
   LivePlot* spectrum_;
   std::vector<std::string> modes_;
   std::size_t curves_ = 0;  // of the force: total, then each mode
@@ -58,6 +68,8 @@ class Instruments : public QWidget {
   std::deque<Shown> shown_;
   std::unique_ptr<SummaryBuilder> summary_;
   int drawn_ = 0;
+  std::size_t hand_ = 0;
+  bool has_torque_ = false;
 };
 
 }  // namespace palpa::explorer

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "explorer/main_window.h"
+#include "explorer/opening.h"
 #include "explorer/picture_file.h"
 #include "palpa/base/load_error.h"
 #include "palpa/base/sanitized.h"
@@ -90,9 +91,8 @@ int run(const palpa::explorer::WindowOptions& options, const std::vector<std::st
 }
 
 bool are_traces(const std::vector<std::string>& files) {
-  return files.size() == 2 && std::ranges::all_of(files, [](const std::string& file) {
-           return std::filesystem::exists(std::filesystem::path(file) / "trace.toml");
-         });
+  return files.size() == 2 &&
+         std::ranges::all_of(files, [](const std::string& file) { return palpa::explorer::is_trace(file); });
 }
 
 bool are_data(const std::vector<std::string>& files) {

@@ -36,11 +36,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int frame_ms = 33;         // between updates of the views. Shorter: more processor time; longer: stutter
-constexpr int title_bar_px = 40;     // of a window manager, above the window. Less: the status bar is below the screen
-constexpr int time_key = 900'020;    // of undo steps: a drag over the data's time is one
-constexpr int data_frames = 3;       // from picture to picture of moving data. More: they jerk; fewer: they slow the window
-constexpr double in_front_m = 6e-3;  // of the surface: start and end of a press
+constexpr int frame_ms = 33;       // between updates of the views. Shorter: more processor time; longer: stutter
+constexpr int title_bar_px = 40;   // of a window manager, above the window. Less: the status bar is below the screen
+constexpr int time_key = 900'020;  // of undo steps: a drag over the data's time is one
+constexpr int data_frames = 3;     // from picture to picture of moving data. More: they jerk; fewer: they slow the window
 
 std::vector<std::string> names_of_modes(const Scene& scene) {
   std::vector<std::string> names;
@@ -191,63 +190,6 @@ void MainWindow::make_docks() {
   for (QDockWidget* dock : scene_docks_) dock->hide();  // until a scene is open
 }
 
-void MainWindow::lead_hand_by_mouse() {
-  connect(views_, &SceneViews::hold_began, this, &MainWindow::touch_began);
-  connect(views_, &SceneViews::hold_moved, this, [this](const Vec3& at_m, const Vec3& away, double depth_m) {
-    led_away_ = away;
-    if (mouse_leads_) touch_.lead_hand(at_m + depth_m * away - foremost_lever_m(away));
-  });
-  connect(views_, &SceneViews::tool_turned, this, [this](const Vec3& rotation_rad) { touch_.turn_hand(rotation_rad); });
-  connect(views_, &SceneViews::hold_ended, this, [this](const Vec3& away) {
-    mouse_leads_ = false;
-    if (norm(away) == 0.0) return;
-    // After a long drawing press and release come at once: the last tick is then of the hand before.
-    const Moment& moment = touch_.moment();
-    touch_.lead_hand(moment.tick >= put_from_tick_ ? moment.proxy_m - in_front_m * away : put_at_m_);
-  });
-  View3D* view = views_->view();
-  if (!view) return;
-  connect(view, &View3D::draws, this, [this](bool on) { touch_.draws(on); });
-  connect(view, &View3D::turned, this, [this, view] {
-    if (LiveLoop* loop = touch_.loop(); loop && !touch_.is_by_mouse()) {
-      const detail::View& seen = view->view();
-      // Map the device's right to the screen's right.
-      loop->set_view_rotation(transposed(Mat3{{seen.right, seen.up, seen.towards}}));
-    }
-  });
-}
-
-Vec3 MainWindow::foremost_lever_m(const Vec3& away) {
-  constexpr double same_m = 1e-6;
-  const Tool tool(document_.scene().tool(), document_.scene().coupling());
-  if (tool.is_point() || norm(away) == 0.0) return {};
-  const Turn turn = touch_.moment().probe_turn;
-  double furthest_m = -tool.reach_m();
-  for (std::size_t foot = 0; foot < tool.feet(); ++foot) furthest_m = std::max(furthest_m, dot(tool.lever_m(turn, foot), away));
-  Vec3 sum_m;
-  double count = 0.0;
-  for (std::size_t foot = 0; foot < tool.feet(); ++foot) {
-    const Vec3 lever_m = tool.lever_m(turn, foot);
-    if (dot(lever_m, away) < furthest_m - same_m) continue;
-    sum_m += lever_m;
-    count += 1.0;
-  }
-  return sum_m / count;
-}
-
-void MainWindow::touch_began(const Vec3& at_m, const Vec3& away) {
-  if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it and returns to your own hand."));
-  mouse_leads_ = true;
-  hint_followed_ = true;
-  // Far away: jump without contacts on the way; near: slide.
-  const Vec3 front_m = at_m - in_front_m * away - foremost_lever_m(away);
-  if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
-  put_at_m_ = front_m;
-  put_from_tick_ = touch_.moment().tick + 2 * ticks_per_moment;
-  touch_.put_hand(front_m);
-  views_->forget_trail();
-}
-
 void MainWindow::opened(const Opened& opened) {
   const Scene& scene = opened.loaded.scene;
   setWindowTitle(tr("%1[*] – Palpa").arg(opened.title));
@@ -263,15 +205,14 @@ void MainWindow::opened(const Opened& opened) {
   record_->setChecked(false);
   hint_followed_ = false;
   views_->start(scene);
+  const double reach_m = Tool(scene.tool(), scene.coupling()).reach_m();
+  touch_.start(scene, 0.5 * views_->bounds_m().size_m().z + 0.01 + reach_m);  // in front of the data's middle
+  list_hands(scene);
   say_of(opened);
   scene_changed();
   replay_->end();
   player_dock_->hide();
-  if (!opened.trace.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
-  // Start in front of the data's middle.
-  const double reach_m = Tool(scene.tool(), scene.coupling()).reach_m();
-  touch_.put_hand({0.0, 0.0, 0.5 * views_->bounds_m().size_m().z + 0.01 + reach_m});
-  touch_.set_upright();
+  if (!opened.trace.empty()) return play_recorded(opened);
   begin_touch();
 }
 
@@ -297,8 +238,13 @@ void MainWindow::begin_touch(const fs::path& out) {
       });
 }
 
+void MainWindow::start_curves() {
+  instruments_->start(names_of_modes(document_.scene()), touch_.led());
+  instruments_->show_torque(has_tool());
+}
+
 void MainWindow::feel_with(std::unique_ptr<Device> device, const fs::path& out) {
-  instruments_->start(names_of_modes(document_.scene()));
+  start_curves();
   hold_->setChecked(false);
   put_from_tick_ = 0;
   try {
@@ -319,7 +265,8 @@ void MainWindow::scene_changed() {
   if (touch_.is_felt()) {
     if (touch_.is_recorded()) say(tr("The scene changed while it was recorded: the trace can be replayed up to here."));
     touch_.change(scene);
-    if (names_of_modes(scene) != instruments_->modes()) instruments_->start(names_of_modes(scene));
+    if (names_of_modes(scene) != instruments_->modes()) start_curves();
+    instruments_->show_torque(has_tool());
   }
   if (player_->has_trace()) replay_->feel_changed_scene();
   if (desk_->isVisible()) desk_->refresh();
@@ -331,6 +278,14 @@ void MainWindow::scene_changed() {
 void MainWindow::play(const PlayedHand& hand, const fs::path& second_trace) {
   touch_.end();
   replay_->play(hand, second_trace);
+}
+
+void MainWindow::play_recorded(const Opened& opened) {
+  if (opened.hand_traces.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
+  touch_.end();
+  std::vector<PlayedHand> hands;
+  for (const fs::path& trace : opened.hand_traces) hands.push_back({.trace = trace, .description = {}, .number = hands.size()});
+  replay_->play(hands, opened.second_trace);
 }
 
 void MainWindow::compare_with(const fs::path& trace) { replay_->compare_with(trace); }
@@ -348,13 +303,17 @@ void MainWindow::tick() {
   follow_data();
   if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
   const Moment& moment = touch_.moment();
-  if (moment.tick >= 0) views_->show_felt(moment, document_.scene().coupling().max_force_n, mouse_leads_);
+  if (moment.tick >= 0) {
+    std::vector<Moment> hands;
+    for (std::size_t hand = 0; hand < touch_.hands(); ++hand) hands.push_back(touch_.moment(hand));
+    views_->show_felt(hands, document_.scene().coupling().max_force_n, mouse_leads_);
+  }
   instruments_->update_from(touch_.samples());
   if (ticks_++ % 8 == 0) {
     show_recording();
     LiveLoop& loop = *touch_.loop();
-    const LiveView& seen = loop.latest();
-    const LoopStatistics statistics = loop.statistics();
+    const LiveView& seen = loop.latest(touch_.led());
+    const LoopStatistics statistics = loop.statistics(touch_.led());
     instruments_->show_statistics(statistics, seen.frame, moment.has_tool, seen.device_fault);
     if (touch_.is_recorded() && statistics.unrecorded > unrecorded_)
       say(tr("%1 ticks could not be recorded: the disk is full or too slow. What was written before stays in %2; press R to "
@@ -397,7 +356,7 @@ QString MainWindow::format_fault() {
   if (!is_anything_on()) return tr("Nothing is on: turn a mode on under Feel (Ctrl+1)");
   LiveLoop* loop = touch_.loop();
   if (!loop) return {};
-  const LiveView& seen = loop->latest();
+  const LiveView& seen = loop->latest(touch_.led());
   if (seen.device_fault) return QString(seen.device_fault);
   if (touch_.is_by_mouse() && seen.frame.command.cause == GuardCause::no_position) return {};
   switch (seen.frame.command.cause) {
@@ -504,8 +463,7 @@ bool MainWindow::eventFilter(QObject* watched, QEvent* event) {
 void MainWindow::changeEvent(QEvent* event) {
   QMainWindow::changeEvent(event);
   if (event->type() != QEvent::ActivationChange) return;
-  if (!isActiveWindow() && std::exchange(mouse_leads_, false))
-    touch_.put_hand(touch_.moment().proxy_m - in_front_m * led_away_);
+  if (!isActiveWindow() && std::exchange(mouse_leads_, false)) touch_.put_hand(before_surface_m());
   touch_.have_mouse(isActiveWindow());
 }
 

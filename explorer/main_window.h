@@ -23,6 +23,7 @@
 #include "explorer/time_bar.h"
 #include "explorer/touch.h"
 
+class QComboBox;
 class QDockWidget;
 class QLabel;
 class QMenu;
@@ -94,6 +95,15 @@ class MainWindow : public QMainWindow {
   bool types_space() const;
   void make_docks();
   void lead_hand_by_mouse();
+  void make_hand_box();
+  void list_hands(const Scene& scene);
+  /// Lets the mouse lead another hand of the scene. \param number  of the hand, after the last again the first
+  void lead_hand(int number);
+  /// Where a hand lies after a press [m], hand frame.
+  Vec3 before_surface_m();
+  /// True if the led hand has a tool.
+  bool has_tool() const;
+  void start_curves();
   /// From the hand to the foot, or the middle of the feet, of its tool that meets a surface first. \param away  [1] the way
   Vec3 foremost_lever_m(const Vec3& away);
   QAction* action(const QString& words, const QKeySequence& keys, const QString& tip, const std::function<void()>& what);
@@ -117,6 +127,8 @@ class MainWindow : public QMainWindow {
   QImage picture();
   void screenshot();
   void play(const PlayedHand& hand, const std::filesystem::path& second_trace = {});
+  /// Plays the open trace, or those of several hands.
+  void play_recorded(const Opened& opened);
   void stop_playing();
   void follow_data();
   void remember(const std::filesystem::path& path);
@@ -153,6 +165,8 @@ class MainWindow : public QMainWindow {
   std::int64_t put_from_tick_ = 0;  ///< moments before are of a hand elsewhere
   QAction* record_ = nullptr;
   QAction* hold_ = nullptr;
+  QComboBox* hand_box_ = nullptr;
+  QAction *hand_box_action_ = nullptr, *next_hand_ = nullptr;  ///< shown for a scene of several hands
   QTimer timer_;
   bool mouse_leads_ = false;
   Vec3 led_away_;  ///< [1] away from the surface where the mouse last led the hand

@@ -108,16 +108,19 @@ void MainWindow::make_feel_actions() {
   hold_->setCheckable(true);
   record_ = action(tr("&Record"), QKeySequence("R"), tr("Record a trace"), [this] { record(record_->isChecked()); });
   record_->setCheckable(true);
+  next_hand_ = action(tr("&Other hand"), QKeySequence("H"), tr("The mouse leads another hand of the scene"),
+                      [this] { lead_hand(static_cast<int>(touch_.led()) + 1); });
   feel->addAction(hold_);
   feel->addAction(record_);
+  feel->addAction(next_hand_);
   feel->addSeparator();
   feel->addAction(action(tr("Simulated &hand"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes the surface"), [this] {
-    if (document_.is_open()) play({.trace = {}, .description = "sim:stroke"});
+    if (document_.is_open()) play({.trace = {}, .description = "sim:stroke", .number = touch_.led()});
   }));
   feel->addAction(action(tr("&Recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
     if (!document_.is_open()) return;
     const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.traces());
-    if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString()});
+    if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString(), .number = touch_.led()});
   }));
   make_trace_actions(feel);
   make_mode_actions(feel);
@@ -302,6 +305,9 @@ void MainWindow::make_tool_bar() {
   bar->addAction(touch);
   bar->addAction(turn);
   bar->addSeparator();
+  make_hand_box();
+  hand_box_action_ = bar->addWidget(hand_box_);
+  for (QAction* one : {hand_box_action_, next_hand_}) one->setVisible(false);
   bar->addAction(record_);
   bar->addAction(hold_);
   // The safety action stands out.

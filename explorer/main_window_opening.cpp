@@ -26,11 +26,6 @@ fs::path chosen_path(const QString& file) {
   return path.filename() == "trace.toml" ? path.parent_path() : path;
 }
 
-bool is_trace(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path / "trace.toml", ignored);
-}
-
 /// Data that are open, to be opened otherwise.
 Wanted again(const Opened& opened) {
   return {.paths = opened.request.files, .series = opened.request.series, .fields = opened.request.fields, .is_decided = true};

@@ -10,7 +10,7 @@ namespace {
 
 // Reading time, and per letter. Shorter: a long path cannot be read; longer: it covers the next action.
 constexpr int reading_ms = 5000, letter_ms = 60;
-constexpr int rows = 2;             // of the first line. More: a higher tool bar
+constexpr int first_rows = 2;       // of the first line. More: a higher tool bar
 constexpr int most_width_px = 640;  // of all lines
 constexpr double smaller = 0.9;     // [1] size of the letters to those of the window
 
@@ -26,7 +26,7 @@ QString cut(const QString& words, const QFont& font, int width_px) {
   for (QTextLine line = layout.createLine(); line.isValid(); line = layout.createLine()) {
     line.setLineWidth(width_px);
     const int from = line.textStart();
-    const bool is_last = lines.size() + 1 == rows;
+    const bool is_last = lines.size() + 1 == first_rows;
     lines << (is_last ? metrics.elidedText(words.mid(from), Qt::ElideRight, width_px) : words.mid(from, line.textLength()));
     if (is_last) break;
   }

@@ -51,6 +51,10 @@ FileContents list(const VolumeRequest& request, std::stop_token stop) {
   return contents;
 }
 
+QString folder_name(const fs::path& path) {
+  return QString::fromStdString((path.has_filename() ? path : path.parent_path()).filename().string());
+}
+
 VolumeRequest request_of(const Wanted& wanted) {
   VolumeRequest request;
   for (const fs::path& path : wanted.paths) request.files.push_back(fs::absolute(path));
@@ -236,7 +240,30 @@ std::vector<std::string> words_of(const std::string& stem) {
   return words;
 }
 
+/// A trace, or those of a run's hands, in the order of the scene's.
+Opened opened_traces(std::vector<fs::path> traces, const std::vector<fs::path>& data_folders, const ReadOptions& read) {
+  const TraceReader first(traces.front());
+  Opened opened{.loaded = load_recorded_scene(traces.front(), first, data_folders, read, modes_with({}), traces.size() > 1),
+                .trace = traces.front()};
+  const std::vector<SceneHand>& hands = opened.loaded.scene.hands();
+  if (traces.size() < 2) return opened;
+  for (const SceneHand& hand : hands) {
+    const auto its = std::ranges::find(traces, hand.name, [](const fs::path& trace) { return trace.filename().string(); });
+    if (its == traces.end())
+      throw LoadError(traces.front().parent_path().string() + ": has no trace of hand " + hand.name +
+                      "; open the trace of another hand alone");
+    opened.hand_traces.push_back(*its);
+  }
+  opened.trace = opened.hand_traces.front();
+  return opened;
+}
+
 }  // namespace
+
+bool is_trace(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(traces_in(folder).front() / "trace.toml", ignored);
+}
 
 Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders, std::stop_token stop) {
   return std::move(*open_or_ask({.paths = {path}, .is_decided = true}, data_folders, stop).opened);
@@ -250,11 +277,10 @@ Found open_or_ask(const Wanted& wanted, const std::vector<fs::path>& data_folder
   }
   const fs::path& path = wanted.paths.front();
   const ReadOptions read{.stop = stop};
-  if (fs::exists(path / "trace.toml", ignored)) {
-    const TraceReader trace(path);
-    Opened opened{.loaded = load_recorded_scene(path, trace, data_folders, read, modes_with({})), .trace = path};
+  if (is_trace(path)) {
+    Opened opened = opened_traces(traces_in(path), data_folders, read);
     opened.second_trace = wanted.second_trace;
-    opened.title = QString::fromStdString(path.filename().empty() ? path.parent_path().filename() : path.filename());
+    opened.title = folder_name(path);
     return {std::move(opened), {}};
   }
   if (path.extension() == ".toml" && fs::is_regular_file(path, ignored)) {

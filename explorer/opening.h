@@ -27,6 +27,9 @@ struct Found {
   FileContents to_choose{};
 };
 
+/// True for the folder of a trace, or of the traces of several hands. Any thread.
+bool is_trace(const std::filesystem::path& folder);
+
 /// Loads a scene file; for data, the scene that `palpa info --scene` suggests; for a trace, its scene. Of several series, or
 /// HDF5 arrays of several shapes, one has to be chosen; a slice of a DICOM series brings the series. Any thread; duration grows
 /// with the data. Throws LoadError, also when stopped.

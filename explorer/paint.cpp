@@ -177,6 +177,17 @@ void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, c
   }
 }
 
+bool look_alike(std::span<const SeenHand> a, std::span<const SeenHand> b) {
+  return std::ranges::equal(a, b, [](const SeenHand& x, const SeenHand& y) { return x.moment.looks_like(y.moment); });
+}
+
+void paint_hands(QPainter& painter, const detail::View& view, std::span<const SeenHand> hands, double most_n) {
+  for (const SeenHand& hand : hands) {
+    paint_moment(painter, view, hand.moment, most_n);
+    paint_tool(painter, view, hand.tool, hand.moment);
+  }
+}
+
 QString words_of_wrench(const Moment& moment) {
   const QString force = QString("%1 N").arg(norm(moment.command_n), 0, 'f', 2);
   return moment.has_tool ? force + QString::fromUtf8(", %1 mN·m").arg(1e3 * norm(moment.torque_nm), 0, 'f', 0) : force;

@@ -61,6 +61,16 @@ void paint_moment(QPainter& painter, const detail::View& view, const Moment& mom
 /// Feet of a tool: paler where the device holds it, and at the proxy, red by the force on each. Nothing for a moment without a
 /// tool, or of a point.
 void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, const Moment& moment);
+/// A hand with its tool.
+struct SeenHand {
+  Tool tool{};
+  Moment moment{};
+};
+/// True if a redraw can be skipped.
+bool look_alike(std::span<const SeenHand> a, std::span<const SeenHand> b);
+/// Primitives, probe, proxy and feet of each.
+/// \param most_n  [N] as of `paint_moment`
+void paint_hands(QPainter& painter, const detail::View& view, std::span<const SeenHand> hands, double most_n);
 /// Force on the hand, and torque of a tool: "0.17 N", "0.17 N, 12 mN·m".
 QString words_of_wrench(const Moment& moment);
 /// Force on the hand in newtons, with the torque of a tool, large, beside the proxy: `words_of_wrench`. Nothing below 5 mN,

@@ -190,10 +190,10 @@ FeelPanel::FeelPanel(Document& document, QWidget* parent)
   add_group(tr("Tool in the hand"), tool_)->setObjectName("tool");
   column_->addStretch();
   connect(tool_, &ParameterForm::changed, this, [this](const QString& what, std::size_t row, const ParameterRow::Value& value) {
-    document_.edit(what, key_of(998, row), [&](Scene& scene) {
-      ToolOptions options = scene.tool();
+    document_.edit(what, key_of(990 + hand_, row), [&](Scene& scene) {
+      ToolOptions options = scene.tool_of(hand_);
       set_row([&](ParameterVisitor& v) { visit_part(options, v); }, row, value);
-      scene.set(with_usual_size(options));
+      scene.set(with_usual_size(options), hand_);
     });
   });
   connect(coupling_, &ParameterForm::changed, this,
@@ -333,6 +333,11 @@ void FeelPanel::build() {
   }
 }
 
+void FeelPanel::show_tool_of(std::size_t hand) {
+  hand_ = hand;
+  refresh();
+}
+
 void FeelPanel::refresh() {
   if (!document_.is_open()) return;
   const Scene& scene = document_.scene();
@@ -355,7 +360,7 @@ void FeelPanel::refresh() {
                        }),
                        FormContext{{}, scene.coupling().max_force_n});
   tool_->show_rows(rows_of([&](ParameterVisitor& v) {
-                     ToolOptions copy = scene.tool();
+                     ToolOptions copy = scene.tool_of(hand_);
                      visit_part(copy, v);
                    }),
                    FormContext{{}, scene.coupling().max_force_n});

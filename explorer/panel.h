@@ -54,6 +54,8 @@ class FeelPanel : public Panel {
  public:
   explicit FeelPanel(Document& document, QWidget* parent = nullptr);
   void refresh() override;
+  /// Shows the tool of this hand. \param hand  of the scene
+  void show_tool_of(std::size_t hand);
 
  Q_SIGNALS:
   void function_asked(std::size_t mode, std::size_t row);
@@ -69,6 +71,7 @@ class FeelPanel : public Panel {
   std::vector<std::string> built_;
   ParameterForm* coupling_;
   ParameterForm* tool_;
+  std::size_t hand_ = 0;  ///< of the tool
 };
 
 /// Layers with their settings, each shown or hidden, its level linked to the felt one; presets.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 
+#include "explorer/hand_frame.h"
 #include "explorer/paint.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/beside_words.h"
@@ -25,18 +26,23 @@ constexpr std::size_t most_rows = 100'000;
 constexpr int bar_steps = 10'000;
 constexpr std::size_t most_points = 1500;
 
-QVector<QPointF> curve_of(const FeltTrace& trace) {
+double force_n(const FeltTrace::Row& row) { return norm(row.command_n); }
+double torque_mnm(const FeltTrace::Row& row) { return 1e3 * norm(row.torque_nm); }
+
+QVector<QPointF> curve_of(const FeltTrace& trace, double (*value)(const FeltTrace::Row&)) {
   QVector<QPointF> points;
   const std::size_t stride = trace.rows.size() / most_points + 1;
-  double peak_n = 0.0;
+  double peak = 0.0;
   for (std::size_t i = 0; i < trace.rows.size(); ++i) {
-    peak_n = std::max(peak_n, norm(trace.rows[i].command_n));
+    peak = std::max(peak, value(trace.rows[i]));
     if (i % stride != 0) continue;
-    points.push_back({trace.rows[i].t_s, peak_n});
-    peak_n = 0.0;
+    points.push_back({trace.rows[i].t_s, peak});
+    peak = 0.0;
   }
   return points;
 }
+
+bool has_tool(const FeltTrace& trace) { return std::ranges::any_of(trace.rows, &FeltTrace::Row::has_tool); }
 
 QToolButton* button(QStyle::StandardPixmap sign, const QString& name) {
   auto* made = new QToolButton;
@@ -64,7 +70,11 @@ QString words_of_event(const std::string& kind) {
 /// A hand's ticks in a scene. Throws LoadError when stopped.
 class Replaying {
  public:
-  Replaying(const LoadedScene& loaded, std::stop_token stop) : loaded_(loaded), stop_(std::move(stop)) {}
+  /// \param hand  of the scene
+  Replaying(const LoadedScene& loaded, std::size_t hand, std::stop_token stop)
+      : loaded_(loaded), origin_m_(frame_origin_m(loaded.scene, hand)), stop_(std::move(stop)) {
+    loaded_.scene = loaded.scene.of_hand(hand);
+  }
 
   void feel_trace(const std::filesystem::path& folder) {
     const TraceReader reader(folder);
@@ -122,8 +132,8 @@ class Replaying {
     if (seen_++ % stride_ != 0) return;
     FeltTrace::Row& row = felt_.rows.emplace_back(FeltTrace::Row{.tick = frame.tick,
                                                                  .t_s = frame.t_s,
-                                                                 .probe_m = frame.result.probe_m,
-                                                                 .proxy_m = frame.result.proxy_m,
+                                                                 .probe_m = frame.result.probe_m + origin_m_,
+                                                                 .proxy_m = frame.result.proxy_m + origin_m_,
                                                                  .command_n = frame.command.force_n,
                                                                  .first_primitive = felt_.placed.size()});
     row.has_tool = session.scene().tool().shape != ToolOptions::Shape::point;
@@ -135,9 +145,11 @@ class Replaying {
     row.primitives = last.primitives;
     const auto first = session.primitives().begin() + last.first_primitive;
     felt_.placed.insert(felt_.placed.end(), first, first + last.primitives);
+    for (std::size_t i = row.first_primitive; i < felt_.placed.size(); ++i) felt_.placed[i].primitive.position_m += origin_m_;
   }
 
-  const LoadedScene& loaded_;
+  LoadedScene loaded_;  // of one hand
+  Vec3 origin_m_;       // of its frame in the window's
   std::stop_token stop_;
   FeltTrace felt_;
   std::size_t stride_ = 1, seen_ = 0;
@@ -157,7 +169,7 @@ Moment FeltTrace::moment(std::size_t row) const {
 }
 
 FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop) {
-  Replaying replaying(loaded, stop);
+  Replaying replaying(loaded, hand.number, stop);
   if (!hand.trace.empty())
     replaying.feel_trace(hand.trace);
   else if (hand.again)
@@ -167,17 +179,25 @@ FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::sto
   return replaying.felt();
 }
 
+LivePlot* Player::new_plot(const QString& name, const QString& unit) {
+  auto* plot = new LivePlot(name, tr("time / s"), unit);
+  plot->installEventFilter(this);
+  for (QObject* child : plot->findChildren<QObject*>()) child->installEventFilter(this);
+  return plot;
+}
+
 Player::Player(QWidget* parent)
     : QWidget(parent),
-      plot_(new LivePlot(tr("Force over the trace"), tr("time / s"), tr("force / N"))),
+      force_(new_plot(tr("Force over the trace"), tr("force / N"))),
+      torque_(new_plot(tr("Torque over the trace"), QString::fromUtf8("τ / mN·m"))),
       bar_(new QSlider(Qt::Horizontal)),
       play_(button(QStyle::SP_MediaPlay, tr("Play"))),
       words_(new QLabel),
       difference_(new QLabel),
       to_difference_(new QToolButton) {
-  plot_->show_legend();
-  plot_->installEventFilter(this);
-  for (QObject* child : plot_->findChildren<QObject*>()) child->installEventFilter(this);
+  force_->show_legend();
+  torque_->setObjectName("torque_of_trace");
+  torque_->hide();
   bar_->setRange(0, bar_steps);
   bar_->setSingleStep(bar_steps / 500);
   bar_->setPageStep(bar_steps / 20);
@@ -212,30 +232,38 @@ Player::Player(QWidget* parent)
   });
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(4, 2, 4, 2);
-  all->addWidget(plot_, 1);
+  auto* plots = new QHBoxLayout;
+  plots->addWidget(force_, 3);
+  plots->addWidget(torque_, 2);
+  all->addLayout(plots, 1);
   all->addWidget(difference_);
   all->addLayout(row);
 }
 
-void Player::show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<const FeltTrace> second) {
+void Player::show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<const FeltTrace> second,
+                        std::vector<std::shared_ptr<const FeltTrace>> others) {
   first_ = std::move(first);
   second_ = std::move(second);
-  plot_->clear();
+  others_ = std::move(others);
+  for (LivePlot* plot : {force_, torque_}) plot->clear();
+  torque_->setVisible((first_ && has_tool(*first_)) || (second_ && has_tool(*second_)));
   plays_ = false;
   play_->setChecked(false);
   compare();
   if (!first_) return;
   duration_s_ = std::max(first_->duration_s, second_ ? second_->duration_s : 0.0);
-  double most_n = 0.1;
-  const auto add = [&](const FeltTrace& trace, const QColor& color) {
-    const int curve = plot_->add_curve(QString::fromStdString(trace.name), color, 1.6);
-    plot_->set_curve(curve, curve_of(trace));
-    for (const FeltTrace::Row& moment : trace.rows) most_n = std::max(most_n, norm(moment.command_n));
+  const auto draw = [&](LivePlot& plot, double (*value)(const FeltTrace::Row&), double most) {
+    const auto add = [&](const FeltTrace& trace, const QColor& color) {
+      plot.set_curve(plot.add_curve(QString::fromStdString(trace.name), color, 1.6), curve_of(trace, value));
+      for (const FeltTrace::Row& row : trace.rows) most = std::max(most, value(row));
+    };
+    add(*first_, QColor(0, 114, 178));
+    if (second_) add(*second_, QColor(213, 94, 0));
+    plot.set_x_range(0.0, std::max(1e-3, duration_s_));
+    plot.set_y_range(0.0, 1.1 * most);
   };
-  add(*first_, QColor(0, 114, 178));
-  if (second_) add(*second_, QColor(213, 94, 0));
-  plot_->set_x_range(0.0, std::max(1e-3, duration_s_));
-  plot_->set_y_range(0.0, 1.1 * most_n);
+  draw(*force_, force_n, 0.1);
+  draw(*torque_, torque_mnm, 1.0);
   seek(0.0);
 }
 
@@ -272,6 +300,12 @@ Moment Player::moment() const { return first_ ? first_->moment(row_at(*first_, a
 std::optional<Moment> Player::other_moment() const {
   if (!second_) return {};
   return second_->moment(row_at(*second_, at_s_));
+}
+
+std::vector<Moment> Player::hands() const {
+  std::vector<Moment> moments;
+  for (const auto& other : others_) moments.push_back(other->moment(row_at(*other, at_s_)));
+  return moments;
 }
 
 std::vector<std::size_t> Player::trail(std::size_t most) const {
@@ -336,14 +370,16 @@ void Player::step_to_event(int direction) {
 }
 
 void Player::show_time() {
-  plot_->clear_marks();
-  for (const FeltTrace::Event& event : first_->events)
-    plot_->mark(first_->rows[event.row].t_s, event.kind == name_of(SessionEventKind::break_through)
-                                                 ? QColor(204, 121, 167, 170)
-                                                 : QColor(128, 128, 128, 70));
-  if (largest_difference_s_) plot_->mark(*largest_difference_s_, QColor(200, 30, 20));
-  plot_->mark(at_s_, palette().color(QPalette::Highlight));
-  plot_->draw();
+  for (LivePlot* plot : {force_, torque_}) {
+    plot->clear_marks();
+    for (const FeltTrace::Event& event : first_->events)
+      plot->mark(first_->rows[event.row].t_s, event.kind == name_of(SessionEventKind::break_through)
+                                                  ? QColor(204, 121, 167, 170)
+                                                  : QColor(128, 128, 128, 70));
+    if (largest_difference_s_) plot->mark(*largest_difference_s_, QColor(200, 30, 20));
+    plot->mark(at_s_, palette().color(QPalette::Highlight));
+    plot->draw();
+  }
   QString words = tr("%1 s of %2 s, %3").arg(at_s_, 0, 'f', 3).arg(duration_s_, 0, 'f', 2).arg(words_of_wrench(moment()));
   if (const std::optional<Moment> other = other_moment())
     words = tr("%1 s of %2 s, first %3, second %4")
@@ -359,7 +395,8 @@ bool Player::eventFilter(QObject* watched, QEvent* event) {
     const auto* mouse = static_cast<QMouseEvent*>(event);
     if (mouse->buttons() & Qt::LeftButton) {
       const QWidget* widget = qobject_cast<QWidget*>(watched);
-      seek(plot_->x_at(widget ? widget->mapTo(plot_, mouse->pos()).x() : mouse->pos().x()));
+      LivePlot* const plot = widget && (widget == torque_ || torque_->isAncestorOf(widget)) ? torque_ : force_;
+      seek(plot->x_at(widget ? widget->mapTo(plot, mouse->pos()).x() : mouse->pos().x()));
       return true;
     }
   }

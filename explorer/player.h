@@ -58,17 +58,21 @@ struct PlayedHand {
   std::filesystem::path trace;               ///< of a recorded session, or …
   std::string description;                   ///< … a simulated or recorded hand, as for `palpa run --hand`, or …
   std::shared_ptr<const FeltTrace> again{};  ///< … the inputs of its replay; null: none
+  std::size_t number = 0;                    ///< of the hand of the scene
 };
-/// Replays the hand in its own or another scene. Any thread. Throws LoadError, also when stopped.
+/// Replays the hand in its own or another scene; its positions are in the window's hand frame. Any thread. Throws LoadError,
+/// also when stopped.
 FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop = {});
 
-/// Time bar, force over time, events, summary of a comparison.
+/// Time bar, force over time, of a tool also torque, events, summary of a comparison.
 class Player : public QWidget {
   Q_OBJECT
  public:
   explicit Player(QWidget* parent = nullptr);
-  /// \param first  drawn first; `second` is compared with it
-  void show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<const FeltTrace> second = {});
+  /// \param first   drawn first; `second` is compared with it
+  /// \param others  of the scene's other hands, in its order
+  void show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<const FeltTrace> second = {},
+                  std::vector<std::shared_ptr<const FeltTrace>> others = {});
   bool has_trace() const { return first_ != nullptr; }
   /// Advances the clock by `dt_s` [s].
   void pass(double dt_s);
@@ -81,6 +85,8 @@ class Player : public QWidget {
   double duration_s() const { return duration_s_; }
   Moment moment() const;
   std::optional<Moment> other_moment() const;
+  /// Of the scene's other hands, in their order; empty without their traces.
+  std::vector<Moment> hands() const;
   /// Row indices for a trail that ends at the current moment.
   std::vector<std::size_t> trail(std::size_t most) const;
   const FeltTrace* trace() const { return first_.get(); }
@@ -95,13 +101,15 @@ class Player : public QWidget {
   bool eventFilter(QObject* watched, QEvent* event) override;
 
  private:
+  LivePlot* new_plot(const QString& name, const QString& unit);
   static std::size_t row_at(const FeltTrace& trace, double t_s);
   void show_time();
   /// Says how the second trace's force differs from the first's.
   void compare();
 
   std::shared_ptr<const FeltTrace> first_, second_;
-  LivePlot* plot_;
+  std::vector<std::shared_ptr<const FeltTrace>> others_;
+  LivePlot *force_, *torque_;
   QSlider* bar_;
   QToolButton* play_;
   QLabel* words_;

@@ -12,7 +12,7 @@
 
 namespace palpa::explorer {
 
-/// One hand at a time, plus at most one for comparison. For the window's thread.
+/// One hand at a time, the scene's others beside it, plus at most one for comparison. For the window's thread.
 class Replay : public QObject {
   Q_OBJECT
  public:
@@ -22,6 +22,12 @@ class Replay : public QObject {
   /// Replays a hand in the open scene and shows it in place of another.
   /// \param second_trace  shown beside it once loaded; empty: none
   void play(const PlayedHand& hand, const std::filesystem::path& second_trace = {});
+  /// Likewise the hands of a run, in the scene's order; the first is led.
+  void play(const std::vector<PlayedHand>& hands, const std::filesystem::path& second_trace = {});
+  /// Number of played hands; 0: none yet.
+  std::size_t hands() const { return felt_.size(); }
+  /// Leads another of the played hands, at the same moment, without a comparison.
+  void lead(std::size_t number);
   /// Replays the hand in the scene as it is now and shows the result beside the first.
   void feel_changed_scene();
   /// Shows a second trace, in its own scene, beside the hand.
@@ -43,8 +49,11 @@ class Replay : public QObject {
   Jobs& jobs_;
   const Document& document_;
   const std::vector<std::filesystem::path> data_folders_;
-  PlayedHand hand_;
-  std::shared_ptr<const FeltTrace> felt_;  ///< null: no replay yet
+  std::vector<std::shared_ptr<const FeltTrace>> others() const;
+
+  std::vector<PlayedHand> hands_;  ///< at least one while one is played
+  std::size_t led_ = 0;
+  std::vector<std::shared_ptr<const FeltTrace>> felt_;  ///< of `hands_`; empty: no replay yet
 };
 
 }  // namespace palpa::explorer

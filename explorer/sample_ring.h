@@ -26,6 +26,7 @@ struct Sample {
   TickFrame frame;
   std::array<ModeForce, most_shown_modes> modes{};
   std::size_t count = 0;  ///< of `modes`
+  std::size_t hand = 0;
 };
 
 /// One tick as drawn in the scene. Trivially copyable.
@@ -40,6 +41,13 @@ struct Moment {
   Turn probe_turn{}, proxy_turn{};
   Vec3 torque_nm{};                       ///< sent to the device
   std::array<float, most_feet> feet_n{};  ///< [N] on each foot
+
+  /// Moves all positions to a frame in which the own frame's origin is here, with equal axes. Allocates nothing.
+  void shift(const Vec3& origin_m) noexcept {
+    probe_m += origin_m;
+    proxy_m += origin_m;
+    for (std::size_t i = 0; i < count; ++i) primitives[i].primitive.position_m += origin_m;
+  }
 
   /// Takes turns, torque and forces of feet from a tick of a tool. Allocates nothing.
   void take_tool(const Tick& felt, const Vec3& sent_nm, std::span<const PlacedPrimitive> placed) noexcept {

@@ -120,6 +120,7 @@ void SceneViews::start(const Scene& scene) {
   drawn_.clear();
   is_first_ = true;
   scene_ = scene;
+  led_ = 0;
   look_ = slice_look_of(scene);
   take_flow();
   list_fields();
@@ -127,6 +128,19 @@ void SceneViews::start(const Scene& scene) {
   for (SliceView* slice : slices_) slice->start(look_, bounds_m());
   if (view_) view_->set_cross(bounds_m().centre_m());
   show_look(look_);
+}
+
+void SceneViews::take_tools() {
+  tools_.clear();
+  for (std::size_t hand = 0; hand < std::max<std::size_t>(1, scene_->hands().size()); ++hand)
+    tools_.emplace_back(scene_->tool_of(hand), scene_->coupling());
+  if (view_) view_->set_tool(tools_[led_]);
+}
+
+void SceneViews::lead(std::size_t hand) {
+  led_ = hand;
+  trail_.clear();
+  take_tools();
 }
 
 void SceneViews::take_flow() {
@@ -221,6 +235,7 @@ void SceneViews::draw_layers(const Scene& scene, bool moves) {
   const bool moved = std::exchange(moves_, moves);
   const bool is_later = scene_ && scene_->time() != scene.time();
   scene_ = scene;
+  take_tools();
   if (field_names(scene) != listed_) list_fields();  // data were added
   if (is_later) {
     look_.field = slice_look_of(scene, look_.name).field;
@@ -228,13 +243,12 @@ void SceneViews::draw_layers(const Scene& scene, bool moves) {
     take_flow();
   }
   if (!view_) return;
-  view_->set_tool(Tool(scene.tool(), scene.coupling()));
   // Compare only the settings that change the picture.
   Scene seen = scene;
   // Disabled modes are drawn, too.
   for (const SceneMode& mode : scene.modes()) seen.edit_mode(mode.name, [](SceneMode& all) { all.enabled = true; });
   seen.layers = detail::layers_of(seen);
-  Scene compared = seen;
+  Scene compared = seen.of_hand(0);
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
   compared.set(CouplingOptions{});
   compared.set(ToolOptions{});
@@ -286,14 +300,19 @@ void SceneViews::show_values(const Scene& scene, double low, double high) {
   show_look(look);
 }
 
-void SceneViews::show_felt(const Moment& moment, double most_n, bool leads) {
+void SceneViews::show_felt(std::span<const Moment> hands, double most_n, bool leads) {
+  const Moment& moment = hands[led_];
   // Clear the trail of a hand that was moved elsewhere.
   if (!trail_.empty() && distance(trail_.back().at_m, moment.proxy_m) > jump_m) trail_.clear();
   if (trail_.empty() || distance(trail_.back().at_m, moment.proxy_m) > trail_step_m)
     trail_.push_back({moment.proxy_m, norm(moment.command_n)});
   if (trail_.size() > trail_points) trail_.erase(trail_.begin());
   if (view_) view_->show_other({});
-  show_moment(moment, most_n, leads);
+  std::vector<SeenHand> seen;
+  for (std::size_t hand = 0; hand < hands.size(); ++hand)
+    if (hand != led_) seen.push_back({tools_[hand], hands[hand]});
+  seen.push_back({tools_[led_], moment});
+  show_hands(std::move(seen), most_n, leads);
 }
 
 void SceneViews::show_played(const Player& player, double most_n) {
@@ -302,17 +321,27 @@ void SceneViews::show_played(const Player& player, double most_n) {
   for (const std::size_t row : player.trail(trail_points))
     trail_.push_back({trace.rows[row].proxy_m, norm(trace.rows[row].command_n)});
   if (view_) view_->show_other(player.other_moment());
-  show_moment(player.moment(), most_n, true);
+  std::vector<SeenHand> seen;
+  for (const Moment& other : player.hands()) {
+    const std::size_t hand = seen.size() < led_ ? seen.size() : seen.size() + 1;
+    seen.push_back({tools_[hand], other});
+  }
+  seen.push_back({tools_[led_], player.moment()});
+  show_hands(std::move(seen), most_n, true);
 }
 
-void SceneViews::show_moment(const Moment& moment, double most_n, bool slices_follow) {
-  if (view_) view_->show_touch(moment, trail_, most_n);
-  if (view_ && slices_follow) view_->set_cross(moment.proxy_m);
-  show_flow_near(moment.proxy_m);
+void SceneViews::show_hands(std::vector<SeenHand> hands, double most_n, bool slices_follow) {
+  const Vec3 proxy_m = hands.back().moment.proxy_m;
   for (SliceView* slice : slices_) {
-    if (slices_follow) slice->set_cross(moment.proxy_m);
-    slice->show_touch(moment, trail_, most_n);
+    if (slices_follow) slice->set_cross(proxy_m);
+    slice->show_touch(hands, trail_, most_n);
   }
+  show_flow_near(proxy_m);
+  if (!view_) return;
+  view_->show_touch(hands.back().moment, trail_, most_n);
+  if (slices_follow) view_->set_cross(proxy_m);
+  hands.pop_back();
+  view_->show_hands(std::move(hands));
 }
 
 void SceneViews::show_flow_near(const Vec3& proxy_m) {

@@ -6,6 +6,7 @@
 #include <QTimer>
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,8 +52,12 @@ class SceneViews : public QSplitter {
   /// False for flows, which are touched anywhere.
   bool touches_surfaces() const { return !view_ || view_->has_surfaces(); }
 
-  /// Shows the current moment and extends the trail. \param leads  the mouse leads the hand: slices follow the proxy
-  void show_felt(const Moment& moment, double most_n, bool leads);
+  /// Sets the hand whose trail and forces are shown, and whose tool the mouse turns. \param hand  of the scene
+  void lead(std::size_t hand);
+  /// Shows the current moment of each hand and extends the led one's trail.
+  /// \param hands  of the scene, in its order
+  /// \param leads  the mouse leads the hand: slices follow the proxy
+  void show_felt(std::span<const Moment> hands, double most_n, bool leads);
   /// Shows the player's moment; slices follow the proxy.
   void show_played(const Player& player, double most_n);
   /// To be called after the hand was moved elsewhere.
@@ -79,7 +84,9 @@ class SceneViews : public QSplitter {
   void show_look(const SliceLook& look);
   void draw(bool rough);
   QString words_at(const Vec3& at_m) const;
-  void show_moment(const Moment& moment, double most_n, bool slices_follow);
+  void take_tools();
+  /// \param hands  the led one last
+  void show_hands(std::vector<SeenHand> hands, double most_n, bool slices_follow);
   void show_flow_near(const Vec3& proxy_m);
 
   Jobs& jobs_;
@@ -103,7 +110,9 @@ class SceneViews : public QSplitter {
   QString flow_unit_;
   Vec3 flow_seen_at_m_;
   std::vector<TrailPoint> trail_;
-  std::string drawn_;  ///< key of the drawn layers
+  std::vector<Tool> tools_;  ///< of the scene's hands
+  std::size_t led_ = 0;      ///< of the scene's hands
+  std::string drawn_;        ///< key of the drawn layers
 };
 
 }  // namespace palpa::explorer

@@ -232,9 +232,9 @@ void SliceView::set_cross(const Vec3& at_m) {
   update();
 }
 
-void SliceView::show_touch(const Moment& moment, const std::vector<TrailPoint>& trail, double most_n) {
-  const bool seen = moment.looks_like(moment_) && trail.size() == trail_.size() && most_n == most_n_;
-  moment_ = moment;
+void SliceView::show_touch(std::vector<SeenHand> hands, const std::vector<TrailPoint>& trail, double most_n) {
+  const bool seen = look_alike(hands, hands_) && trail.size() == trail_.size() && most_n == most_n_;
+  hands_ = std::move(hands);
   trail_ = trail;
   most_n_ = most_n;
   if (!seen) update();
@@ -292,7 +292,7 @@ void SliceView::paintEvent(QPaintEvent*) {
     painter.drawLine(cross + QPointF(0, gap * 9), QPointF(cross.x(), gap < 0 ? 0 : height()));
   }
   paint_trail(painter, view_, trail_, most_n_);
-  paint_moment(painter, view_, moment_, most_n_);
+  paint_hands(painter, view_, hands_, most_n_);
   Texts texts(painter);
   paint_texts(texts);
   texts_ = texts.shown();

@@ -60,7 +60,8 @@ class SliceView : public QWidget {
   void set_look(const SliceLook& look);
   /// Moves the crosshair, hand frame, and the slice through it.
   void set_cross(const Vec3& at_m);
-  void show_touch(const Moment& moment, const std::vector<TrailPoint>& trail, double most_n);
+  /// Sets the hands, and the trail of the last of them, the led one. \param trail  oldest first
+  void show_touch(std::vector<SeenHand> hands, const std::vector<TrailPoint>& trail, double most_n);
   QSize sizeHint() const override { return {240, 220}; }
   const detail::View& view() const { return view_; }
   QString title() const;
@@ -105,7 +106,7 @@ class SliceView : public QWidget {
   QImage image_;
   QTimer refine_;
   Vec3 cross_m_;
-  Moment moment_;
+  std::vector<SeenHand> hands_;
   std::vector<TrailPoint> trail_;
   std::vector<PlacedText> texts_;
   double most_n_ = 1.0;

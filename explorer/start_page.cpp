@@ -118,7 +118,7 @@ void StartPage::show_recent(const QStringList& files) {
     if (QWidget* widget = item->widget()) widget->deleteLater();
     delete item;
   }
-  const auto is_recording = [](const QString& file) { return QFileInfo(file + "/trace.toml").exists(); };
+  const auto is_recording = [](const QString& file) { return is_trace(file.toStdString()); };
   for (const bool recordings : {false, true}) {
     QLabel* title = nullptr;
     for (const QString& file : files) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "explorer/hand_frame.h"
+
 namespace palpa::explorer {
 namespace {
 
@@ -23,7 +25,7 @@ std::int64_t now_ns() {
 
 }  // namespace
 
-Touch::Touch() : maker_([this] { make_scenes(); }), watcher_([this] { watch(); }) {}
+Touch::Touch() : maker_([this] { make_scenes(); }), watcher_([this] { watch(); }) { start(Scene(), 0.0); }
 
 Touch::~Touch() {
   end();
@@ -36,33 +38,55 @@ Touch::~Touch() {
   watcher_.join();
 }
 
+void Touch::start(const Scene& scene, double front_m) {
+  end();
+  led_ = 0;
+  hands_.clear();
+  for (std::size_t h = 0; h < std::max<std::size_t>(1, scene.hands().size()); ++h) {
+    Hand& hand = *hands_.emplace_back(std::make_unique<Hand>());
+    hand.origin_m = frame_origin_m(scene, h);
+    hand.wanted_m = {hand.origin_m.x, hand.origin_m.y, front_m};
+  }
+}
+
+std::unique_ptr<Device> Touch::new_pointer(Hand& hand, const CouplingOptions& coupling) const {
+  auto pointer = std::make_unique<MouseHand>(MouseHand::Options{.radius_m = pointer_radius_m,
+                                                                .largest_force_n = std::max(0.1, coupling.max_force_n),
+                                                                .largest_torque_nm = coupling.max_torque_nm,
+                                                                .turn = hand.wanted_turn});
+  hand.pointer = pointer.get();
+  pointer->put(hand.wanted_m - hand.origin_m);
+  pointer->have_mouse(has_mouse_);
+  hand.sent_m = hand.wanted_m;
+  hand.sent_turn = hand.wanted_turn;
+  return pointer;
+}
+
 void Touch::begin(const LoadedScene& loaded, std::unique_ptr<Device> device, const std::filesystem::path& out) {
   end();
-  options_ = RunOptions();
-  options_.out = out;
-  options_.primitives = true;
-  options_.live.emplace();
-  options_.arguments = {"explore"};
-  prepared_ = PreparedRun();
-  prepared_.loaded = loaded;
-  prepared_.duration_s = std::numeric_limits<double>::infinity();
-  if (!device) {
-    auto pointer =
-        std::make_unique<MouseHand>(MouseHand::Options{.radius_m = pointer_radius_m,
-                                                       .largest_force_n = std::max(0.1, loaded.scene.coupling().max_force_n),
-                                                       .largest_torque_nm = loaded.scene.coupling().max_torque_nm,
-                                                       .turn = wanted_turn_});
-    pointer_ = pointer.get();
-    pointer_->put(wanted_m_);
-    pointer_->have_mouse(has_mouse_);
-    sent_m_ = wanted_m_;
-    sent_turn_ = wanted_turn_;
-    device = std::move(pointer);
+  const std::vector<SceneHand>& all = loaded.scene.hands();
+  std::vector<LiveRunHand> of_run;
+  for (std::size_t h = 0; h < hands_.size(); ++h) {
+    Hand& hand = *hands_[h];
+    hand.options = RunOptions();
+    hand.options.out = all.size() > 1 && !out.empty() ? out / all[h].name : out;
+    hand.options.primitives = true;
+    hand.options.live.emplace();
+    hand.options.arguments = {"explore"};
+    if (!all.empty()) hand.options.scene_options.sets.emplace_back("only_hand", all[h].name);
+    hand.prepared = PreparedRun();
+    hand.prepared.loaded = loaded;
+    hand.prepared.loaded.scene = loaded.scene.of_hand(h);
+    hand.prepared.duration_s = std::numeric_limits<double>::infinity();
+    hand.device = device ? std::move(device) : new_pointer(hand, loaded.scene.coupling());
+    hand.prepared.device = hand.device->name();
+    of_run.push_back({&hand.options, &hand.prepared, hand.device.get()});
   }
-  device_ = std::move(device);
-  prepared_.device = device_->name();
-  run_ = std::make_unique<LiveRun>(options_, prepared_, *device_,
-                                   [this](const TickFrame& frame, const Session& felt) { observe(frame, felt); });
+  std::error_code error;
+  if (all.size() > 1 && !out.empty() && !std::filesystem::create_directory(out, error))
+    throw LoadError(out.string() + ": the folder of the traces cannot be made; choose another, new one");
+  run_ = std::make_unique<LiveRun>(
+      of_run, [this](std::size_t hand, const TickFrame& frame, const Session& felt) { observe(hand, frame, felt); });
   out_ = out;
   held_ = false;
   felt_now = run_.get();
@@ -78,14 +102,15 @@ std::string Touch::end() {
   std::string lost = run_->finish();
   const std::lock_guard lock(mutex_);
   run_.reset();
-  device_.reset();
-  pointer_ = nullptr;
+  for (const auto& hand : hands_) {
+    hand->device.reset();
+    hand->pointer = nullptr;
+  }
   out_.clear();
   return lost;
 }
 
 void Touch::change(const Scene& scene) {
-  prepared_.loaded.scene = scene;
   {
     const std::lock_guard lock(mutex_);
     next_ = scene;
@@ -108,37 +133,51 @@ void Touch::make_scenes() {
     }
     const Scene scene = *std::exchange(next_, std::nullopt);
     try {
-      run_->scene().set(scene);  // lock held: `end` waits for it
+      for (std::size_t h = 0; h < hands_.size(); ++h) run_->set_scene(scene.of_hand(h), h);  // lock held: `end` waits for it
     } catch (const std::exception& error) {
       problem_ = error.what();
     }
   }
 }
 
+void Touch::lead(std::size_t hand) { led_ = hand; }
+
 void Touch::put_hand(const Vec3& at_m) {
-  wanted_m_ = sent_m_ = at_m;
-  if (pointer_) pointer_->put(at_m);
+  Hand& hand = *hands_[led_];
+  hand.wanted_m = hand.sent_m = at_m;
+  if (hand.pointer) hand.pointer->put(at_m - hand.origin_m);
 }
 
-void Touch::turn_hand(const Vec3& rotation_rad) { wanted_turn_ = turned_further(wanted_turn_, rotation_rad); }
+void Touch::turn_hand(const Vec3& rotation_rad) {
+  Turn& turn = hands_[led_]->wanted_turn;
+  turn = turned_further(turn, rotation_rad);
+}
 
 void Touch::have_mouse(bool is_had) {
   has_mouse_ = is_had;
-  if (pointer_) pointer_->have_mouse(is_had);
+  for (const auto& hand : hands_)
+    if (hand->pointer) hand->pointer->have_mouse(is_had);
+}
+
+void Touch::turn_view(const Mat3& rotation) {
+  for (std::size_t h = 0; run_ && h < hands_.size(); ++h)
+    if (!hands_[h]->pointer) run_->loop().set_view_rotation(rotation, h);
 }
 
 void Touch::beat(double dt_s) {
   last_beat_ns_ = now_ns();
   if (!run_) return;
   if (frozen_.exchange(false) && !held_) run_->loop().resume();
-  if (!pointer_) return;
-  const Vec3 step_m = shortened(wanted_m_ - sent_m_, led_m_per_s * std::clamp(dt_s, 0.0, 0.1));
-  pointer_->move(step_m);
-  sent_m_ += step_m;
-  const Vec3 left_rad = rotation_between_rad(sent_turn_, wanted_turn_);
-  const Vec3 turn_rad = shortened(left_rad, led_rad_per_s * std::clamp(dt_s, 0.0, 0.1));
-  pointer_->turn(turn_rad);
-  sent_turn_ = turned_further(sent_turn_, turn_rad);
+  for (const auto& hand : hands_) {
+    if (!hand->pointer) continue;
+    const Vec3 step_m = shortened(hand->wanted_m - hand->sent_m, led_m_per_s * std::clamp(dt_s, 0.0, 0.1));
+    hand->pointer->move(step_m);
+    hand->sent_m += step_m;
+    const Vec3 left_rad = rotation_between_rad(hand->sent_turn, hand->wanted_turn);
+    const Vec3 turn_rad = shortened(left_rad, led_rad_per_s * std::clamp(dt_s, 0.0, 0.1));
+    hand->pointer->turn(turn_rad);
+    hand->sent_turn = turned_further(hand->sent_turn, turn_rad);
+  }
 }
 
 void Touch::draws(bool on) {
@@ -170,13 +209,16 @@ void Touch::resume() {
   run_->loop().resume();
 }
 
-void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
-  Sample sample{.frame = frame};
-  const std::span<const ModeForce> modes = session.modes();
-  sample.count = std::min(modes.size(), most_shown_modes);
-  std::copy_n(modes.begin(), sample.count, sample.modes.begin());
-  samples_.give(sample);
-  if (observed_++ % ticks_per_moment != 0) return;
+void Touch::observe(std::size_t number, const TickFrame& frame, const Session& session) noexcept {
+  if (number == led_) {
+    Sample sample{.frame = frame, .hand = number};
+    const std::span<const ModeForce> modes = session.modes();
+    sample.count = std::min(modes.size(), most_shown_modes);
+    std::copy_n(modes.begin(), sample.count, sample.modes.begin());
+    samples_.give(sample);
+  }
+  Hand& hand = *hands_[number];
+  if (hand.observed++ % ticks_per_moment != 0) return;
   Moment moment{.tick = frame.tick,
                 .t_s = frame.t_s,
                 .probe_m = frame.result.probe_m,
@@ -191,7 +233,8 @@ void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
   std::copy_n(placed.begin(), moment.count, moment.primitives.begin());
   if (session.scene().tool().shape != ToolOptions::Shape::point)
     moment.take_tool(frame.result, frame.command.torque_nm, placed);
-  moments_.give(moment);
+  moment.shift(hand.origin_m);
+  hand.moments.give(moment);
 }
 
 }  // namespace palpa::explorer

@@ -90,6 +90,7 @@ class View3D::Overlay : public QWidget {
   void touch(QPainter& painter) {
     paint_streamlines(painter, view_.view_, view_.streamlines_);
     paint_trail(painter, view_.view_, view_.trail_, view_.most_n_);
+    paint_hands(painter, view_.view_, view_.hands_, view_.most_n_);
     if (view_.other_) {
       painter.setOpacity(0.5);
       paint_moment(painter, view_.view_, *view_.other_, view_.most_n_);
@@ -137,6 +138,7 @@ void View3D::start(const Scene& scene) {
   show_drawing({}, scene);
   moment_ = {};
   trail_.clear();
+  hands_.clear();
   streamlines_.clear();
   hidden_.clear();
   other_.reset();
@@ -186,6 +188,12 @@ void View3D::show_touch(const Moment& moment, std::vector<TrailPoint> trail, dou
   moment_ = moment;
   trail_ = std::move(trail);
   most_n_ = most_n;
+  if (!seen) overlay_->update();
+}
+
+void View3D::show_hands(std::vector<SeenHand> others) {
+  const bool seen = look_alike(others, hands_);
+  hands_ = std::move(others);
   if (!seen) overlay_->update();
 }
 

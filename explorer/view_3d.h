@@ -37,9 +37,11 @@ class View3D : public QVTKOpenGLNativeWidget {
   /// Replaces the layers.
   void show_drawing(Drawing drawing, const Scene& scene);
   const Drawing& drawing() const { return drawing_; }
-  /// Sets hand, forces and trail. \param trail  oldest first
+  /// Sets the led hand, its forces and trail. \param trail  oldest first
   void show_touch(const Moment& moment, std::vector<TrailPoint> trail, double most_n);
-  /// Sets the scene's tool, whose feet are drawn with the hand. Of one that is no point a drag with Ctrl turns the hand.
+  /// Sets the scene's other hands.
+  void show_hands(std::vector<SeenHand> others);
+  /// Sets the led hand's tool, whose feet are drawn with the hand. Of one that is no point a drag with Ctrl turns the hand.
   void set_tool(const Tool& tool);
   /// Flow near the proxy, hand frame.
   void show_streamlines(std::vector<detail::Streamline> lines);
@@ -180,7 +182,8 @@ class View3D : public QVTKOpenGLNativeWidget {
   bool by_keys_ = false;  // a touch that keys lead
   Tool tool_;
   Moment moment_;
-  std::optional<Moment> other_;
+  std::optional<Moment> other_;  // of a second trace
+  std::vector<SeenHand> hands_;  // but the led one
   std::vector<TrailPoint> trail_;
   std::vector<PlacedText> texts_;
   std::vector<detail::Streamline> streamlines_;

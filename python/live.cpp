@@ -263,7 +263,7 @@ void bind_live(py::module_& module) {
              check_for_real_time(scene);
              LiveRun& run = live.run();
              const py::gil_scoped_release release;
-             run.scene().set(scene);
+             run.set_scene(scene);
            })
       .def("latest", [](Live& live) { return view_of(live.latest()); })
       .def("primitives",

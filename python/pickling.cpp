@@ -419,7 +419,9 @@ std::vector<ViewLayer> layers_of(const py::handle& state) {
 }
 
 py::dict state_of(const Scene& scene) {
-  py::list volumes, modes;
+  py::list volumes, modes, hands;
+  for (const SceneHand& hand : scene.hands())
+    hands.append(py::make_tuple(hand.name, array_of(hand.at_m), values_of_struct(hand.tool)));
   for (const SceneVolume& volume : scene.volumes()) volumes.append(state_of(volume));
   for (const SceneMode& mode : scene.modes()) modes.append(state_of(mode));
   py::dict state;
@@ -434,6 +436,7 @@ py::dict state_of(const Scene& scene) {
   state["layers"] = state_of(scene.layers);
   state["volumes"] = volumes;
   state["modes"] = modes;
+  state["hands"] = hands;
   return state;
 }
 
@@ -448,6 +451,9 @@ std::shared_ptr<Scene> scene_of(const py::dict& state) {
   scene->set(filled<Workspace>(state["workspace"]));
   scene->set(filled<TimeOptions>(state["time"]));
   scene->set(filled<ToolOptions>(state["tool"]));
+  for (const py::handle& hand : state["hands"])
+    scene->add_hand(
+        {hand[py::int_(0)].cast<std::string>(), vector_of(hand[py::int_(1)], "at_m"), filled<ToolOptions>(hand[py::int_(2)])});
   scene->view = filled<ViewOptions>(state["view"]);
   scene->layers = layers_of(state["layers"]);
   return scene;

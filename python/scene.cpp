@@ -329,16 +329,33 @@ void bind_parts_of(py::class_<Scene, std::shared_ptr<Scene>>& bound) {
           "Takes a mode away; nothing where there is none of this name.");
 }
 
-/// Parts of a scene with a list of parameters.
+ToolOptions tool_of(const PartPtr& part) {
+  if (auto* const own = dynamic_cast<StructPart<ToolOptions>*>(part.get())) return own->value();
+  return dynamic_cast<OptionsPart<ToolOptions>&>(*part).value();
+}
+
+/// Parts of a scene with a list of parameters, and its hands.
 void bind_options_of(py::module_& module, py::class_<Scene, std::shared_ptr<Scene>>& bound) {
   bound.def("_coupling", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::coupling); })
       .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::workspace); })
       .def("_time", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::time); })
       .def("_tool", [](const std::shared_ptr<Scene>& scene) { return options_of(scene, &Scene::tool); })
-      .def("_set_tool", [](Scene& scene, const PartPtr& part) {
-        if (auto* const own = dynamic_cast<StructPart<ToolOptions>*>(part.get())) return scene.set(own->value());
-        scene.set(dynamic_cast<OptionsPart<ToolOptions>&>(*part).value());
-      });
+      .def("_set_tool", [](Scene& scene, const PartPtr& part) { scene.set(tool_of(part)); });
+  bound
+      .def("_hands",
+           [](const Scene& scene) {
+             py::list all;
+             for (const SceneHand& hand : scene.hands())
+               all.append(py::make_tuple(hand.name, array_of(hand.at_m),
+                                         PartPtr(std::make_shared<StructPart<ToolOptions>>(hand.tool))));
+             return all;
+           })
+      .def("_add_hand",
+           [](Scene& scene, const std::string& name, const py::object& at_m, const PartPtr& tool) {
+             scene.add_hand({name, vector_of(at_m, "at_m"), tool_of(tool)});
+           })
+      .def("_of_hand", [](const Scene& scene, const std::string& name) { return scene.of_hand(name); })
+      .def("_of_hand", [](const Scene& scene, std::size_t number) { return scene.of_hand(number); });
   module.def("new_tool", [] { return PartPtr(std::make_shared<StructPart<ToolOptions>>(ToolOptions{})); });
 }
 

@@ -33,6 +33,9 @@ struct TickRow {
   double proxy_m[3];
   double proxy_velocity_m_per_s[3];
   double force_n[3];
+  double torque_nm[3];
+  double probe_turn_rad[3];
+  double proxy_turn_rad[3];
   double error_bound_m;
   std::int32_t sub_steps;
   std::int32_t iterations;
@@ -57,6 +60,9 @@ TickRow row_of(const Tick& tick, double t_s) {
   put(row.proxy_m, tick.proxy_m);
   put(row.proxy_velocity_m_per_s, tick.proxy_velocity_m_per_s);
   put(row.force_n, tick.force_n);
+  put(row.torque_nm, tick.torque_nm);
+  put(row.probe_turn_rad, rotation_rad(tick.probe_turn));
+  put(row.proxy_turn_rad, rotation_rad(tick.proxy_turn));
   row.error_bound_m = tick.error_bound_m;
   row.sub_steps = tick.sub_steps;
   row.iterations = tick.iterations;
@@ -142,17 +148,31 @@ py::object value_of(const SessionEvent& event) {
   return event.text ? py::object(py::str(event.text)) : py::float_(event.value);
 }
 
+/// Rotation vectors of this many ticks; none for None.
+std::optional<Numbers> turns_of(const py::object& turns_rad, py::ssize_t count, const std::string& name) {
+  if (turns_rad.is_none()) return {};
+  Numbers turns = rows_of(turns_rad, name, 3);
+  if (turns.shape(0) != count)
+    throw py::value_error(detail::in_quotes(name) + " has " + std::to_string(turns.shape(0)) + " rotation vectors for " +
+                          std::to_string(count) + " positions");
+  return turns;
+}
+
 /// A path of the hand, and the ticks along it. Made and read with the interpreter's lock, run without it.
 class TickPath {
  public:
-  TickPath(const py::object& positions_m, const py::object& dt_s, std::size_t modes, const std::string& name)
-      : positions_(rows_of(positions_m, name, 3)),
+  /// \param place  after the names of both, "" or "[2]"
+  TickPath(const py::object& positions_m, const py::object& dt_s, const py::object& turns_rad, std::size_t modes,
+           const std::string& name, const std::string& place)
+      : positions_(rows_of(positions_m, name + place, 3)),
         count_(positions_.shape(0)),
         steps_(steps_of(dt_s, count_)),
+        turns_(turns_of(turns_rad, count_, "turns_rad" + place)),
         rows_(count_),
         forces_({count_, static_cast<py::ssize_t>(modes), py::ssize_t{3}}),
         position_(positions_.data()),
         step_s_(steps_.data()),
+        turn_rad_(turns_ ? turns_->data() : nullptr),
         row_(rows_.mutable_data()),
         force_(forces_.mutable_data()) {}
 
@@ -162,7 +182,9 @@ class TickPath {
     double t_s = 0.0;
     for (py::ssize_t n = 0; n < count_; ++n) {
       const double* const p = position_ + 3 * n;
-      row_[n] = row_of(session.tick({.position_m = {p[0], p[1], p[2]}}, step_s_[n]), t_s);
+      Probe probe{.position_m = {p[0], p[1], p[2]}};
+      if (const double* const r = turn_rad_ ? turn_rad_ + 3 * n : nullptr) probe.turn = turn_by({r[0], r[1], r[2]});
+      row_[n] = row_of(session.tick(probe, step_s_[n]), t_s);
       t_s += step_s_[n];
       for (const ModeForce& mode : session.modes()) force_ = put(force_, mode.force_n);
       for (const SessionEvent& event : session.events()) events_.push_back({n, event});
@@ -182,11 +204,13 @@ class TickPath {
   Numbers positions_;
   py::ssize_t count_;
   Numbers steps_;
+  std::optional<Numbers> turns_;
   py::array_t<TickRow> rows_;
   py::array_t<double> forces_;
   std::vector<ToldEvent> events_;
   const double* position_;
   const double* step_s_;
+  const double* turn_rad_;  // null: none
   TickRow* row_;
   double* force_;
 };
@@ -200,10 +224,10 @@ void check_signals() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
-py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::object& dt_s) {
+py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::object& dt_s, const py::object& turns_rad) {
   constexpr py::ssize_t at_least = 64;  // [1] ticks between checks of the clock
   FeltSession::Use use(felt);
-  TickPath path(positions_m, dt_s, use.session().modes().size(), "positions_m");
+  TickPath path(positions_m, dt_s, turns_rad, use.session().modes().size(), "positions_m", "");
   ModeFailure failure;
   {
     const py::gil_scoped_release release;
@@ -284,16 +308,17 @@ void check_equal_scenes(const Scene& scene, const Scene& of_start, const char* w
                           "continues in another one");
 }
 
+/// \param turns_rad  for each path; empty: none
 py::list rollout(const std::vector<std::shared_ptr<Scene>>& scenes, const py::list& paths_m, const py::object& dt_s,
-                 int threads, FeltSession* start) {
+                 const py::list& turns_rad, int threads, FeltSession* start) {
   std::optional<FeltSession::Use> use;
   if (start) use.emplace(*start);
   std::deque<Rollout::Run> runs;
   for (std::size_t n = 0; n < paths_m.size(); ++n) {
     const Scene& scene = *scenes[scenes.size() == 1 ? 0 : n];
     if (use) check_equal_scenes(scene, use->session().scene(), "rollout");
-    const std::string name = "paths_m[" + std::to_string(n) + "]";
-    runs.emplace_back(scene, TickPath(py::reinterpret_borrow<py::object>(paths_m[n]), dt_s, scene.modes().size(), name));
+    const py::object turns = turns_rad.empty() ? py::none() : py::object(turns_rad[n]);
+    runs.emplace_back(scene, TickPath(paths_m[n], dt_s, turns, scene.modes().size(), "paths_m", "[" + std::to_string(n) + "]"));
   }
   {
     const py::gil_scoped_release release;
@@ -504,9 +529,9 @@ py::list primitives_of(std::span<const PlacedPrimitive> placed) {
 }
 
 void bind_session(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(TickRow, t_s, probe_m, proxy_m, proxy_velocity_m_per_s, force_n, error_bound_m, sub_steps, iterations,
-                       status, dropped, stored_j, elastic_j, dissipated_j, injected_j, path_j, damper_j, moved_j, let_go_j,
-                       ticks_j);
+  PYBIND11_NUMPY_DTYPE(TickRow, t_s, probe_m, proxy_m, proxy_velocity_m_per_s, force_n, torque_nm, probe_turn_rad,
+                       proxy_turn_rad, error_bound_m, sub_steps, iterations, status, dropped, stored_j, elastic_j, dissipated_j,
+                       injected_j, path_j, damper_j, moved_j, let_go_j, ticks_j);
   bind_ticks(module);
   py::class_<FeltSession> session(module, "Session",
                                   "A scene being felt: the proxy, the modes' memories, the ledger.\n\n"
@@ -530,7 +555,7 @@ void bind_session(py::module_& module) {
            "velocity_m_per_s: [m/s] of the hand; None: taken from the positions. valid: the device knows where it is.\n"
            "turn: orientation of a tool's handle, a unit quaternion (w, x, y, z); None: none.\n"
            "Returns a Tick; one that cannot be used has the status bad_input and no force.")
-      .def("_ticks", &ticks, py::arg("positions_m"), py::arg("dt_s"))
+      .def("_ticks", &ticks, py::arg("positions_m"), py::arg("dt_s"), py::arg("turns_rad"))
       .def(
           "reset", [](FeltSession& felt) { FeltSession::Use(felt).session().reset(); },
           "Puts the proxy on the next probe position and forgets all memories: after a gap.")
@@ -544,7 +569,8 @@ void bind_session(py::module_& module) {
              return py::str("Session(modes={})").format(names);
            })
       .def("_scene", [](FeltSession& felt) { return FeltSession::Use(felt).session().scene(); });
-  module.def("rollout", &rollout, py::arg("scenes"), py::arg("paths_m"), py::arg("dt_s"), py::arg("threads"), py::arg("start"));
+  module.def("rollout", &rollout, py::arg("scenes"), py::arg("paths_m"), py::arg("dt_s"), py::arg("turns_rad"),
+             py::arg("threads"), py::arg("start"));
 }
 
 }  // namespace palpa::python

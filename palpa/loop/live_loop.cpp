@@ -338,9 +338,7 @@ void LiveLoop::resume() noexcept {
   state_->resumes = true;
 }
 void LiveLoop::hold_while_view_moves(bool moves) noexcept { state_->view_moves = moves; }
-void LiveLoop::set_view_rotation(const Mat3& turn) noexcept {
-  for (const auto& hand : state_->hands) hand->turns.give(turn);
-}
+void LiveLoop::set_view_rotation(const Mat3& turn, std::size_t hand) noexcept { state_->hands[hand]->turns.give(turn); }
 const LiveView& LiveLoop::latest(std::size_t hand) noexcept { return state_->hands[hand]->views.take(); }
 
 LoopStatistics LiveLoop::statistics(std::size_t number) const {

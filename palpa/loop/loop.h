@@ -258,8 +258,8 @@ class LiveLoop {
 
   // One other thread, the viewer's.
 
-  /// Sets the rotation from the hand's axes to the scene's hand frame: a push to the right moves to the right of the screen.
-  void set_view_rotation(const Mat3& rotation) noexcept;
+  /// Sets the rotation from a hand's axes to its hand frame: a push to the right moves to the right of the screen.
+  void set_view_rotation(const Mat3& rotation, std::size_t hand = 0) noexcept;
   const LiveView& latest(std::size_t hand = 0) noexcept;
 
  private:

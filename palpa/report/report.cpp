@@ -7,6 +7,7 @@
 
 #include "palpa/base/new_file.h"
 #include "palpa/report/beside.h"
+#include "palpa/report/hands.h"
 #include "palpa/report/html.h"
 #include "palpa/report/moments.h"
 #include "palpa/report/page.h"
@@ -173,9 +174,37 @@ std::vector<RecordedMoment> moments_of(const fs::path& trace, const Recorded& re
   return moments;
 }
 
+void add_scripts(Page& page, bool has_tool) {
+  page.end_with(time_bar);
+  for (const char* name : {"three.min.js", "OrbitControls.js", "LineSegmentsGeometry.js", "LineMaterial.js", "LineSegments2.js",
+                           "dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js"}) {
+    page.script(name);
+  }
+  if (has_tool) page.script("tool.js");
+  page.script("start.js");
+}
+
+/// A page on each trace, and one on all of them.
+fs::path write_report_of_hands(const fs::path& folder, const std::vector<fs::path>& traces, const ReportOptions& options) {
+  const auto count = static_cast<double>(traces.size());
+  for (std::size_t h = 0; h < traces.size(); ++h) {
+    ReportOptions of_hand = options;
+    of_hand.progress = [&, done = static_cast<double>(h)](double share) { tell(options, (done + share) / count); };
+    write_report(traces[h], {}, of_hand);
+  }
+  const fs::path file = folder / "report.html";
+  const Existing existing = what_becomes_of(file, options);
+  write_whole(file, hands_html(folder, traces, options), existing);
+  return file;
+}
+
 }  // namespace
 
 std::string report_html(const fs::path& trace, const ReportOptions& options) {
+  if (const std::vector<fs::path> traces = traces_in(trace); traces.front() != trace) {
+    check_options_of_hands(trace, traces, {}, options);
+    return hands_html(trace, traces, options);
+  }
   if (!options.beside.empty()) return beside_html(trace, options);
   const Recorded recorded = read_recorded(trace);
   tell(options, 0.1);
@@ -224,19 +253,15 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   page.section("origin", "Origin", origin_markup(recorded, names));
   page.section("scene", "Scene",
                "<pre><code>" + escaped(names.in_text(recorded.scene_text)) + "</code></pre>\n" + software_markup());
-  if (!recorded.ticks.empty()) {
-    page.end_with(time_bar);
-    for (const char* name : {"three.min.js", "OrbitControls.js", "LineSegmentsGeometry.js", "LineMaterial.js",
-                             "LineSegments2.js", "dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js"}) {
-      page.script(name);
-    }
-    if (recorded.header.has_tool) page.script("tool.js");
-    page.script("start.js");
-  }
+  if (!recorded.ticks.empty()) add_scripts(page, recorded.header.has_tool);
   return page.html();
 }
 
 fs::path write_report(const fs::path& trace, const fs::path& out, const ReportOptions& options) {
+  if (const std::vector<fs::path> traces = traces_in(trace); traces.front() != trace) {
+    check_options_of_hands(trace, traces, out, options);
+    return write_report_of_hands(trace, traces, options);
+  }
   if (!options.pictures.empty()) {
     std::error_code error;
     fs::create_directories(options.pictures, error);

@@ -30,11 +30,14 @@ struct ReportOptions {
 /// primitives at a chosen moment; zoomable plots linked to that moment; roughness and steps of the signal; tables; the scene's
 /// text. Without scripts, and on paper, pictures replace view and plots. Without the scene's data the view shows only recorded
 /// content, with the reason; an incomplete trace is reported as far as it goes. Equal traces give equal bytes on one machine.
+/// Of a folder with a trace of each hand: a page that links the hands' own pages and summarizes them.
 /// Throws LoadError on a folder that is no trace, on an unreadable file, and on a second trace with a different hand.
 std::string report_html(const std::filesystem::path& trace, const ReportOptions& options = {});
 
 /// Writes the page and returns its path: by default report.html in the trace, for two traces beside.html in the first. Replaces
-/// an earlier report only; never writes through a link. Throws LoadError, also if the name is taken by another file.
+/// an earlier report only; never writes through a link. Of a folder with a trace of each hand: writes a page into each trace,
+/// and report.html into the folder; `out`, `beside` and `pictures` are for one trace. Throws LoadError, also if the name is
+/// taken by another file.
 std::filesystem::path write_report(const std::filesystem::path& trace, const std::filesystem::path& out = {},
                                    const ReportOptions& options = {});
 

@@ -30,6 +30,7 @@ constexpr WordList<18> axis_orders{"xyz",  "xzy",  "yxz",  "yzx",  "zxy",  "zyx"
                                    "tyzx", "tzxy", "tzyx", "xyzt", "xzyt", "yxzt", "yzxt", "zxyt", "zyxt"};
 constexpr WordList<2> component_places{"first", "last"};
 constexpr WordList<1> no_sign{"none"};
+constexpr std::array shapes{"point", "points", "rod", "pad", "ball"};  // of ToolOptions::Shape
 
 Words analytic_names() {
   static const std::vector<std::string_view> names = [] {
@@ -151,6 +152,8 @@ void visit_part(TimeOptions& part, ParameterVisitor& visitor) {
        param("start_s", &T::start_s, "the moment of the data that is felt first [s]", Range{0, 1e9}));
 }
 
+const char* name_of(ToolOptions::Shape shape) noexcept { return shapes[static_cast<std::size_t>(shape)]; }
+
 void visit_part(ToolOptions& part, ParameterVisitor& visitor) {
   using T = ToolOptions;
   each(part, visitor,
@@ -161,7 +164,7 @@ void visit_part(ToolOptions& part, ParameterVisitor& visitor) {
        choice_param("shape", &T::shape,
                     "one foot at the device's point; those of `points_m`; a rod along z, with a radius a cylinder; a disc "
                     "across z; a sphere",
-                    "point", "points", "rod", "pad", "ball")
+                    shapes[0], shapes[1], shapes[2], shapes[3], shapes[4])
            .left_out("\"points\" with `points_m`, else \"point\""),
        param("length_m", &T::length_m, "of a rod", Range{0, 1}),
        param("radius_m", &T::radius_m, "of a pad, a ball or a rod", Range{0, 0.5}),
@@ -169,8 +172,8 @@ void visit_part(ToolOptions& part, ParameterVisitor& visitor) {
        param("share", &T::share, "how much of each strength and drag a foot bears; of a pad often one through its feet",
              Range{0, 1, true}),
        param("centre_m", &T::centre_m, "where in the shape the device's point is, which force and torque act on"),
-       param("turning_radius_m", &T::turning_radius_m, "the spring against turning is `stiffness_n_per_m` times this squared",
-             Range{0, 1, true})
+       param("turning_radius_m", &T::turning_radius_m,
+             "the spring against turning is `stiffness_n_per_m` times this squared; below 1e-6 as 1e-6", Range{0, 1, true})
            .left_out("from levers, stiffness and `max_force_n`, so that no press tips the tool over"));
 }
 

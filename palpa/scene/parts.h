@@ -82,6 +82,9 @@ std::vector<std::string> direction_words();
 
 }  // namespace detail
 
+/// "rod", … Allocates nothing; any thread.
+const char* name_of(ToolOptions::Shape shape) noexcept;
+
 /// Visits every key of a part, in the order of the documentation, as `Mode::visit` does. Each allocates.
 void visit_part(detail::HeaderPart& part, ParameterVisitor& visitor);
 void visit_part(CouplingOptions& part, ParameterVisitor& visitor);

@@ -42,9 +42,10 @@ Scene::Scene(const CouplingOptions& coupling) : derived_(std::make_shared<Derive
 void Scene::set(const CouplingOptions& coupling) { std::get<CouplingOptions>(options_) = in_range(coupling); }
 void Scene::set(const Workspace& workspace) { std::get<Workspace>(options_) = in_range(workspace); }
 void Scene::set(const TimeOptions& time) { std::get<TimeOptions>(options_) = in_range(time); }
-void Scene::set(const ToolOptions& tool) {
-  std::get<ToolOptions>(options_) = in_range(tool);
-  if (!hands_.empty()) hands_.front().tool = tool;
+void Scene::set(const ToolOptions& tool, std::size_t hand) {
+  detail::refuse_first(detail::range_findings(tool));
+  if (hand == 0) std::get<ToolOptions>(options_) = tool;
+  if (!hands_.empty()) hands_[hand].tool = tool;
 }
 
 void Scene::add_hand(SceneHand hand) {

@@ -142,13 +142,16 @@ class Scene {
   const ToolOptions& tool() const noexcept { return std::get<ToolOptions>(options_); }
   /// Empty: one hand without a name, with `tool`.
   const std::vector<SceneHand>& hands() const noexcept { return hands_; }
+  /// \param hand  below the number of hands, or 0
+  const ToolOptions& tool_of(std::size_t hand) const noexcept { return hands_.empty() ? tool() : hands_[hand].tool; }
   const std::string& law() const noexcept { return law_; }
-  /// Replaces the coupling, the workspace, the progress of time or the tool (of the first hand). A workspace may name a volume
-  /// that is added later.
+  /// Replaces the coupling, the workspace, the progress of time or the tool of a hand. A workspace may name a volume that is
+  /// added later.
   void set(const CouplingOptions& coupling);
   void set(const Workspace& workspace);
   void set(const TimeOptions& time);
-  void set(const ToolOptions& tool);
+  /// \param hand  below the number of hands, or 0
+  void set(const ToolOptions& tool, std::size_t hand = 0);
   /// Replaces the law by the law of this name ("exact", …).
   void set_law(std::string name);
   /// Changes one of these structs: calls `change` with an Options&.

@@ -1,7 +1,6 @@
 #include "palpa/scene/scene_checks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -252,10 +251,9 @@ std::vector<Finding> tool_findings(ToolOptions tool, const Part& at, const std::
   if (found.empty() && problem) {
     // Each problem begins with its key.
     const std::string text = problem, key = text.substr(0, text.find(' '));
-    constexpr std::array shapes{"point", "points", "rod", "pad", "ball"};
     found.push_back({{.section = {}, .list = {}, .key = key},
-                     in_quotes(key) + " in " + where + " does not fit a tool of the shape " +
-                         in_quotes(shapes[static_cast<std::size_t>(given.shape)]) + "; " + text});
+                     in_quotes(key) + " in " + where + " does not fit a tool of the shape " + in_quotes(name_of(given.shape)) +
+                         "; " + text});
   }
   for (Finding& finding : found) {
     const std::string key = std::exchange(finding.part, at).key;

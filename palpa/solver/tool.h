@@ -32,8 +32,8 @@ struct ToolOptions {
   double share = 1.0;            ///< [1] of each primitive's strength and drag that a foot bears; (0, 1]
   /// Position of the device's point in the shape [m], which the hand's force and torque act on.
   Vec3 centre_m{};
-  /// ρ [m], (0, 1]: the coupling's rotational stiffness is its stiffness times ρ². None: from levers, stiffness and force
-  /// limit.
+  /// ρ [m], (0, 1], below 1e-6 as 1e-6: the coupling's rotational stiffness is its stiffness times ρ². None: from levers,
+  /// stiffness and force limit.
   std::optional<double> turning_radius_m{};
 
   friend bool operator==(const ToolOptions&, const ToolOptions&) = default;

@@ -99,6 +99,12 @@ LiveRun::LiveRun(std::span<const LiveRunHand> hands, HandObserver observer) : ob
 
 LiveRun::~LiveRun() { end(); }
 
+void LiveRun::set_scene(const Scene& scene, std::size_t hand) {
+  if (recordings_[hand].is_of_point() && !Tool(scene.tool(), scene.coupling()).is_point())
+    throw SceneError("scene: a recording of a point has no columns for a tool; end it, and record the tool from the beginning");
+  scenes_[hand]->set(scene);
+}
+
 void LiveRun::end() {
   tell_to_end();
   if (!thread_.joinable()) return;

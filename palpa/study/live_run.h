@@ -41,6 +41,9 @@ class LiveRun {
 
   LiveLoop& loop() noexcept { return *loop_; }
   LiveScene& scene(std::size_t hand = 0) noexcept { return *scenes_[hand]; }
+  /// Replaces a hand's scene (`LiveScene::set`). Throws SceneError, also for a tool in a recording of a point, whose files lack
+  /// the columns of a tool. Any thread.
+  void set_scene(const Scene& scene, std::size_t hand = 0);
   const detail::Recording& recording(std::size_t hand = 0) const noexcept { return recordings_[hand]; }
   /// Whether the loop has ended: by duration, or by request. Any thread.
   bool has_ended() const noexcept { return ended_.load(std::memory_order_acquire); }

@@ -35,9 +35,10 @@ void check_data(const std::vector<SourceFile>& recorded, const std::vector<Sourc
 }  // namespace
 
 LoadedScene load_recorded_scene(const fs::path& folder, const TraceReader& trace, const std::vector<fs::path>& data_folders,
-                                const ReadOptions& read, const ModeCatalog& modes) {
+                                const ReadOptions& read, const ModeCatalog& modes, bool has_all_hands) {
   const TraceHeader& header = trace.header();
   SceneOptions options{.data_folders = data_folders, .sets = header.sets};
+  if (has_all_hands) std::erase_if(options.sets, [](const auto& set) { return set.first == "only_hand"; });
   const std::vector<fs::path> folders = folders_above(header.data_files);
   options.data_folders.insert(options.data_folders.end(), folders.begin(), folders.end());
   LoadedScene loaded =

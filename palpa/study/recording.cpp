@@ -70,6 +70,7 @@ Recording::Recording(const RunOptions& options, const TraceHeader& header, const
   if (options.out.empty()) return;
   writer_ = new_trace(options.out, header, loaded.text, loaded.scene);
   recorder_ = std::make_unique<Recorder>(*writer_);
+  is_of_point_ = Tool(loaded.scene.tool(), loaded.scene.coupling()).is_point();
 }
 
 void Recording::finish_ticks() {

@@ -31,6 +31,8 @@ class Recording {
   Recording(const RunOptions& options, const TraceHeader& header, const LoadedScene& loaded);
   Recorder* recorder() const { return recorder_.get(); }  ///< nullptr: no recording
   TraceWriter* writer() const { return writer_.get(); }   ///< nullptr: no recording
+  /// Whether there is a recording, of a point: its files have no columns for a tool. Any thread.
+  bool is_of_point() const noexcept { return is_of_point_; }
   /// Call after the last tick. Throws the writer's exception.
   void finish_ticks();
   /// Completes the trace. Throws LoadError if the disk is full.
@@ -41,6 +43,7 @@ class Recording {
  private:
   std::unique_ptr<TraceWriter> writer_;
   std::unique_ptr<Recorder> recorder_;
+  bool is_of_point_ = false;
 };
 
 /// Guard between the recorded session and its device.

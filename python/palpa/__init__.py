@@ -76,7 +76,7 @@ from ._device import Device
 from ._images import from_image
 from ._live import Live, live
 from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
-from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, ToolOptions, Workspace, array_volume, load_scene,
+from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneHand, SceneMode, TimeOptions, ToolOptions, Workspace, array_volume, load_scene,
                      read_volume)
 from ._parameters import Named as _Named, say_what_cannot_be_set as _say_what_cannot_be_set
 from ._renamed import keep_old_names as _keep_old_names, old_names_of as _old_names_of

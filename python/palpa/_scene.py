@@ -6,8 +6,9 @@ import inspect
 import json
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from operator import index
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 from numpy import allclose, bool_, broadcast_to, eye, float32, float64, generic, ma, nan, ndarray
 from numpy.typing import ArrayLike
@@ -98,6 +99,14 @@ class SceneMode(Strict):
 
     def __repr__(self):
         return f"SceneMode(name={self._name!r}, mode={self.mode!r}, enabled={self.enabled})"
+
+
+class SceneHand(NamedTuple):
+    """A hand of a scene of several: `at_m` [m], shape (3,), the middle of its reach in the workspace's hand frame; `tool`, a copy
+    of its palpa.ToolOptions."""
+
+    at_m: Any
+    tool: Any
 
 
 def _check_flag(place, name, value):
@@ -196,6 +205,38 @@ class Scene(_palpa.Scene, Strict):
     def modes(self) -> Mapping[str, SceneMode]:
         """its modes by name, as SceneMode"""
         return Named("the scene", "mode", {name: SceneMode(self, name) for name in self._mode_names()})
+
+    @property
+    def hands(self) -> Mapping[str, SceneHand]:
+        """its hands by name, as SceneHand; empty: one hand without a name, with `tool`"""
+        return Named("the scene", "hand", {name: SceneHand(at_m, ToolOptions._of(tool)) for name, at_m, tool in self._hands()})
+
+    def add_hand(self, name: str, *, at_m: Sequence[float] = (0, 0, 0), tool: ToolOptions | None = None) -> None:
+        """Adds one of several hands, a [[hand]] of a scene file. Raises SceneError. A palpa.Session, palpa.run and palpa.live of
+        the scene are those of its first hand; `of_hand` makes the scenes of the others.
+
+        at_m: [m] the middle of its reach, in the workspace's hand frame. tool: None: a point.
+        """
+        if not isinstance(name, str):
+            raise TypeError(f"Scene.add_hand: 'name' takes a text, not {type(name).__name__}")
+        tool = ToolOptions() if tool is None else tool
+        if not isinstance(tool, ToolOptions):
+            raise TypeError(f"Scene.add_hand: 'tool' takes a palpa.ToolOptions, not {type(tool).__name__}")
+        self._add_hand(name, at_m, tool._part)
+
+    def of_hand(self, hand: str | int) -> Scene:
+        """The scene of a single hand, by its name or its number from 0: its tool, no other hand, the same voxels.
+
+        Its hand frame begins at the hand's `at_m`. Raises SceneError for an unknown name, IndexError for a number.
+        """
+        if isinstance(hand, str):
+            return Scene(_of=self._of_hand(hand))
+        if isinstance(hand, bool) or not hasattr(hand, "__index__"):
+            raise TypeError(f"'hand' takes the name or the number of a hand, not {type(hand).__name__}")
+        count = max(1, len(self.hands))
+        if not 0 <= index(hand) < count:
+            raise IndexError(f"'hand' is {hand}; the scene has {count} {'hand' if count == 1 else 'hands'}, counted from 0")
+        return Scene(_of=self._of_hand(index(hand)))
 
     def copy(self) -> Scene:
         """An independent scene that shares the voxels."""
@@ -300,10 +341,12 @@ def paths(given, name):
     return several
 
 
-def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), sets: Mapping[str, object] | None = None) -> Scene:
+def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), sets: Mapping[str, object] | None = None,
+               hand: str | int | None = None) -> Scene:
     """Reads a scene file. Raises SceneError with file, line and column.
 
-    data: folders to search for its files. sets: values of keys, {"coupling.stiffness_n_per_m": 300}.
+    data: folders to search for its files. sets: values of keys, {"coupling.stiffness_n_per_m": 300}. hand: of several hands
+    only this one, as in Scene.of_hand; None: all.
     """
     if not isinstance(path, (str, PathLike)):
         raise TypeError(f"'path' takes the path of a scene file, not {type(path).__name__}")
@@ -313,7 +356,7 @@ def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), set
     scene, told = _palpa.load_scene(path, paths(data, "data"), written)
     for sentence in told:
         warnings.warn(sentence, PalpaWarning, stacklevel=2)
-    return Scene(_of=scene)
+    return Scene(_of=scene) if hand is None else Scene(_of=scene).of_hand(hand)
 
 
 def _in_toml(key, value):

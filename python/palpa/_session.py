@@ -17,7 +17,8 @@ from ._scene import Scene
 class Ticks(numpy.ndarray):
     """The ticks of a path: a structured array, a row per tick, with the modes' forces and the events as attributes.
 
-    Its fields: t_s [s] since the first of these ticks; probe_m, proxy_m, proxy_velocity_m_per_s, force_n, 3 numbers each;
+    Its fields: t_s [s] since the first of these ticks; probe_m, proxy_m, proxy_velocity_m_per_s, force_n, 3 numbers each; of a
+    tool torque_nm and the rotation vectors probe_turn_rad and proxy_turn_rad, 3 numbers each, of a length up to pi;
     error_bound_m, sub_steps, iterations, status (a palpa.TickStatus as a number: rows["status"] == palpa.TickStatus.resting),
     dropped; and the energy of each tick, stored_j … ticks_j (palpa.Energy).
     """
@@ -79,21 +80,22 @@ def not_pickled(self):
                     "of its path, and make a palpa.Session in the other process")
 
 
-def ticks(self: _palpa.Session, positions_m: ArrayLike, dt_s: ArrayLike) -> Ticks:
+def ticks(self: _palpa.Session, positions_m: ArrayLike, dt_s: ArrayLike, turns_rad: ArrayLike | None = None) -> Ticks:
     """A tick for each row of positions_m, shape (n, 3), at the speed of C++; other Python threads continue meanwhile.
 
     dt_s: [s] one time step for all, or shape (n,); above 0 and at most 1, else ValueError.
+    turns_rad: [rad] orientation of a tool's handle in each tick as a rotation vector, shape (n, 3), else ValueError; None: none.
     Returns palpa.Ticks, a structured array, with attributes `mode_force_n` and `events` of all ticks.
     """
-    return Ticks._of(*self._ticks(positions_m, dt_s))
+    return Ticks._of(*self._ticks(positions_m, dt_s, turns_rad))
 
 
 def rollout(scene: Scene | Sequence[Scene], paths_m: ArrayLike | Sequence[ArrayLike], dt_s: ArrayLike, *,
-            threads: int | None = None, start: _palpa.Session | None = None) -> list[Ticks]:
+            turns_rad: ArrayLike | Sequence[ArrayLike] | None = None, threads: int | None = None, start: _palpa.Session | None = None) -> list[Ticks]:
     """Ticks of many paths of the hand, each in a session of its own, on several cores: a list of palpa.Ticks, one per path.
 
     scene: one for all paths, or one per path. paths_m: positions [m] of shape (n, 3) each, or one array of shape (paths, n, 3).
-    dt_s: [s] as in Session.ticks. threads: None: one per core. start: a session of an equal scene, whose state every path
+    dt_s: [s] as in Session.ticks. turns_rad: as there, one array per path, or one of shape (paths, n, 3). threads: None: one per core. start: a session of an equal scene, whose state every path
     starts with; None: fresh sessions.
     The ticks equal those of Session.ticks to the bit, for any number of threads. Modes in Python run on one core at a time.
     """
@@ -103,11 +105,14 @@ def rollout(scene: Scene | Sequence[Scene], paths_m: ArrayLike | Sequence[ArrayL
         raise TypeError("'scene' takes a palpa.Scene, or a list of them, one per path")
     if len(scenes) != 1 and len(scenes) != len(paths_m):
         raise ValueError(f"'scene' has {len(scenes)} scenes for {len(paths_m)} paths; give one for all, or one per path")
+    turns_rad = [] if turns_rad is None else list(turns_rad)
+    if turns_rad and len(turns_rad) != len(paths_m):
+        raise ValueError(f"'turns_rad' has {len(turns_rad)} arrays for {len(paths_m)} paths; give one per path, or None")
     if threads is None:
         threads = len(os.sched_getaffinity(0))
     if not isinstance(threads, int) or isinstance(threads, bool) or not 1 <= threads <= 1024:
         raise ValueError(f"'threads' is {threads!r}; it is a whole number from 1 to 1024")
-    return [Ticks._of(*each) for each in _palpa.rollout(scenes, paths_m, dt_s, threads, start)]
+    return [Ticks._of(*each) for each in _palpa.rollout(scenes, paths_m, dt_s, turns_rad, threads, start)]
 
 
 def modes(self: _palpa.Session) -> Mapping[str, _palpa.ModeForce]:

@@ -281,7 +281,13 @@ def run(scene: Scene | str | PathLike, hand: str | PathLike | numpy.typing.Array
                  plugins=list(plugins))
     if not isinstance(scene, Scene):
         given["scene"] = scene
-    summary, told = _palpa.run(scene, given)
+    try:
+        summary, told = _palpa.run(scene, given)
+    except _palpa.LoadError as error:
+        several = re.search(r"^(.*: the scene has .* hands .*), and 1 is given; .* only_hand=(\w+)$", str(error))
+        if not several:
+            raise
+        raise _palpa.LoadError(f"{several[1]}; feel one of them: palpa.run(palpa.load_scene(…, hand={several[2]!r}), …)") from None
     return Trace(folder, _summary=json.loads(summary), _warnings=_tell(told), _temporary=temporary)
 
 

@@ -56,7 +56,31 @@ TEST(ExplorerTool, ItsTipTouchesUnderTheCursorAndForceAndTorqueAreSaid) {
     const QList<QLabel*> labels = driver.window().instruments().findChildren<QLabel*>();
     return std::ranges::any_of(labels, [&](QLabel* label) { return says(label->text().replace(", torque", ",")); });
   }));
+  const auto& curve = driver.window().instruments().shown();
+  const auto most = std::ranges::max_element(curve, {}, [](const Instruments::Shown& one) { return norm(one.command_nm); });
+  ASSERT_NE(most, curve.end());
+  EXPECT_GE(norm(most->command_nm), 0.9 * norm(moment.torque_nm));
+  EXPECT_GT(norm(most->command_nm), 0.0);
   driver.release(view, *at);
+}
+
+TEST(ExplorerTool, HasACurveOfItsTorqueAndAPointHasNone) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  auto* torque = driver.window().findChild<QWidget*>("torque");
+  ASSERT_TRUE(torque);
+  EXPECT_FALSE(torque->isVisible());
+  ASSERT_TRUE(driver.open(small_head_with_a_rod()));
+  EXPECT_TRUE(torque->isVisible());
+  driver.look("tool-torque");
+  auto* of_trace = driver.window().findChild<QWidget*>("torque_of_trace");
+  ASSERT_TRUE(of_trace);
+  driver.key(Qt::Key_T, Qt::ControlModifier);
+  EXPECT_TRUE(Driver::wait_for([&] { return of_trace->isVisible(); }, 60'000)) << "of a simulated hand's trace";
+  driver.look("tool-trace");
+  driver.key(Qt::Key_Escape);
+  driver.window().document().edit("point", -1, [](Scene& scene) { scene.set(ToolOptions{}); });
+  EXPECT_FALSE(torque->isVisible());
 }
 
 TEST(ExplorerTool, ADragWithCtrlTurnsItAndNotTheView) {
@@ -74,6 +98,22 @@ TEST(ExplorerTool, ADragWithCtrlTurnsItAndNotTheView) {
     return norm(rotation_between_rad(driver.window().touch().moment().probe_turn, wanted)) < 1e-3;
   })) << "40 degrees about the picture's vertical";
   driver.look("tool-turned");
+}
+
+TEST(ExplorerTool, IsFeltAfterTheEndOfARecordingOfAPoint) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(small_head()));
+  driver.key(Qt::Key_R);
+  Touch& touch = driver.window().touch();
+  ASSERT_TRUE(Driver::wait_for([&] { return touch.is_recorded() && touch.moment().tick > 0; }));
+  const std::filesystem::path trace = touch.trace();
+  driver.window().document().edit(
+      "rod", -1, [](Scene& scene) { scene.set(ToolOptions{.shape = ToolOptions::Shape::rod, .length_m = 0.04}); });
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.message().contains("no columns for a tool; end it"); }));
+  EXPECT_FALSE(touch.moment().has_tool);
+  driver.key(Qt::Key_R);
+  EXPECT_TRUE(Driver::wait_for([&] { return touch.moment().has_tool; })) << "felt once the recording has ended";
+  std::filesystem::remove_all(trace);
 }
 
 TEST(ExplorerTool, IsChosenInThePanelAndTakenBack) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "palpa/device/hand.h"
@@ -132,6 +133,22 @@ TEST(TwoHands, ShareOneClockAndFeelForThemselves) {
   EXPECT_GT(most_n[1], 0.2);
   EXPECT_TRUE(differs);
   for (std::size_t h = 0; h < 2; ++h) EXPECT_EQ(hands.devices[h].written_n, Vec3{}) << "both end at no force";
+}
+
+// A view turned by half about the vertical: right is left, and towards the user is away, of the hand that is looked along.
+TEST(TwoHands, TheViewTurnsOneOfThem) {
+  TwoHands hands;
+  Vec3 device_m[2], probe_m[2];
+  hands.run(0.2, [&](std::int64_t tick) {
+    if (tick == 0) hands.loop->set_view_rotation({{{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}}}, 1);
+    for (std::size_t h = 0; h < 2; ++h) {
+      const Vec3 now_m = hands.devices[h].read().position_m, way_m = now_m - std::exchange(device_m[h], now_m);
+      const Vec3 seen_m = h == 0 ? way_m : Vec3{-way_m.x, way_m.y, -way_m.z};
+      const Vec3 probe_now_m = hands.last(h).result.probe_m, step_m = probe_now_m - std::exchange(probe_m[h], probe_now_m);
+      if (tick < 3) continue;
+      ASSERT_LT(distance(step_m, seen_m), 1e-12) << h;
+    }
+  });
 }
 
 TEST(TwoHands, EveryFaultOfOneLetsTheOtherFallAndBothComeBackByTheirRamps) {

@@ -30,7 +30,7 @@ def test_every_class_has_a_page_with_all_of_its_members(tmp_path):
     assert "- `strength_n`: float \\| Strength\n  force that holds the hand on the line" in follow and "0.5" in follow
     session = (pages / "python-Session.md").read_text()
     assert "def " not in session and "tick(position_m: ArrayLike" in session and "One update: modes place primitives" in session
-    assert "ticks(positions_m: ArrayLike, dt_s: ArrayLike) -> Ticks" in session
+    assert "ticks(positions_m: ArrayLike, dt_s: ArrayLike, turns_rad: ArrayLike | None = ...) -> Ticks" in session
 
 
 def test_a_class_without_words_is_found(tmp_path):

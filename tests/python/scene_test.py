@@ -314,6 +314,9 @@ def test_every_class_shows_what_it_is(tmp_path):
               guarded.tick((0, 0, 0), 1e-3, valid=True, fault=False), palpa.DeviceState((0, 0, 0)), palpa.DeviceLimits(max_force_n=2),
               palpa.MouseHand(), palpa.Strength(of="head", points=[(0, 1)]), palpa.Mask(of="head", points=[(0, 1)]), Own(), Dummy(),
               palpa.CFunction(1 << 20), palpa.TickStatus.resting, palpa.compare_laws(scene, np.zeros((3, 3)), 1e-3, ["no-proxy"])]
+    both = scene.copy()
+    both.add_hand("thumb", tool=palpa.ToolOptions(shape="ball", radius_m=0.01))
+    things += [both.hands, both.hands["thumb"]]
     with palpa.run(scene, np.zeros((3, 3)), 1e-3) as trace:
         things += [trace, trace.ticks, trace.compare(trace)]
     with palpa.live(scene, hand="sim:press", duration_s=0.05) as live:

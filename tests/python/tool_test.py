@@ -172,3 +172,80 @@ def test_a_device_of_ones_own_is_turned_and_drives_torque():
     assert palpa.DeviceState((0, 0, 0)).turn is None and palpa.DeviceState((0, 0, 0), turn=(0, 1, 0, 0)).turn[1] == 1
     guarded = palpa.GuardedSession(floor_scene(tool=palpa.ToolOptions(**ROD)), palpa.DeviceLimits(max_force_n=3, max_torque_nm=0.1))
     assert guarded.tick((0, 0, 0.05), 1e-3, turn=(0, 1, 0, 0)).command_torque_nm.shape == (3,)
+
+
+def rotation_vectors(count):
+    """Turns of a handle that tilts and rolls, of a length below pi."""
+    share = np.linspace(0, 1, count)
+    return np.column_stack([0.3 * np.sin(5 * share), 0.5 * share, -0.2 * share**2])
+
+
+def quaternion_of(rotation_rad):
+    angle = np.linalg.norm(rotation_rad)
+    return (np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) / 2 * rotation_rad))
+
+
+def test_ticks_take_turns_like_tick_and_tell_torques():
+    scene = floor_scene(tool=palpa.ToolOptions(**ROD), max_torque_nm=1)
+    path = np.column_stack([np.zeros(400), np.zeros(400), np.linspace(0.04, 0.02, 400)])
+    turns = rotation_vectors(400)
+    rows = palpa.Session(scene).ticks(path, 1e-3, turns)
+    session = palpa.Session(scene)
+    ticks = [session.tick(at, 1e-3, turn=quaternion_of(turn)) for at, turn in zip(path, turns)]
+    for name in ("force_n", "torque_nm", "proxy_m"):
+        np.testing.assert_allclose(rows[name], [getattr(tick, name) for tick in ticks], atol=1e-8)
+    assert np.linalg.norm(rows["torque_nm"], axis=1).max() > 1e-3
+    np.testing.assert_allclose(rows["probe_turn_rad"], turns, atol=1e-12)
+    np.testing.assert_allclose([quaternion_of(turn) for turn in rows["proxy_turn_rad"]], [tick.proxy_turn for tick in ticks],
+                               atol=1e-8)
+    apart = rows["proxy_turn_rad"][-1] - rows["probe_turn_rad"][-1]
+    assert np.linalg.norm(apart) > 0, "the floor turns it"
+    upright = palpa.Session(scene).ticks(path, 1e-3)
+    assert upright.tobytes() == palpa.Session(scene).ticks(path, 1e-3, np.zeros((400, 3))).tobytes()
+    assert (upright["proxy_turn_rad"] == 0).all()
+
+
+def test_turns_and_torques_are_columns_of_a_frame():
+    pytest.importorskip("pandas")
+    frame = palpa.Session(floor_scene(tool=palpa.ToolOptions(**ROD))).ticks(np.zeros((3, 3)), 1e-3).frame()
+    assert {"torque_x_nm", "probe_turn_y_rad", "proxy_turn_z_rad"} <= set(frame.columns)
+
+
+def test_rollouts_take_turns_like_ticks():
+    scene = floor_scene(tool=palpa.ToolOptions(**ROD))
+    paths = np.zeros((3, 200, 3)) + np.linspace(0.04, 0.02, 200)[None, :, None] * (0, 0, 1)
+    turns = np.stack([rotation_vectors(200) * scale for scale in (0, 0.5, 1)])
+    rolled = palpa.rollout(scene, paths, 1e-3, turns_rad=turns, threads=2)
+    for path, turn, rows in zip(paths, turns, rolled):
+        assert rows.tobytes() == palpa.Session(scene).ticks(path, 1e-3, turn).tobytes()
+    several = palpa.rollout(scene, list(paths), 1e-3, turns_rad=list(turns))
+    assert [rows.tobytes() for rows in several] == [rows.tobytes() for rows in rolled]
+
+
+def test_turns_of_another_shape_are_refused():
+    scene = floor_scene(tool=palpa.ToolOptions(**ROD))
+    session, path = palpa.Session(scene), np.zeros((5, 3)) + (0, 0, 0.05)
+    for wrong in (np.zeros((5, 4)), np.zeros(5), 3.0):
+        with pytest.raises((TypeError, ValueError), match="'turns_rad'"):
+            session.ticks(path, 1e-3, wrong)
+    with pytest.raises(ValueError, match="'turns_rad' has 4 rotation vectors for 5 positions"):
+        session.ticks(path, 1e-3, np.zeros((4, 3)))
+    with pytest.raises(ValueError, match=r"'turns_rad\[1\]' has 4 rotation vectors for 5 positions"):
+        palpa.rollout(scene, [path, path], 1e-3, turns_rad=[np.zeros((5, 3)), np.zeros((4, 3))])
+    with pytest.raises(ValueError, match="'turns_rad' has 1 arrays for 2 paths; give one per path, or None"):
+        palpa.rollout(scene, [path, path], 1e-3, turns_rad=[np.zeros((5, 3))])
+    unknown = np.zeros((5, 3))
+    unknown[2] = np.nan
+    rows = session.ticks(path, 1e-3, unknown)
+    assert [bool(bad) for bad in rows["status"] == palpa.TickStatus.bad_input] == [False, False, True, False, False]
+
+
+def test_a_live_recording_of_a_point_refuses_a_tool():
+    scene = floor_scene()
+    with palpa.live(scene, hand="sim:press", duration_s=5) as live:
+        held = live.scene
+        held.tool = palpa.ToolOptions(**ROD)
+        with pytest.raises(palpa.SceneError, match="a recording of a point has no columns for a tool; end it, and record the tool"):
+            live.scene = held
+        assert live.scene.tool == palpa.ToolOptions() and live.is_running
+        live.scene = scene

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "palpa/report/report.h"
+#include "palpa/solver/pose.h"
 #include "tests/study/study_fixture.h"
 
 namespace palpa {
@@ -218,6 +219,88 @@ TEST_F(Browser, ShowsThePictureWithoutWebGl) {
   EXPECT_TRUE(became(shown, "with-plots"));
   EXPECT_FALSE(holds(shown, "id=\"no-view\" hidden"));
   EXPECT_GT(colourful(shown.screen), 0.02);
+}
+
+/// The report of a rod that strokes the head while it swings, made once for all tests.
+const std::string& report_of_a_rod() {
+  static const std::string page = [] {
+    const StudyFolder at;
+    at.write("rod.toml",
+             std::string(phantom_scene) + "[tool]\nshape = \"rod\"\nlength_m = 0.05\npoints = 6\ncentre_m = [0, 0, 0.025]\n");
+    RunOptions of_rod = at.options("rod", 2.0);
+    of_rod.scene = at.folder / "rod.toml";
+    of_rod.hand = "sim:stroke,tilt_rad=0.3";
+    run(of_rod);
+    return report_html(at.folder / "rod");
+  }();
+  return page;
+}
+
+/// The page's feet as it draws them: their places, by the pose of what they are drawn about.
+constexpr const char* watch_feet = R"(
+  const Drawn = THREE.Points;
+  const feet = [];
+  THREE.Points = function(geometry, material) {
+    const place = geometry.getAttribute('position');
+    if (place.count === Report.view.feet.length) feet.push(Array.from(place.array));
+    return new Drawn(geometry, material);
+  };
+  const slider = document.getElementById('time');
+  const move = (share) => {
+    feet.length = 0;
+    slider.value = Math.round(share * slider.max);
+    slider.dispatchEvent(new Event('input', {bubbles: true}));
+  };
+  const tellFeet = () => {
+    const now = Report.moment();
+    return {levers: Report.view.feet, drawn: feet.slice(-2), probe: now.probe, proxy: now.proxy, probe_turn: now.probe_turn,
+      proxy_turn: now.proxy_turn};
+  };
+)";
+
+Vec3 vec_of(const nlohmann::json& json, std::size_t first = 0) {
+  return {json[first].get<double>(), json[first + 1].get<double>(), json[first + 2].get<double>()};
+}
+
+TEST_F(Browser, AToolsFeetGoWithTheSlider) {
+  const std::string& page = report_of_a_rod();
+  const nlohmann::json all = told(open(with_script(page, script_that(std::string(watch_feet) + R"(
+    await later(() => move(0.2));
+    told.early = tellFeet();
+    await later(() => move(0.8));
+    told.late = tellFeet();
+  )"),
+                                                   folder)));
+  for (const char* when : {"early", "late"}) {
+    const nlohmann::json& feet = all[when];
+    ASSERT_EQ(feet["drawn"].size(), 2U) << "at the probe, then at the proxy";
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Vec3 at_mm = vec_of(feet[i == 0 ? "probe" : "proxy"]);
+      const nlohmann::json& w = feet[i == 0 ? "probe_turn" : "proxy_turn"];
+      const Turn turn{w[0].get<double>(), w[1].get<double>(), w[2].get<double>(), w[3].get<double>()};
+      for (std::size_t foot = 0; foot < 6; ++foot) {
+        const Vec3 due_mm = at_mm + rotated(turn, vec_of(feet["levers"][foot]));
+        EXPECT_LT(distance(vec_of(feet["drawn"][i], 3 * foot), due_mm), 1e-3) << when << foot;
+      }
+    }
+  }
+  EXPECT_GT(distance(vec_of(all["early"]["drawn"][1]), vec_of(all["late"]["drawn"][1])), 1.0) << "[mm] the first foot moved";
+}
+
+TEST_F(Browser, AToolsFeetAreDrawnUntilTheyAreTurnedOff) {
+  const std::string& page = report_of_a_rod();
+  const auto look = [&](const char* use) {
+    return open(with_script(page, script_that(std::string(watch_feet) + "await later(() => move(0.5));" + use), folder));
+  };
+  const char* const off = R"(
+    await later(() => {
+      for (const label of document.querySelectorAll('#key label'))
+        if (/feet of the tool|the tool as/.test(label.textContent)) label.querySelector('input').click();
+    });)";
+  const Shown with = look(""), again = look(""), without = look(off);
+  EXPECT_GT(difference(with, without), 2e-4) << "six dots at the proxy, six at the probe";
+  EXPECT_LT(difference(with, without), 0.02) << "nothing but the feet";
+  EXPECT_EQ(difference(with, again), 0.0);
 }
 
 TEST_F(Browser, TwoTracesAreZoomedTogetherAndSayTheirNamesAtOnce) {

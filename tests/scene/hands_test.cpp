@@ -60,6 +60,13 @@ TEST(HandsOfAScene, FeelScenesOfTheirOwn) {
   changed.edit<ToolOptions>([](ToolOptions& tool) { tool.radius_m = 0.02; });
   EXPECT_EQ(changed.hands()[0].tool.radius_m, 0.02);
   EXPECT_EQ(changed.hands()[1], scene.hands()[1]);
+  changed = scene;
+  changed.set(ball_tool, 1);
+  EXPECT_EQ(changed.tool(), scene.tool()) << "the first one's is another";
+  EXPECT_EQ(changed.tool_of(1), ball_tool);
+  EXPECT_EQ(changed.of_hand(1).tool(), ball_tool);
+  EXPECT_THROW(changed.set(ToolOptions{.shape = Shape::rod}, 1), SceneError);
+  EXPECT_EQ(changed.tool_of(1), ball_tool) << "nothing changed";
   try {
     static_cast<void>(scene.of_hand("fingr"));
     FAIL();
