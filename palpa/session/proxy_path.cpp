@@ -22,6 +22,8 @@ constexpr double bound_m = 1e-8;  // [m] stop before a break-through. Less: deci
 // much work as they take. More: longer worst tick; less: a pad is left behind for ever.
 constexpr int tool_trials = 3;                         // [1]
 constexpr int tool_spared_work = tick_work::most / 4;  // [units]
+// [1] Sub-steps after which the rest of a tool that creeps is left to the next tick. More: longer worst tick; fewer: it lags.
+constexpr std::size_t most_creeping = 8;
 constexpr int most_chords = 3;  // [1] searched for the first event of a turning tool. More: work; fewer: it stops beside it
 constexpr double most_turn_rad = 0.3;       // [rad] of a move. More: levers change too much for one balance; less: more moves
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
@@ -192,9 +194,13 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
     const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_
                             : to_the_end        ? went_m <= rest_m
                                                 : model_.unsettled_m(end) <= turned * spacing_m_;
+    // Near a balance that is about to tip over, a tool creeps towards the next.
+    const bool creeps =
+        !tool_.is_point() && settles && went_m <= turned * spacing_m_ && record_.sub_steps().size() >= most_creeping;
     // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, follows_s, is_settled && !lets_go);
+    if (creeps && !lets_go) leave_rest();
     accept(segment, made, context, settles);
     model_.end_move();
   }
@@ -294,8 +300,13 @@ bool ProxyPath::may_give_up() const noexcept { return 4 * state_.turns >= Sessio
 
 // Gives the probe position up: the proxy stays.
 void ProxyPath::give_up() noexcept {
-  state_.pending = Pending::nothing;
+  leave_rest();
   state_.turns = 0;
+}
+
+// Leaves the rest of the way to the balance to the next probe position.
+void ProxyPath::leave_rest() noexcept {
+  state_.pending = Pending::nothing;
   state_.followed = queue_.processed_up_to();
   state_.followed_s = state_.view_s;
 }

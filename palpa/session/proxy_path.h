@@ -136,6 +136,7 @@ class ProxyPath {
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
   bool may_give_up() const noexcept;
   void give_up() noexcept;
+  void leave_rest() noexcept;
   Pending pending_after(const Move& move, bool settled) const noexcept;
   void extrapolate_moves(const Motion& before_m, bool fresh) noexcept;
   Motion expected_m(const ProbeSegment& segment) const noexcept;
