@@ -287,7 +287,8 @@ TEST(Tools, AStillHandFeelsNothingMove) {
 
 // ---- walls ----
 
-// No foot ends a tick behind a wall, beyond a hundredth of a sample spacing, at up to 10 m/s and 50 rad/s.
+// No foot ends a tick behind a wall, beyond a hundredth of a sample spacing, at up to 10 m/s and 50 rad/s. A tool that the hand
+// has twisted by 3 rad begins anew at the hand, wherever that is: the end of a walk.
 TEST(Tools, NoFootPassesAWall) {
   Random random(5);
   for (const auto& [solid, start] : {std::pair{plane(), Vec3{0, 0.08, 0}}, std::pair{ball(0.05), Vec3{0, 0.13, 0}},
@@ -299,6 +300,7 @@ TEST(Tools, NoFootPassesAWall) {
         Session session(scene);
         Pose device{start, {}};
         Vec3 velocity, spin;
+        Turn held;
         for (int i = 0; i < 400; ++i) {
           velocity +=
               (0.2 * speed_m_per_s) * random.in_cube(1.0) - 0.02 * velocity - 20.0 * dt * (device.position_m - start * 0.5);
@@ -306,7 +308,9 @@ TEST(Tools, NoFootPassesAWall) {
           spin = shortened(spin + random.in_cube(5.0) * speed_m_per_s, 5.0 * speed_m_per_s);
           device.position_m = shortened(device.position_m + dt * velocity, 0.15);  // within the data
           device.turn = turned_further(device.turn, dt * spin);
+          if (norm(rotation_between_rad(held, device.turn)) > 3.0) break;
           const Tick tick = felt(session, device);
+          held = tick.proxy_turn;
           ASSERT_TRUE(is_finite(tick.force_n) && is_finite(tick.torque_nm));
           ASSERT_LE(deepest_m(*solid, tool, tick), 1e-5) << i << " at " << speed_m_per_s << " m/s, " << tool.feet() << " feet";
         }
