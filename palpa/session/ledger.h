@@ -19,11 +19,13 @@ class Ledger {
   /// \param tool   outlives this
   Ledger(std::size_t modes, const Tool& tool);
 
-  /// Starts a tick with the proxy at `proxy`, the probe's path processed up to `processed_up_to` [m], and these contacts.
-  void begin(const Pose& proxy, const Pose& processed_up_to, std::span<const Contact> contacts) noexcept;
+  /// Starts a tick with the proxy at `proxy`, the last probe at `last_probe`, the probe's path processed up to
+  /// `processed_up_to` [m], and these contacts.
+  void begin(const Pose& proxy, const Pose& last_probe, const Pose& processed_up_to,
+             std::span<const Contact> contacts) noexcept;
   /// Returns the energy of a tick that ends with the proxy at `proxy` and the probe at `probe` [m], `probe_step_m` [m] from
-  /// its last pose `last_probe`, after these sub-steps and with these contacts.
-  Energy end(const Pose& proxy, const Pose& probe, const Pose& last_probe, const Motion& probe_step_m, double stiffness_n_per_m,
+  /// the last, after these sub-steps and with these contacts.
+  Energy end(const Pose& proxy, const Pose& probe, const Motion& probe_step_m, double stiffness_n_per_m,
              std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
              std::span<const Contact> contacts) noexcept;
 
@@ -41,6 +43,7 @@ class Ledger {
   std::unique_ptr<double[]> works_j_;
   const Tool& tool_;
   Pose start_;
+  Vec3 start_arc_m_;  // of a tool, from the last probe to the start
   double data_motion_j_ = 0.0;
   double elastic_j_ = 0.0, elastic_before_j_ = 0.0;
   Pose probe_;                // of the last move

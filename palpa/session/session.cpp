@@ -24,9 +24,7 @@ constexpr double turn_tolerance = 1e-3;  // [1] of a quaternion's length. More: 
 constexpr double longest_turn_rad = 3.0;
 constexpr double largest_time_step_s = 1.0;  // [s] longer is bad input. More: a late tick moves far; less: slow replays fail
 
-bool usable(const Vec3& position_m) noexcept {
-  return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
-}
+bool usable(const Vec3& position_m) noexcept { return is_within(position_m, largest_probe_m); }
 
 /// Earlier systems: one step a tick, straight to the balance; without a proxy, data sampled at the probe.
 Steps steps_of(std::string_view law) noexcept {
@@ -46,7 +44,7 @@ class Session::State {
         ledger(scene.modes().size(), path.tool()),
         mode_ticks(scene.modes().size()),
         shown(ContactProblem::most_primitives(path.tool().feet())) {
-    coupling_force = CouplingForce(Damper(scene.coupling().damping_ns_per_m, encoder_step_m));
+    coupling_force = CouplingForce(Damper(scene.coupling().damping_ns_per_m, encoder_step_m, !path.tool().is_point()));
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
@@ -67,6 +65,12 @@ class Session::State {
   ProxyPath path;
 
  private:
+  // The rotational spring reverses at half a turn: near it the tool begins anew, as after a gap.
+  bool is_overturned(const Pose& probe) const noexcept {
+    const Tool& tool = path.tool();
+    return !tool.is_point() && path.started() &&
+           norm(tool.motion(probe, path.proxy()).arc_m) > longest_turn_rad * tool.turning_radius_m();
+  }
   void gather(const Walk& walk, Tick& result) noexcept;
 
   // State of the next tick besides the path.
@@ -118,19 +122,17 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   }
   dt = std::max(dt, shortest_time_s);  // velocities stay finite
   double lost_j = 0.0;
-  // The rotational spring reverses at half a turn: near it the tool begins anew, as after a gap.
-  if (path.started() && norm(tool.motion(given, path.proxy()).arc_m) > longest_turn_rad * tool.turning_radius_m()) reset();
+  if (is_overturned(given)) reset();
   if (!path.started()) {
     path.start(given, dt);
     coupling_force.start(given);
     lost_j = held_j;
   }
-  ledger.begin(path.proxy(), path.processed_up_to(), path.contacts());
-  const Pose last_probe = coupling_force.last_probe();
+  ledger.begin(path.proxy(), coupling_force.last_probe(), path.processed_up_to(), path.contacts());
   const Walk& walk = path.walk(given, dt);
   const CouplingForce::Update force = coupling_force.update(walk, given, scene.coupling(), tool, dt);
-  result.energy = ledger.end(walk.proxy, given, last_probe, force.probe_step_m, scene.coupling().stiffness_n_per_m,
-                             path.sub_steps(), path.placed(), path.contacts());
+  result.energy = ledger.end(walk.proxy, given, force.probe_step_m, scene.coupling().stiffness_n_per_m, path.sub_steps(),
+                             path.placed(), path.contacts());
   result.energy.released_j += lost_j;
   result.energy.damper_j = force.damper_j;
   held_j = result.energy.stored_j + result.energy.elastic_j;
