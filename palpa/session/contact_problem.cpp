@@ -98,7 +98,7 @@ void ContactProblem::find_contacts() noexcept {
     if (stands) {
       stands->line = static_cast<std::int32_t>(i);
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
-      LevelContact contact{p.id, set_.captured(i), i};
+      LevelContact& contact = contacts_.emplace_back(p.id, set_.captured(i), i);
       contact.plane_as_placed = p;
       const Vec3 from_m = foot_m(p.id, start_) + modes_.carried_m(p.id) + modes_.contacts().offset_m(p.id);
       const ScalarSample& at = modes_.samples(p.id.foot).scalar(contact.level.field, from_m);
@@ -106,7 +106,6 @@ void ContactProblem::find_contacts() noexcept {
       contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id);
       contact.can_break = !modes_.only_yields(p.id);
-      contacts_.push_back(contact);
     } else {
       has_directions_ = true;
     }
@@ -134,25 +133,28 @@ bool ContactProblem::turn_line(const LevelContact& contact, const Vec3& directio
   return changes;
 }
 
-Balance ContactProblem::solve(const Pose& probe, double time_step_s) noexcept {
+void ContactProblem::solve(const Pose& probe, double time_step_s) noexcept {
   const int size = static_cast<int>(set_.size());
-  const int each = tool().is_point() ? tick_work::primitives_each : tick_work::tool_primitives_each;
+  const bool is_point = tool().is_point();
+  const int each = is_point ? tick_work::primitives_each : tick_work::tool_primitives_each;
   const int most_iterations = each * work_.left() / std::max(1, size);
-  const Balance found = friction_.solve(law_, set_, probe, stiffness_n_per_m_, time_step_s, most_iterations);
-  work_.spend(1 + found.iterations * size / each);
+  found_ = friction_.solve(law_, set_, probe, stiffness_n_per_m_, time_step_s, most_iterations);
+  const int passed = found_.iterations * size;
+  // Division by constants: by a variable it takes as long as a balance without primitives.
+  work_.spend(1 + (is_point ? passed / tick_work::primitives_each : passed / tick_work::tool_primitives_each));
   for (LevelContact& contact : contacts_) {
     const std::size_t first = first_row(contact);
-    contact.state = law_.at_foot(found, contact.id, [&](const Balance& at) { return state_at(set_.primitives(), first, at); });
+    contact.state = law_.at_foot(found_, contact.id, [&](const Balance& at) { return state_at(set_.primitives(), first, at); });
     contact.pressed =
         pressed_direction(set_.primitives().subspan(first, contact.facets), law_.forces_n().subspan(first, contact.facets));
   }
-  return found;
 }
 
-Balance ContactProblem::balance(const Pose& probe, double time_step_s) noexcept {
+const Balance& ContactProblem::balance(const Pose& probe, double time_step_s) noexcept {
   turn_friction();
-  const Balance found = solve(probe, time_step_s);
-  return work_.any() && turn_friction() ? solve(probe, time_step_s) : found;
+  solve(probe, time_step_s);
+  if (work_.any() && turn_friction()) solve(probe, time_step_s);
+  return found_;
 }
 
 bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {

@@ -70,7 +70,9 @@ class ContactProblem {
   bool repredict_once(const Pose& end) noexcept;
   /// Linearises planes at the proxy again for the rest of the move. False without a prediction.
   bool revert_prediction() noexcept;
-  Balance balance(const Pose& probe, double time_step_s) noexcept;
+  /// Valid until the next.
+  const Balance& balance(const Pose& probe, double time_step_s) noexcept;
+  const Balance& last_balance() const noexcept { return found_; }
   /// Pose of a balance of this move for the device at `probe` [m].
   Pose pose_of(const Balance& balance, const Pose& probe) const noexcept { return law_.pose_of(balance, probe); }
 
@@ -159,7 +161,7 @@ class ContactProblem {
   void close(LevelContact& contact) noexcept;
   bool comes_out(const Pose& end) noexcept;
   bool turn_friction() noexcept;
-  Balance solve(const Pose& probe, double time_step_s) noexcept;
+  void solve(const Pose& probe, double time_step_s) noexcept;
   double gain_j(const Pose& to, bool on_levels, const Pose& probe, double time_step_s) noexcept;
 
   ModeRuntime& modes_;
@@ -171,6 +173,7 @@ class ContactProblem {
   DirectedForceLimiter held_;
   std::vector<LevelContact> contacts_, before_;  // of this placement, and of the previous one
   std::vector<Facet> learnt_;                    // in this move
+  Balance found_;                                // the last one
   Pose start_, placed_at_;
   std::optional<Pose> witness_;  // of the proxy, found on demand
   Pose refused_;                 // the last rejected end
