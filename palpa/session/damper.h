@@ -64,10 +64,4 @@ class Damper {
   std::array<Kept, most_kept> past_;
 };
 
-/// Part of the proxy's step [m] beyond the motion `moved_m` [m] of probe and data: a release.
-inline Motion released_part(const Motion& step_m, double moved_m) noexcept {
-  const double all_m = length(step_m);
-  return all_m > moved_m ? (1.0 - moved_m / all_m) * step_m : Motion{};
-}
-
 }  // namespace palpa

@@ -8,11 +8,9 @@ namespace palpa {
 
 Ledger::Ledger(std::size_t modes, const Tool& tool) : modes_(modes), works_j_(std::make_unique<double[]>(modes)), tool_(tool) {}
 
-void Ledger::begin(const Pose& proxy, const Pose& last_probe, const Pose& processed_up_to,
-                   std::span<const Contact> contacts) noexcept {
-  std::fill_n(works_j_.get(), modes_, 0.0);
+void Ledger::begin(const Pose& proxy, const Pose& processed_up_to, std::span<const Contact> contacts) noexcept {
+  clear();
   start_ = proxy;
-  if (!tool_.is_point()) start_arc_m_ = tool_.motion(last_probe, proxy).arc_m;
   data_motion_j_ = elastic_j_ = elastic_before_j_ = 0.0;
   probe_ = processed_up_to;
   left_m2_ = released_m2_ = 0.0;
@@ -41,24 +39,25 @@ void Ledger::book_sub_steps(std::span<const SubStep> sub_steps, std::span<const 
   }
 }
 
+double Ledger::lost_by_turning_m2(const SubStep& step) const noexcept {
+  const Vec3 arc_m = tool_.turning_radius_m() * rotation_between_rad(step.start_turn, step.proxy_turn);
+  return 2.0 * dot(arc_m, tool_.turning_radius_m() * step.balance.turn_rad - 0.5 * arc_m);
+}
+
 // With the probe fixed, the spring loses k Δx·(probe − middle of the move) and the forces of the balance do the work k
 // Δx·(balance − probe). The remainder is k Δx·(balance − middle): k/2 |Δx|² of a full move. Along a smooth path it vanishes
 // with the step length; in a snap it is the energy that the spring held. The part beyond the motion of probe and data is a
 // snap.
 void Ledger::move(const SubStep& step, double carried_m) noexcept {
-  const Pose probe{step.probe_m, step.probe_turn};
   const Vec3 &from_m = step.start_m, &to_m = step.proxy_m;
-  if (!tool_.are_one(probe, probe_)) {
+  if (const Pose probe{step.probe_m, step.probe_turn}; !tool_.are_one(probe, probe_)) {
     const Motion step_m = tool_.motion(probe_, probe);
     left_m2_ = tool_.product_m2(step_m, step_m);
     probe_ = probe;
   }
   const double offset_m = std::sqrt(left_m2_) + carried_m;
   double lost_m2 = 2.0 * dot(to_m - from_m, step.balance.position_m - 0.5 * (from_m + to_m));
-  if (!tool_.is_point()) {
-    const Vec3 arc_m = tool_.turning_radius_m() * rotation_between_rad(step.start_turn, step.proxy_turn);
-    lost_m2 += 2.0 * dot(arc_m, tool_.turning_radius_m() * step.balance.turn_rad - 0.5 * arc_m);
-  }
+  if (!tool_.is_point()) lost_m2 += lost_by_turning_m2(step);
   lost_m2 = std::max(0.0, lost_m2);
   const double beyond_m = std::sqrt(lost_m2) - offset_m;
   if (beyond_m > 0.0) released_m2_ += beyond_m * beyond_m;

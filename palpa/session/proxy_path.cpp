@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "palpa/session/damper.h"
 #include "palpa/session/path_tolerances.h"
 
 namespace palpa {
@@ -284,8 +283,11 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pos
       move.stop == Stop::release && segment.time_s <= contact_tolerance * c.whole_s;  // round a vortex: its time is over
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start = start, c.probe_way_m = tool_.motion(segment.from, segment.to);
-  walk_.released_m +=
-      released_part(c.move_m, tool_.length_m(segment.from, segment.to) + move.fraction * modes_.furthest_carried_m());
+  // The part of the proxy's motion beyond that of probe and data is a release.
+  const double moved_m =
+      (segment.fresh ? tool_.length_m(segment.from, segment.to) : 0.0) + move.fraction * modes_.furthest_carried_m();
+  const double went_m = tool_.is_point() ? norm(c.move_m.way_m) : length(c.move_m);
+  if (went_m > moved_m) walk_.released_m += (1.0 - moved_m / went_m) * c.move_m;
   if (segment.fresh) {
     c.whole_s = segment.time_s;
     queue_.pop(segment, tool_);

@@ -78,7 +78,7 @@ class Session::State {
   double& held_j;  // by spring and elastic levels since the last tick
   Ledger ledger;
   std::vector<ModeForce> mode_ticks;
-  bool has_forces_by_mode = true;  // mode_ticks hold the forces of the last sub-step
+  bool has_forces_by_mode = true;  // mode_ticks are those of the last tick
   ShownForces shown;
 };
 
@@ -94,8 +94,7 @@ void Session::State::resume_in_changed_scene(const State& other) noexcept {
 
 // Main path: modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
-  std::fill(mode_ticks.begin(), mode_ticks.end(), ModeForce{});
-  has_forces_by_mode = true;
+  has_forces_by_mode = false;
   Tick result;
   result.probe_valid = probe.valid;
   result.probe_m = probe.position_m;
@@ -111,6 +110,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !turn_usable || !usable(probe.position_m)) {
     reset();
+    ledger.clear();
     result.energy.released_j = std::exchange(held_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
     if (!probe.valid && turn_usable && usable(probe.position_m)) {
@@ -166,17 +166,18 @@ void Session::State::gather(const Walk& walk, Tick& result) noexcept {
   }
   result.dropped = walk.dropped;
   if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling().stiffness_n_per_m * walk.unreached_m;
-  for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
-    const double work_j = ledger.works_j()[m];
-    (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
-  }
-  has_forces_by_mode = path.sub_steps().empty();
 }
 
-// Forces by mode in the last sub-step, for reports.
+// Works by mode in the last tick, and forces in its last sub-step, for reports.
 std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
   if (has_forces_by_mode) return mode_ticks;
   has_forces_by_mode = true;
+  for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
+    const double work_j = ledger.works_j()[m];
+    mode_ticks[m] = {};
+    (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
+  }
+  if (path.sub_steps().empty()) return mode_ticks;
   const SubStep& last = path.sub_steps().back();
   const auto placed = path.placed().subspan(last.first_primitive, last.primitives);
   const std::span<const Vec3> forces_n = shown.of(placed, last);

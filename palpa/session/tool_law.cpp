@@ -16,10 +16,8 @@ ToolLaw::ToolLaw(std::unique_ptr<Law> law, const Tool& tool, std::size_t capacit
   loads_n_.reserve(capacity);
 }
 
-void ToolLaw::begin_move(const Pose& start) noexcept {
-  start_ = start;
-  if (tool_.is_point()) return;
-  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) levers_m_[foot] = tool_.lever_m(start.turn, foot);
+void ToolLaw::turn_levers() noexcept {
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) levers_m_[foot] = tool_.lever_m(start_.turn, foot);
 }
 
 Balance ToolLaw::solve_body(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept {

@@ -19,7 +19,10 @@ class ToolLaw {
   ToolLaw(std::unique_ptr<Law> law, const Tool& tool, std::size_t capacity);
 
   /// Starts a move at `start` [m].
-  void begin_move(const Pose& start) noexcept;
+  void begin_move(const Pose& start) noexcept {
+    start_ = start;
+    if (!tool_.is_point()) turn_levers();
+  }
   /// Balance of a set that starts there, for the device at `probe` [m].
   Balance solve(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept {
     if (tool_.is_point()) return law_->solve(set, set.start_m(), probe.position_m, stiffness_n_per_m, time_step_s);
@@ -54,6 +57,7 @@ class ToolLaw {
   Vec3 linear_foot_m(const PrimitiveId& id, const Pose& end) const noexcept;
 
  private:
+  void turn_levers() noexcept;
   Balance solve_body(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept;
   Pose body_pose_of(const Balance& balance, const Pose& probe) const noexcept;
 
