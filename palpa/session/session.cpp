@@ -99,12 +99,10 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.probe_valid = probe.valid;
   result.probe_m = probe.position_m;
   if (probe.velocity_m_per_s) result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
-  result.proxy_m = path.proxy().position_m;
   const Tool& tool = path.tool();
   const bool turn_usable = tool.is_point() || is_unit(probe.turn, turn_tolerance);
   const Pose given{probe.position_m, tool.is_point() || !turn_usable ? Turn{} : unit_turn(probe.turn)};
   if (!tool.is_point()) result.probe_turn = probe.turn;
-  result.proxy_turn = path.proxy().turn;
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path.advance_clock(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
@@ -113,11 +111,9 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
     ledger.clear();
     result.energy.released_j = std::exchange(held_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
-    if (!probe.valid && turn_usable && usable(probe.position_m)) {
-      result.proxy_m = given.position_m;
-      result.proxy_turn = given.turn;
-    }
-    path.put({result.proxy_m, result.proxy_turn});
+    if (!probe.valid && turn_usable && usable(probe.position_m)) path.put(given);
+    result.proxy_m = path.proxy().position_m;
+    result.proxy_turn = path.proxy().turn;
     return result;
   }
   dt = std::max(dt, shortest_time_s);  // velocities stay finite

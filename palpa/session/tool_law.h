@@ -49,7 +49,10 @@ class ToolLaw {
   /// Pose of a balance of this move; the device's to the bit where it is there.
   Pose pose_of(const Balance& balance, const Pose& probe) const noexcept {
     Pose pose{balance.position_m, start_.turn};
-    if (!tool_.is_point()) pose = body_pose_of(balance, probe);
+    if (!tool_.is_point()) {
+      const Pose of_body = body_pose_of(balance, probe);
+      pose = of_body;
+    }
     return pose;
   }
   /// Position of a foot [m] with the tool moved to `end`, had it gone on the straight line of its linear motion: primitives act

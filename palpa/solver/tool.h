@@ -62,19 +62,21 @@ class Tool {
   /// Largest distance of a foot from the device's point [m].
   double reach_m() const noexcept { return reach_m_; }
 
-  // These allocate nothing. The share of a point is inlined, that of a body is not, and never returns what a point computes: a
-  // point would then wait for memory.
+  // These allocate nothing. The share of a point is inlined, that of a body is not. Calls return to variables of their own: if
+  // they returned to those that a point computes, a point would keep these in memory, and wait for it.
 
   /// Vector [m] from the device's point to a foot of a tool with this orientation.
   [[gnu::always_inline]] Vec3 lever_m(const Turn& turn, std::size_t foot) const noexcept {
-    Vec3 lever_m;
-    if (!is_point_) lever_m = body_lever_m(turn, foot);
-    return lever_m;
+    if (is_point_) return {};
+    return body_lever_m(turn, foot);
   }
   /// Position of a foot [m] of a tool in this pose; of a point tool the position of the pose to the bit.
   [[gnu::always_inline]] Vec3 foot_m(const Pose& pose, std::size_t foot) const noexcept {
     Vec3 foot_m = pose.position_m;
-    if (!is_point_) foot_m += body_lever_m(pose.turn, foot);
+    if (!is_point_) {
+      const Vec3 lever_m = body_lever_m(pose.turn, foot);
+      foot_m += lever_m;
+    }
     return foot_m;
   }
   /// Whether two poses are equal; of a point their positions.
@@ -84,7 +86,10 @@ class Tool {
   /// Motion between two poses.
   [[gnu::always_inline]] Motion motion(const Pose& from, const Pose& to) const noexcept {
     Motion motion{to.position_m - from.position_m, {}};
-    if (!is_point_) motion.arc_m = body_arc_m(from.turn, to.turn);
+    if (!is_point_) {
+      const Vec3 arc_m = body_arc_m(from.turn, to.turn);
+      motion.arc_m = arc_m;
+    }
     return motion;
   }
   /// Its length [m] in the metric of way and arc; of a point the distance.
@@ -94,13 +99,19 @@ class Tool {
   /// `from`, moved.
   [[gnu::always_inline]] Pose moved(const Pose& from, const Motion& motion) const noexcept {
     Pose moved{from.position_m + motion.way_m, from.turn};
-    if (!is_point_) moved.turn = body_turn(from.turn, motion.arc_m);
+    if (!is_point_) {
+      const Turn turn = body_turn(from.turn, motion.arc_m);
+      moved.turn = turn;
+    }
     return moved;
   }
   /// Pose halfway between two.
   [[gnu::always_inline]] Pose middle(const Pose& a, const Pose& b) const noexcept {
     Pose middle{0.5 * (a.position_m + b.position_m), a.turn};
-    if (!is_point_) middle.turn = body_middle(a.turn, b.turn);
+    if (!is_point_) {
+      const Turn turn = body_middle(a.turn, b.turn);
+      middle.turn = turn;
+    }
     return middle;
   }
   /// Upper bound [m] on the way of any foot in a motion; of a point its length.
