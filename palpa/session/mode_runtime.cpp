@@ -152,10 +152,12 @@ void ModeRuntime::place_mode(std::size_t m, const Foot& foot, const StepContext&
 
 void ModeRuntime::on_step_accepted(const StepContext& context, const Pose& proxy, double data_fraction,
                                    const PrimitiveSet& placed, std::span<const Event> events) noexcept {
+  const bool is_timed = any_timed();
   for_each_part([&](std::size_t m, std::size_t foot) {
+    if (!(is_timed || has_memory(m)) || !acts(m, foot)) return;
     ContactFade& fade = live_[part_of(m, foot)].fade;
-    if (!acts(m, foot) || fade.is_leaving()) return;
-    if (any_timed()) fade.keep(m, foot, placed);
+    if (fade.is_leaving()) return;
+    if (is_timed) fade.keep(m, foot, placed);
     if (!has_memory(m)) return;
     const Vec3 foot_m = tool_.foot_m(proxy, foot);
     const ModeContext here = here_at(m, foot_of(foot, context), context, foot_m, seen_by(m, foot, foot_m, data_fraction));

@@ -82,10 +82,10 @@ class ModeRuntime {
   /// Begins a step of the proxy at `start` [m]: the feet there, carried along by the data, are the origins of all resistance
   /// to motion. The moves that settle the step start elsewhere but keep these origins.
   void begin_step(const Pose& start) noexcept {
-    for_each_part([&](std::size_t m, std::size_t foot) {
-      Live& live = live_[part_of(m, foot)];
-      live.origin_m = tool_.foot_m(start, foot) + live.carried_m;
-    });
+    for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+      const Vec3 foot_m = tool_.foot_m(start, foot);
+      for (Live& live : live_.subspan(part_of(0, foot), size_)) live.origin_m = foot_m + live.carried_m;
+    }
   }
   // Of a primitive's mode and foot:
   /// Origin of the step [m], carried along.
