@@ -113,8 +113,6 @@ Tool::Tool(const ToolOptions& options, const CouplingOptions& coupling) {
   turning_radius_m_ = std::max(shortest_radius_m, turning_radius_m_);
 }
 
-Vec3 Tool::body_lever_m(const Turn& turn, std::size_t foot) const noexcept { return rotated(turn, levers_m_[foot]); }
-
 Vec3 Tool::body_arc_m(const Turn& from, const Turn& to) const noexcept {
   return turning_radius_m_ * rotation_between_rad(from, to);
 }

@@ -62,21 +62,17 @@ class Tool {
   /// Largest distance of a foot from the device's point [m].
   double reach_m() const noexcept { return reach_m_; }
 
-  // These allocate nothing. The share of a point is inlined, that of a body is not. Calls return to variables of their own: if
-  // they returned to those that a point computes, a point would keep these in memory, and wait for it.
+  // These allocate nothing. The share of a point is inlined, and of a body the rotation of a lever. Calls return to variables
+  // of their own: if they returned to those that a point computes, a point would keep these in memory, and wait for it.
 
   /// Vector [m] from the device's point to a foot of a tool with this orientation.
   [[gnu::always_inline]] Vec3 lever_m(const Turn& turn, std::size_t foot) const noexcept {
-    if (is_point_) return {};
-    return body_lever_m(turn, foot);
+    return is_point_ ? Vec3{} : rotated(turn, levers_m_[foot]);
   }
   /// Position of a foot [m] of a tool in this pose; of a point tool the position of the pose to the bit.
   [[gnu::always_inline]] Vec3 foot_m(const Pose& pose, std::size_t foot) const noexcept {
     Vec3 foot_m = pose.position_m;
-    if (!is_point_) {
-      const Vec3 lever_m = body_lever_m(pose.turn, foot);
-      foot_m += lever_m;
-    }
+    if (!is_point_) foot_m += rotated(pose.turn, levers_m_[foot]);
     return foot_m;
   }
   /// Whether two poses are equal; of a point their positions.
@@ -133,7 +129,6 @@ class Tool {
   }
 
  private:
-  Vec3 body_lever_m(const Turn& turn, std::size_t foot) const noexcept;
   Vec3 body_arc_m(const Turn& from, const Turn& to) const noexcept;
   Turn body_turn(const Turn& from, const Vec3& arc_m) const noexcept;
   Turn body_middle(const Turn& a, const Turn& b) const noexcept;
