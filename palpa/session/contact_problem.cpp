@@ -97,7 +97,7 @@ void ContactProblem::find_contacts() noexcept {
     if (rubs != contacts_.rend()) {
       rubs->line = static_cast<std::int32_t>(i);
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
-      LevelContact contact{p.id, set_.captured(i), i};
+      LevelContact& contact = contacts_.emplace_back(p.id, set_.captured(i), i);
       contact.plane_as_placed = p;
       const Vec3 from_m = foot_m(p.id, start_) + modes_.carried_m(p.id) + modes_.contacts().offset_m(p.id);
       const ScalarSample& at = modes_.samples(p.id.foot).scalar(contact.level.field, from_m);
@@ -105,7 +105,6 @@ void ContactProblem::find_contacts() noexcept {
       contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id);
       contact.can_break = !modes_.only_yields(p.id);
-      contacts_.push_back(contact);
     } else {
       has_directions_ = true;
     }
@@ -133,25 +132,28 @@ bool ContactProblem::turn_line(const LevelContact& contact, const Vec3& directio
   return changes;
 }
 
-Balance ContactProblem::solve(const Pose& probe, double time_step_s) noexcept {
+void ContactProblem::solve(const Pose& probe, double time_step_s) noexcept {
   const int size = static_cast<int>(set_.size());
-  const int each = tool().is_point() ? tick_work::primitives_each : tick_work::tool_primitives_each;
+  const bool is_point = tool().is_point();
+  const int each = is_point ? tick_work::primitives_each : tick_work::tool_primitives_each;
   const int most_iterations = each * work_.left() / std::max(1, size);
-  const Balance found = friction_.solve(law_, set_, probe, stiffness_n_per_m_, time_step_s, most_iterations);
-  work_.spend(1 + found.iterations * size / each);
+  found_ = friction_.solve(law_, set_, probe, stiffness_n_per_m_, time_step_s, most_iterations);
+  const int passed = found_.iterations * size;
+  // Division by constants: by a variable it takes as long as a balance without primitives.
+  work_.spend(1 + (is_point ? passed / tick_work::primitives_each : passed / tick_work::tool_primitives_each));
   for (LevelContact& contact : contacts_) {
     const std::size_t first = first_row(contact);
-    contact.state = law_.at_foot(found, contact.id, [&](const Balance& at) { return state_at(set_.primitives(), first, at); });
+    contact.state = law_.at_foot(found_, contact.id, [&](const Balance& at) { return state_at(set_.primitives(), first, at); });
     contact.pressed =
         pressed_direction(set_.primitives().subspan(first, contact.facets), law_.forces_n().subspan(first, contact.facets));
   }
-  return found;
 }
 
-Balance ContactProblem::balance(const Pose& probe, double time_step_s) noexcept {
+const Balance& ContactProblem::balance(const Pose& probe, double time_step_s) noexcept {
   turn_friction();
-  const Balance found = solve(probe, time_step_s);
-  return work_.any() && turn_friction() ? solve(probe, time_step_s) : found;
+  solve(probe, time_step_s);
+  if (work_.any() && turn_friction()) solve(probe, time_step_s);
+  return found_;
 }
 
 bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {
@@ -160,7 +162,7 @@ bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {
   });
 }
 
-double ContactProblem::overload(const Crossings& crossings, const Balance& found) const noexcept {
+double ContactProblem::overload(const Crossings& crossings) const noexcept {
   double most = -1.0;
   for (const LevelContact& contact : contacts_) {
     if (contact.state == PrimitiveState::off || !is_shell(contact, crossings)) continue;
@@ -169,7 +171,7 @@ double ContactProblem::overload(const Crossings& crossings, const Balance& found
     double over = 0.0;
     if (contact.state == PrimitiveState::slip) {
       const double depth_m = law_.at_foot(
-          found, contact.id, [&](const Balance& at) { return norm(residual(set_.primitives(), first, at.position_m)); });
+          found_, contact.id, [&](const Balance& at) { return norm(residual(set_.primitives(), first, at.position_m)); });
       const double given_m = plane.is_elastic() ? plane.strength_n / plane.stiffness_n_per_m : 0.0;
       over = std::max(std::numeric_limits<double>::min(),
                       stiffness_n_per_m_ * (depth_m - given_m) / (law_.gain(contact.id) * plane.strength_n));

@@ -70,15 +70,17 @@ class ContactProblem {
   bool repredict_once(const Pose& end) noexcept;
   /// Linearises planes at the proxy again for the rest of the move. False without a prediction.
   bool revert_prediction() noexcept;
-  Balance balance(const Pose& probe, double time_step_s) noexcept;
+  /// Valid until the next.
+  const Balance& balance(const Pose& probe, double time_step_s) noexcept;
+  const Balance& last_balance() const noexcept { return found_; }
   /// Pose of a balance of this move for the device at `probe` [m].
   Pose pose_of(const Balance& balance, const Pose& probe) const noexcept { return law_.pose_of(balance, probe); }
 
   /// Whether a shell (a level with a fixed value, no material) gives way in the last balance.
   bool any_gives_way(const Crossings& crossings) const noexcept;
-  /// Force beyond the strength of the shell that is nearest to giving way in the last balance `found`, as a share of its
-  /// strength [1]: above 0 where one gives way, -1 without shells.
-  double overload(const Crossings& crossings, const Balance& found) const noexcept;
+  /// Force beyond the strength of the shell that is nearest to giving way in the last balance, as a share of its strength [1]:
+  /// above 0 where one gives way, -1 without shells.
+  double overload(const Crossings& crossings) const noexcept;
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
@@ -166,7 +168,7 @@ class ContactProblem {
   void close(LevelContact& contact) noexcept;
   bool comes_out(const Pose& end) noexcept;
   bool turn_friction() noexcept;
-  Balance solve(const Pose& probe, double time_step_s) noexcept;
+  void solve(const Pose& probe, double time_step_s) noexcept;
   double gain_j(const Pose& to, bool on_levels, const Pose& probe, double time_step_s) noexcept;
 
   ModeRuntime& modes_;
@@ -178,6 +180,7 @@ class ContactProblem {
   DirectedForceLimiter held_;
   std::vector<LevelContact> contacts_, before_;  // of this placement, and of the previous one
   std::vector<Facet> learnt_;                    // in this move
+  Balance found_;                                // the last one
   Pose start_, placed_at_;
   std::optional<Pose> witness_;  // of the proxy, found on demand
   Pose refused_;                 // the last rejected end

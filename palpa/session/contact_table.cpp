@@ -78,9 +78,10 @@ void ContactTable::update(const ContactProblem& problem, const Pose& proxy, cons
     insert(problem.contact_at(i, proxy, to));
   }
   std::uint32_t first = 0;
+  const std::uint32_t size = firsts_.back();
   for (std::size_t part = 0; part + 1 < firsts_.size(); ++part) {
     firsts_[part] = first;
-    while (first < firsts_.back() && part_of(contacts_[first]) == part) follow(contacts_[first++], depth_m, crossings);
+    while (first < size && part_of(contacts_[first]) == part) follow(contacts_[first++], depth_m, crossings);
   }
   for (const LevelContact& held : problem.contacts()) {
     if (held.state == PrimitiveState::slip)

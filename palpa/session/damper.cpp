@@ -24,32 +24,37 @@ constexpr double always_allowed_n = 0.2;
 constexpr double share_of_spring = 0.5;
 }  // namespace
 
-Damper::Damper(double damping_ns_per_m, double encoder_step_m) noexcept
-    : damping_ns_per_m_(damping_ns_per_m), encoder_step_m_(encoder_step_m) {}
+Damper::Damper(double damping_ns_per_m, double encoder_step_m, bool turns) noexcept
+    : damping_ns_per_m_(damping_ns_per_m), encoder_step_m_(encoder_step_m), turns_(turns) {}
 
 Motion Damper::relative_velocity(const Motion& stretch_m, const Motion& released_m, double time_step_s,
                                  double stiffness_n_per_m) noexcept {
   // In free space the force must be exactly zero; an estimate would only decay towards zero.
-  if (stretch_m == Motion{}) {
+  if (stretch_m.way_m == Vec3{} && (!turns_ || stretch_m.arc_m == Vec3{})) {
     reset({});
     return {};
   }
   const Motion seen = encoder_step_m_ > 0.0 ? windowed(stretch_m, released_m, time_step_s, stiffness_n_per_m)
                                             : smoothed(stretch_m, released_m, time_step_s);
   if (damping_ns_per_m_ == 0.0) return seen;
-  const double limit_n = std::max(always_allowed_n, share_of_spring * stiffness_n_per_m * length(stretch_m));
-  return shortened(seen, limit_n / damping_ns_per_m_);
+  const double limit_n = std::max(always_allowed_n, share_of_spring * stiffness_n_per_m * length_m(stretch_m));
+  const double longest = limit_n / damping_ns_per_m_, all = length_m(seen);
+  return all > longest ? (longest / all) * seen : seen;
 }
 
 Motion Damper::smoothed(const Motion& stretch_m, const Motion& released_m, double time_step_s) noexcept {
-  const Motion rate = (stretch_m - last_stretch_m_ - released_m) / time_step_s;
-  last_stretch_m_ = stretch_m;
   if (time_step_s != time_step_s_) {
     time_step_s_ = time_step_s;
     weight_ = -std::expm1(-2.0 * std::numbers::pi * cut_off_hz * time_step_s);
   }
-  filtered_m_per_s_ += weight_ * (rate - filtered_m_per_s_);
-  if (!is_finite(filtered_m_per_s_)) filtered_m_per_s_ = {};
+  const auto follow = [&](Vec3 Motion::*part) {
+    const Vec3 rate = (stretch_m.*part - last_stretch_m_.*part - released_m.*part) / time_step_s;
+    filtered_m_per_s_.*part += weight_ * (rate - filtered_m_per_s_.*part);
+    return is_finite(filtered_m_per_s_.*part);
+  };
+  const bool follows = follow(&Motion::way_m) && (!turns_ || follow(&Motion::arc_m));
+  if (!follows) filtered_m_per_s_ = {};
+  last_stretch_m_ = stretch_m;
   return filtered_m_per_s_;
 }
 
@@ -110,7 +115,6 @@ Motion Damper::windowed(const Motion& stretch_m, const Motion& released_m, doubl
   time_s_ += time_step_s;
 
   const double tolerance_m = line_tolerance * encoder_step_m_;
-  turns_ = turns_ || stretch_m.arc_m != Vec3{};
   LinesOfVector way(tolerance_m), arc(tolerance_m);
   const auto look_back = [&](const Motion& then_m, double age_s) {
     const Motion rise_m = stretch_m - then_m;
@@ -148,16 +152,10 @@ Motion Damper::windowed(const Motion& stretch_m, const Motion& released_m, doubl
 void Damper::reset(const Motion& stretch_m) noexcept {
   last_stretch_m_ = stretch_m;
   filtered_m_per_s_ = {};
-  turns_ = false;
   time_s_ = 0.0;
   newest_ = 0;
   kept_ = 1;
   past_[0] = {0.0, stretch_m};
-}
-
-Motion released_part(const Motion& step_m, double moved_m) noexcept {
-  const double all_m = length(step_m);
-  return all_m > moved_m ? (1.0 - moved_m / all_m) * step_m : Motion{};
 }
 
 }  // namespace palpa

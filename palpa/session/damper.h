@@ -23,7 +23,8 @@ class Damper {
  public:
   /// \param damping_ns_per_m  [N·s/m] D, >= 0
   /// \param encoder_step_m    [m] position step q of the device, 0 if none
-  explicit Damper(double damping_ns_per_m, double encoder_step_m = 0.0) noexcept;
+  /// \param turns             false: all arcs are zero
+  explicit Damper(double damping_ns_per_m, double encoder_step_m = 0.0, bool turns = true) noexcept;
 
   /// Estimate of the velocity of proxy − probe [m/s], limited as above; the force is D times it, and the torque of a tool D ρ
   /// times its arc.
@@ -40,11 +41,13 @@ class Damper {
   // [1] Past positions in a window. More: slower; fewer: their spacing, window/(most_kept − 1), is coarser.
   static constexpr int most_kept = 32;
 
+  double length_m(const Motion& motion) const noexcept { return turns_ ? length(motion) : norm(motion.way_m); }
   Motion smoothed(const Motion& stretch_m, const Motion& released_m, double time_step_s) noexcept;
   Motion windowed(const Motion& stretch_m, const Motion& released_m, double time_step_s, double stiffness_n_per_m) noexcept;
 
   double damping_ns_per_m_;
   double encoder_step_m_;
+  bool turns_;
   double time_step_s_ = 0.0;  // of the last tick
   double weight_ = 0.0;       // [1] of a new rate in the filter, in that time
   Motion last_stretch_m_;
@@ -56,13 +59,9 @@ class Damper {
     Motion stretch_m;
   };
   double time_s_ = 0.0;  // since the reset
-  bool turns_ = false;   // an arc was not zero since then
   int newest_ = 0;
   int kept_ = 1;
   std::array<Kept, most_kept> past_;
 };
-
-/// Part of the proxy's step [m] beyond the motion `moved_m` [m] of probe and data: a release.
-Motion released_part(const Motion& step_m, double moved_m) noexcept;
 
 }  // namespace palpa

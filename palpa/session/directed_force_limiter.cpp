@@ -48,15 +48,16 @@ std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Pose& at, 
     change_n.way_m += one_n;
     if (!tool.is_point()) change_n.arc_m += cross(law.lever_m(p.id), one_n) / tool.turning_radius_m();
     all_n += p.strength_n;
-    if (norm(one_n) > largest_n) {
-      largest_n = norm(one_n);
+    if (const double size_n = norm(one_n); size_n > largest_n) {
+      largest_n = size_n;
       fastest = p.id.mode;
     }
   }
-  const double most_n = 0.5 * stiffness_n_per_m * length(tool.motion(last_.at, at)) + moved_n;
-  if (length(change_n) <= most_n + rounding * all_n) return -1;
+  const double most_n = 0.5 * stiffness_n_per_m * tool.length_m(last_.at, at) + moved_n;
+  const double changed_n = tool.is_point() ? norm(change_n.way_m) : length(change_n);
+  if (changed_n <= most_n + rounding * all_n) return -1;
 
-  const double share = most_n / length(change_n);
+  const double share = most_n / changed_n;
   for (std::size_t i = 0; i < set.size(); ++i) {
     if (set[i].kind != PrimitiveKind::directed) continue;
     const Vec3 before_n = held_n(set[i].id);

@@ -21,6 +21,7 @@ Motion LagCompensator::applied_extension_m(const Motion& extension_m, const Moti
   const double share = std::clamp(1.0 - lag_s / fade_s, 0.0, 1.0);
   const Motion applied_m = nearest_on_way(left_m, share * to_followed_m);
   withheld_m_ = extension_m - applied_m;
+  any_ = withheld_m_ != Motion{};
   if (lag_s > 0.0) left_s_ = give_back_s;
   return applied_m;
 }
@@ -32,6 +33,7 @@ Motion LagCompensator::give_back_m(double time_step_s, double most_m) noexcept {
   left_s_ = std::max(0.0, left_s_ - time_step_s);
   const Motion back_m = shortened(withheld_m_ / std::max(1.0, ticks), most_m);
   withheld_m_ = back_m == withheld_m_ ? Motion{} : withheld_m_ - back_m;
+  any_ = withheld_m_ != Motion{};
   return back_m;
 }
 

@@ -37,7 +37,7 @@ class LagCompensator {
   Motion give_back_m(double time_step_s, double most_m) noexcept;
   /// Withheld part [m].
   const Motion& withheld_m() const noexcept { return withheld_m_; }
-  bool any() const noexcept { return withheld_m_ != Motion{}; }
+  bool any() const noexcept { return any_; }
   static bool has_faded(double lag_s) noexcept { return lag_s >= fade_s; }
   /// Restarts with the proxy on the probe.
   void reset() noexcept { *this = {}; }
@@ -48,6 +48,7 @@ class LagCompensator {
   // [s] Return of the force, as long as its fall at a break-through. Longer: a wall is missing for longer; shorter: abrupt.
   static constexpr double give_back_s = 0.02;
   Motion withheld_m_;
+  bool any_ = false;     // of it
   double left_s_ = 0.0;  // until all is returned
 };
 

@@ -9,7 +9,7 @@ namespace palpa {
 Ledger::Ledger(std::size_t modes, const Tool& tool) : modes_(modes), works_j_(std::make_unique<double[]>(modes)), tool_(tool) {}
 
 void Ledger::begin(const Pose& proxy, const Pose& processed_up_to, std::span<const Contact> contacts) noexcept {
-  std::fill_n(works_j_.get(), modes_, 0.0);
+  clear();
   start_ = proxy;
   data_motion_j_ = elastic_j_ = elastic_before_j_ = 0.0;
   probe_ = processed_up_to;
@@ -29,12 +29,19 @@ void Ledger::book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, con
 void Ledger::book_sub_steps(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept {
   for (const SubStep& step : sub_steps) {
     double furthest_carried_m = 0.0;
+    const Vec3 way_m = step.proxy_m - step.start_m;
     for (const PlacedPrimitive& row : placed.subspan(step.first_primitive, step.primitives)) {
-      book(row.primitive.id.mode, row.force_n, foot_way_m(step, row), step.move_fraction * row.carried_m);
+      book(row.primitive.id.mode, row.force_n, tool_.is_point() ? way_m : foot_way_m(step, row),
+           step.move_fraction * row.carried_m);
       if (row.carried_m != Vec3{}) furthest_carried_m = std::max(furthest_carried_m, norm(row.carried_m));
     }
     move(step, step.move_fraction * furthest_carried_m);
   }
+}
+
+double Ledger::lost_by_turning_m2(const SubStep& step) const noexcept {
+  const Vec3 arc_m = tool_.turning_radius_m() * rotation_between_rad(step.start_turn, step.proxy_turn);
+  return 2.0 * dot(arc_m, tool_.turning_radius_m() * step.balance.turn_rad - 0.5 * arc_m);
 }
 
 // With the probe fixed, the spring loses k Δx·(probe − middle of the move) and the forces of the balance do the work k
@@ -42,24 +49,23 @@ void Ledger::book_sub_steps(std::span<const SubStep> sub_steps, std::span<const 
 // with the step length; in a snap it is the energy that the spring held. The part beyond the motion of probe and data is a
 // snap.
 void Ledger::move(const SubStep& step, double carried_m) noexcept {
-  const Pose probe{step.probe_m, step.probe_turn};
   const Vec3 &from_m = step.start_m, &to_m = step.proxy_m;
-  if (probe != probe_) left_m2_ = length_squared(tool_.motion(probe_, probe));
-  probe_ = probe;
+  if (const Pose probe{step.probe_m, step.probe_turn}; !tool_.are_one(probe, probe_)) {
+    const Motion step_m = tool_.motion(probe_, probe);
+    left_m2_ = tool_.product_m2(step_m, step_m);
+    probe_ = probe;
+  }
   const double offset_m = std::sqrt(left_m2_) + carried_m;
   double lost_m2 = 2.0 * dot(to_m - from_m, step.balance.position_m - 0.5 * (from_m + to_m));
-  if (!tool_.is_point()) {
-    const Vec3 arc_m = tool_.turning_radius_m() * rotation_between_rad(step.start_turn, step.proxy_turn);
-    lost_m2 += 2.0 * dot(arc_m, tool_.turning_radius_m() * step.balance.turn_rad - 0.5 * arc_m);
-  }
+  if (!tool_.is_point()) lost_m2 += lost_by_turning_m2(step);
   lost_m2 = std::max(0.0, lost_m2);
   const double beyond_m = std::sqrt(lost_m2) - offset_m;
   if (beyond_m > 0.0) released_m2_ += beyond_m * beyond_m;
   left_m2_ = std::max(0.0, offset_m * offset_m - lost_m2);
 }
 
-Energy Ledger::end(const Pose& proxy, const Pose& probe, const Pose& last_probe, const Motion& probe_step_m,
-                   double stiffness_n_per_m, std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
+Energy Ledger::end(const Pose& proxy, const Pose& probe, const Motion& probe_step_m, double stiffness_n_per_m,
+                   std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
                    std::span<const Contact> contacts) noexcept {
   book_sub_steps(sub_steps, placed);
   for (const Contact& contact : contacts) {
@@ -69,7 +75,7 @@ Energy Ledger::end(const Pose& proxy, const Pose& probe, const Pose& last_probe,
   const double k = stiffness_n_per_m;
   Energy energy;
   const Motion stretch_m = tool_.motion(probe, proxy);
-  energy.stored_j = 0.5 * k * length_squared(stretch_m);
+  energy.stored_j = 0.5 * k * tool_.product_m2(stretch_m, stretch_m);
   energy.elastic_j = elastic_j_;
   energy.data_motion_j = data_motion_j_;
   double sum_j = 0.0;
@@ -82,7 +88,7 @@ Energy Ledger::end(const Pose& proxy, const Pose& probe, const Pose& last_probe,
       k * dot(proxy.position_m - start_.position_m, 0.5 * (proxy.position_m + start_.position_m) - probe.position_m);
   energy.sampling_bound_j = 0.5 * k * norm_squared(probe_step_m.way_m);
   if (!tool_.is_point()) {
-    const Vec3 before_m = tool_.motion(last_probe, start_).arc_m, held_m = tool_.motion(probe, start_).arc_m;
+    const Vec3 before_m = start_arc_m_, held_m = tool_.motion(probe, start_).arc_m;
     gained_j += 0.5 * k * dot(stretch_m.arc_m - held_m, stretch_m.arc_m + held_m);
     // Of the rotational spring what the held torque misses: at most κ/2 |Δθ|² (theory.md 10.5).
     energy.sampling_bound_j += 0.5 * k * dot(held_m - before_m, held_m + before_m) + k * dot(before_m, probe_step_m.arc_m);

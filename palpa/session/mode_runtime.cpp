@@ -10,16 +10,17 @@ namespace palpa {
 
 ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map, const Tool& tool,
                          const ContactTable& contacts)
-    : map_(map), tool_(tool), modes_(scene.modes()), contacts_(contacts), most_n_(live.add<double>()) {
+    : map_(map), tool_(tool), modes_(scene.modes()), size_(modes_.size()), contacts_(contacts), most_n_(live.add<double>()) {
   most_n_ = std::numeric_limits<double>::infinity();
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
   }
-  parts_.resize(modes_.size());
+  parts_.resize(size_);
   finest_m_ = std::numeric_limits<double>::infinity();
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
+  for (std::size_t m = 0; m < size_; ++m) {
     Part& part = parts_[m];
     part.inputs = resolve(modes_[m], scene, fields_);
+    part.masks = modes_[m].masks;
     part.memory = memory_units_;
     part.has_memory = modes_[m].mode.memory_bytes() > 0;
     part.at_all_feet = modes_[m].acts_at(1);
@@ -34,7 +35,7 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
     finest_m_ = std::min(finest_m_, part.finest_m);
   }
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) samples_.push_back(std::make_unique<Samples>(fields_, map_));
-  live_ = live.add<Live>(tool_.feet() * modes_.size());
+  live_ = live.add<Live>(tool_.feet() * size_);
   memories_ = live.add<MemoryUnit>(tool_.feet() * memory_units_);
   start();
 }
@@ -67,7 +68,7 @@ double ModeRuntime::motion_m(const Pose& proxy, DataTime from, DataTime to) noex
 }
 
 void ModeRuntime::configure_events(std::size_t foot, Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
+  for (std::size_t m = 0; m < size_; ++m) {
     const std::int32_t field = parts_[m].inputs.main_field;
     if (field >= 0) live_[part_of(m, foot)].fade.configure_events(foot, field, crossings, policy);
   }
@@ -76,16 +77,16 @@ void ModeRuntime::configure_events(std::size_t foot, Crossings& crossings, Event
     policy.fields[f].carried_m = samples(foot).carried_m(f, start_m, before, now) - start_m;
 }
 
-ModeContext ModeRuntime::here_at(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& start_m,
+ModeContext ModeRuntime::here_at(std::size_t m, const Foot& foot, const StepContext& context, const Vec3& start_m,
                                  const Vec3& at_m) noexcept {
-  ModeContext here(samples(foot), at_m, modes_[m].masks, parts_[m].inputs.fields);
+  ModeContext here(samples(foot.number), at_m, parts_[m].masks, parts_[m].inputs.fields);
   here.proxy_m = start_m;
-  here.probe_m = tool_.foot_m(context.probe, foot);
+  here.probe_m = foot.probe_m;
   here.time_step_s = context.time_step_s;
   here.stiffness_n_per_m = context.stiffness_n_per_m;
   here.finest_m = context.spacing_m;
   here.most_n = most_n_;
-  here.contacts = contacts_.of(m, foot);
+  here.contacts = contacts_.of(m, foot.number);
   return here;
 }
 
@@ -94,15 +95,16 @@ void ModeRuntime::place(const StepContext& context, const Pose& at, const Pose& 
   out.clear(context.start.position_m);
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
     const Vec3 foot_at_m = tool_.foot_m(at, foot), foot_level_m = tool_.foot_m(level, foot);
+    const Foot of_tool = foot_of(foot, context);
     out.begin_foot(static_cast<std::uint16_t>(foot), tool_.foot_m(context.start, foot));
-    for (std::size_t m = 0; m < modes_.size(); ++m) {
+    for (std::size_t m = 0; m < size_; ++m) {
       if (!acts(m, foot)) continue;
       Live& live = live_[part_of(m, foot)];
       const std::size_t first = out.size();
       const auto stands_at = [&](bool is_level) {
         out.truncate(first);
-        is_level ? place_mode(m, foot, context, live.origin_m, foot_level_m, carried_along, out)
-                 : place_mode(m, foot, context, live.origin_m, foot_at_m, data_fraction, out);
+        is_level ? place_mode(m, of_tool, context, live.origin_m, foot_level_m, carried_along, out)
+                 : place_mode(m, of_tool, context, live.origin_m, foot_at_m, data_fraction, out);
         bool stands = false;
         for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
         return stands;
@@ -110,14 +112,13 @@ void ModeRuntime::place(const StepContext& context, const Pose& at, const Pose& 
       // First guess: the mode stands on a level if it did last time.
       const bool stood = live.stands;
       const bool stands = live.stands = stands_at(stood);
-      if (stands != stood && (level != at || data_fraction > 0.0)) stands_at(stands);
+      if (stands != stood && (!tool_.are_one(level, at) || data_fraction > 0.0)) stands_at(stands);
     }
   }
 }
 
-int ModeRuntime::work_of(const PrimitiveSet& placed) const noexcept {
-  if (tool_.is_point()) return work();
-  std::size_t parts = modes_.size();
+int ModeRuntime::body_work_of(const PrimitiveSet& placed) const noexcept {
+  std::size_t parts = size_;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const bool begins = i == 0 || placed[i].id.mode != placed[i - 1].id.mode || placed[i].id.foot != placed[i - 1].id.foot;
     parts += begins ? 1 : 0;
@@ -125,16 +126,16 @@ int ModeRuntime::work_of(const PrimitiveSet& placed) const noexcept {
   return samples_[0]->work_of_modes(parts);
 }
 
-void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& origin_m,
+void ModeRuntime::place_mode(std::size_t m, const Foot& foot, const StepContext& context, const Vec3& origin_m,
                              const Vec3& at_m, double data_fraction, PrimitiveSet& out) noexcept {
-  Live& live = live_[part_of(m, foot)];
+  Live& live = live_[part_of(m, foot.number)];
   const std::size_t first = out.size();
   out.begin_mode(static_cast<std::uint16_t>(m), origin_m);
   if (live.fade.is_leaving()) {
     live.fade.place(origin_m, out);
   } else {
-    const ModeContext here = here_at(m, foot, context, origin_m, seen_by(m, foot, at_m, data_fraction));
-    modes_[m].mode.place(here, memory(m, foot), out);
+    const ModeContext here = here_at(m, foot, context, origin_m, seen_by(m, foot.number, at_m, data_fraction));
+    modes_[m].mode.place(here, memory(m, foot.number), out);
     live.at_edge = false;
     for (std::size_t i = first; i < out.size(); ++i) live.at_edge = live.at_edge || out.captured(i).limited;
   }
@@ -143,7 +144,7 @@ void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext&
     if (tool_.share() < 1.0 && parts_[m].at_all_feet && !live.fade.is_leaving()) out.bear(i, tool_.share());
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
     // A level stronger than the force limit never yields: raise it above the spring's largest pull.
-    double longest_m = distance(tool_.foot_m(context.probe, foot), at_m);
+    double longest_m = distance(foot.probe_m, at_m);
     if (!tool_.is_point()) longest_m += tool_.pull_m(tool_.motion(context.start, context.probe));
     out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * longest_m);
   }
@@ -151,13 +152,15 @@ void ModeRuntime::place_mode(std::size_t m, std::size_t foot, const StepContext&
 
 void ModeRuntime::on_step_accepted(const StepContext& context, const Pose& proxy, double data_fraction,
                                    const PrimitiveSet& placed, std::span<const Event> events) noexcept {
+  const bool is_timed = any_timed();
   for_each_part([&](std::size_t m, std::size_t foot) {
+    if (!(is_timed || has_memory(m)) || !acts(m, foot)) return;
     ContactFade& fade = live_[part_of(m, foot)].fade;
-    if (!acts(m, foot) || fade.is_leaving()) return;
-    if (any_timed()) fade.keep(m, foot, placed);
+    if (fade.is_leaving()) return;
+    if (is_timed) fade.keep(m, foot, placed);
     if (!has_memory(m)) return;
     const Vec3 foot_m = tool_.foot_m(proxy, foot);
-    const ModeContext here = here_at(m, foot, context, foot_m, seen_by(m, foot, foot_m, data_fraction));
+    const ModeContext here = here_at(m, foot_of(foot, context), context, foot_m, seen_by(m, foot, foot_m, data_fraction));
     modes_[m].mode.on_step_accepted({here, here.contacts, events[foot].crossings}, memory(m, foot));
   });
 }
@@ -168,9 +171,9 @@ bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
     const Vec3 foot_m = tool_.foot_m(context.start, foot);
     scratch_.begin_foot(static_cast<std::uint16_t>(foot), foot_m);
-    for (std::size_t m = 0; m < modes_.size(); ++m) {
+    for (std::size_t m = 0; m < size_; ++m) {
       const Vec3 origin_m = foot_m + live_[part_of(m, foot)].carried_m;
-      if (acts(m, foot)) place_mode(m, foot, context, origin_m, foot_m, carried_along, scratch_);
+      if (acts(m, foot)) place_mode(m, foot_of(foot, context), context, origin_m, foot_m, carried_along, scratch_);
     }
   }
   if (scratch_.can_pull()) return false;
@@ -210,8 +213,8 @@ double ModeRuntime::finest_m(const Pose& at, const Pose& from, const Pose& to) c
   if (finest_m_ == finest) return finest;  // no data anywhere
   for (std::size_t foot = 0; foot < tool_.feet() && finest > finest_m_; ++foot) {
     const Vec3 world_m = map_.to_world(tool_.foot_m(at, foot)), b = map_.to_world(tool_.foot_m(to, foot));
-    const Vec3 a = from == at ? world_m : map_.to_world(tool_.foot_m(from, foot));
-    for (std::size_t m = 0; m < modes_.size(); ++m) {
+    const Vec3 a = tool_.are_one(from, at) ? world_m : map_.to_world(tool_.foot_m(from, foot));
+    for (std::size_t m = 0; m < size_; ++m) {
       if ((foot > 0 && !parts_[m].at_all_feet) || finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
       for (const std::int32_t f : parts_[m].inputs.fields) {
         if (finest <= parts_[m].finest_m) break;

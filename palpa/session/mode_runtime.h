@@ -30,7 +30,7 @@ class ModeRuntime {
   ModeRuntime(const ModeRuntime&) = delete;
   ModeRuntime& operator=(const ModeRuntime&) = delete;
 
-  std::size_t size() const noexcept { return modes_.size(); }
+  std::size_t size() const noexcept { return size_; }
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
   /// Whether a mode is enabled and acts at a foot.
@@ -44,10 +44,10 @@ class ModeRuntime {
   /// Whether any field changes with time.
   bool any_timed() const noexcept { return samples_[0]->any_timed(); }
   /// Work of all modes at all feet [units of tick_work.h].
-  int work() const noexcept { return static_cast<int>(tool_.feet()) * samples_[0]->work_of_modes(modes_.size()); }
+  int work() const noexcept { return static_cast<int>(tool_.feet()) * samples_[0]->work_of_modes(size_); }
   /// Work of the last placement: of a point that of all modes; of a tool that of the modes at feet that placed primitives, and
   /// of all modes once.
-  int work_of(const PrimitiveSet& placed) const noexcept;
+  int work_of(const PrimitiveSet& placed) const noexcept { return tool_.is_point() ? work() : body_work_of(placed); }
   /// Thresholds of strengths, masks and levels of all enabled modes.
   const std::vector<Threshold>& watches() const noexcept { return watches_; }
 
@@ -82,10 +82,10 @@ class ModeRuntime {
   /// Begins a step of the proxy at `start` [m]: the feet there, carried along by the data, are the origins of all resistance
   /// to motion. The moves that settle the step start elsewhere but keep these origins.
   void begin_step(const Pose& start) noexcept {
-    for_each_part([&](std::size_t m, std::size_t foot) {
-      Live& live = live_[part_of(m, foot)];
-      live.origin_m = tool_.foot_m(start, foot) + live.carried_m;
-    });
+    for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
+      const Vec3 foot_m = tool_.foot_m(start, foot);
+      for (Live& live : live_.subspan(part_of(0, foot), size_)) live.origin_m = foot_m + live.carried_m;
+    }
   }
   // Of a primitive's mode and foot:
   /// Origin of the step [m], carried along.
@@ -129,6 +129,7 @@ class ModeRuntime {
   // Inputs of a mode, and values cached for it.
   struct Part {
     ModeInputs inputs;
+    std::span<const Mask> masks;                                // of the mode
     Box box_m;                                                  // world box of all of its inputs' data
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
     std::size_t memory = 0;                                     // offset in the memories
@@ -145,13 +146,14 @@ class ModeRuntime {
   };
   using MemoryUnit = std::max_align_t;
 
-  std::size_t part_of(std::size_t m, std::size_t foot) const noexcept { return foot * modes_.size() + m; }
+  int body_work_of(const PrimitiveSet& placed) const noexcept;
+  std::size_t part_of(std::size_t m, std::size_t foot) const noexcept { return foot * size_ + m; }
   const Live& live_at(const PrimitiveId& id) const noexcept { return live_[part_of(id.mode, id.foot)]; }
   // Calls `visit(m, foot)` for each mode at each foot.
   template <class Visit>
   void for_each_part(Visit&& visit) const {
     for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
-      for (std::size_t m = 0; m < modes_.size(); ++m) visit(m, foot);
+      for (std::size_t m = 0; m < size_; ++m) visit(m, foot);
     }
   }
   std::byte* memory(std::size_t m, std::size_t foot) noexcept {
@@ -161,10 +163,18 @@ class ModeRuntime {
     motion_.furthest_m = -1.0;
     for (const auto& of_foot : samples_) of_foot->set_time(at, came_from);
   }
-  ModeContext here_at(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& start_m,
+  // A foot in a sub-step.
+  struct Foot {
+    std::size_t number;
+    Vec3 probe_m;
+  };
+  Foot foot_of(std::size_t foot, const StepContext& context) const noexcept {
+    return {foot, tool_.foot_m(context.probe, foot)};
+  }
+  ModeContext here_at(std::size_t m, const Foot& foot, const StepContext& context, const Vec3& start_m,
                       const Vec3& at_m) noexcept;
   static constexpr double carried_along = 0.0;  // `data_fraction` of a contact: the data as carried along with it
-  void place_mode(std::size_t m, std::size_t foot, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
+  void place_mode(std::size_t m, const Foot& foot, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   double data_fraction, PrimitiveSet& out) noexcept;
   // Position carried by a mode's data: the footing of a foot at `at_m`, or the foot.
   Vec3 carried_at(std::size_t m, std::size_t foot, const Vec3& at_m) const noexcept {
@@ -185,6 +195,7 @@ class ModeRuntime {
   std::vector<FieldPtr> fields_;
   std::vector<std::unique_ptr<Samples>> samples_;  // by foot: each keeps its own positions
   std::vector<SceneMode> modes_;                   // with resolved references
+  std::size_t size_;                               // of them: a tick asks for it a hundred times
   std::vector<Part> parts_;                        // by mode
   std::span<Live> live_;                           // by foot, then mode
   const ContactTable& contacts_;

@@ -1,9 +1,5 @@
 #include "palpa/session/probe_queue.h"
 
-#include <algorithm>
-
-#include "palpa/solver/primitives.h"
-
 namespace palpa {
 
 void ProbeQueue::start(const Pose& probe) noexcept {
@@ -27,14 +23,6 @@ double ProbeQueue::push(const Pose& probe, double time_s, const Tool& tool) noex
   const double offset_m = tool.way_m(before(size_), probe);
   corners_[size_++] = {probe, time_s};
   return offset_m;
-}
-
-void ProbeQueue::pop(const ProbeSegment& walked) noexcept {
-  walked_ = walked.to;
-  corners_[0].time_s = std::max(corners_[0].time_s - walked.time_s, shortest_time_s);  // rounding may leave none
-  if (walked.to != corners_[0].pose) return;
-  std::copy(corners_.begin() + 1, corners_.begin() + static_cast<std::ptrdiff_t>(size_), corners_.begin());
-  --size_;
 }
 
 double ProbeQueue::time_behind_s(const ProbeSegment& next) const noexcept {

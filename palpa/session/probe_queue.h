@@ -1,9 +1,11 @@
 // FIFO of probe poses not yet processed.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
+#include "palpa/solver/primitives.h"
 #include "palpa/solver/tool.h"
 
 namespace palpa {
@@ -33,8 +35,14 @@ class ProbeQueue {
   double push(const Pose& probe, double time_s, const Tool& tool) noexcept;
   /// Rest of the path to the next corner.
   ProbeSegment front() const noexcept { return {walked_, corners_[0].pose, corners_[0].time_s}; }
-  /// Removes a processed segment from the front.
-  void pop(const ProbeSegment& walked) noexcept;
+  /// Removes a processed segment of the path of `tool` from the front.
+  void pop(const ProbeSegment& walked, const Tool& tool) noexcept {
+    walked_ = walked.to;
+    corners_[0].time_s = std::max(corners_[0].time_s - walked.time_s, shortest_time_s);  // rounding may leave none
+    if (!tool.are_one(walked.to, corners_[0].pose)) return;
+    std::copy(corners_.begin() + 1, corners_.begin() + static_cast<std::ptrdiff_t>(size_), corners_.begin());
+    --size_;
+  }
   /// Pose up to which the probe's path is processed [m].
   const Pose& processed_up_to() const noexcept { return walked_; }
   /// Duration from the end of the next segment to the current pose [s].

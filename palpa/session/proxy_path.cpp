@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "palpa/session/damper.h"
 #include "palpa/session/path_tolerances.h"
 
 namespace palpa {
@@ -103,11 +102,15 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   contacts_.begin_tick();
   work_.refill(refined_);
   const PathState& c = state_;
-  walk_ = {.from = c.proxy};
+  walk_.from = c.proxy;
+  walk_.released_m = {};
+  walk_.is_complete = true;
+  walk_.unreached_m = 0.0;
+  walk_.dropped = 0;
   path_m_ = queue_.push(probe, time_step_s, tool_);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
 
-  ProbeSegment segment;
+  ProbeSegment& segment = segment_;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
     const bool may_go_on =
@@ -143,7 +146,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
   double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from, segment.to);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
-  const bool is_long = furthest > (1.0 + contact_tolerance) * longest && !(c.proxy == segment.from && is_free());
+  const bool is_long = furthest > (1.0 + contact_tolerance) * longest && !(tool_.are_one(c.proxy, segment.from) && is_free());
   if (is_long) segment = segment.first(longest / furthest, tool_);
   return true;
 }
@@ -170,13 +173,13 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   return view_s - c.followed_s;
 }
 
-void ProxyPath::sub_step(ProbeSegment segment) noexcept {
-  const Pose start = state_.proxy;
+void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
+  StepContext context{state_.proxy, segment.to, segment.time_s, stiffness_n_per_m_};
+  const Pose& start = context.start;
   const bool settles = !segment.fresh && state_.pending == Pending::settling;
   const double finest_m = modes_.finest_m(start, start, segment.to);
   step_m_ = step_share_ / refined_ * finest_m;
-  spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
-  StepContext context{start, segment.to, segment.time_s, stiffness_n_per_m_, spacing_m_};
+  context.spacing_m = spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
   const double follows_s = playing_ ? advance_data(segment) : 0.0;
   if (!settles) modes_.begin_step(state_.step_start = start);
   const Move made = move(segment, context, settles);
@@ -199,12 +202,12 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
         !tool_.is_point() && settles && went_m <= turned * spacing_m_ && record_.sub_steps().size() >= most_creeping;
     // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
-    advance(segment, made, follows_s, is_settled && !lets_go);
+    advance(segment, made, end, follows_s, is_settled && !lets_go);
     if (creeps && !lets_go) leave_rest();
     accept(segment, made, context, settles);
     model_.end_move();
   }
-  walk_.unreached_m = length(tool_.motion(state_.proxy, made.to_pose));
+  walk_.unreached_m = tool_.length_m(state_.proxy, made.to_pose);
   modes_.arrive();
 }
 
@@ -233,24 +236,26 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
                            work_, events_[foot]);
   }
 
-  advance(segment, made, follows_s, true);
+  advance(segment, made, made.to_pose, follows_s, true);
   accept(segment, made, context, false);
   modes_.arrive();
 }
 
 void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept {
-  SubStep step;
+  SubStep& step = record_.begin();
   step.time_step_s = segment.time_s;
   step.start_m = context.start.position_m;
   step.probe_m = segment.to.position_m;
   step.stiffness_n_per_m = stiffness_n_per_m_;
-  step.balance = made.to;
+  step.balance = model_.last_balance();
   step.move_fraction = made.fraction;
   step.stop = made.stop;
   step.proxy_m = state_.proxy.position_m;
-  step.start_turn = context.start.turn, step.probe_turn = segment.to.turn, step.proxy_turn = state_.proxy.turn;
-  step.turning_radius_m = tool_.is_point() ? 0.0 : tool_.turning_radius_m();
-  record_.add(step, settles, spacing_m_, model_, modes_);
+  if (!tool_.is_point()) {
+    step.start_turn = context.start.turn, step.probe_turn = segment.to.turn, step.proxy_turn = state_.proxy.turn;
+    step.turning_radius_m = tool_.turning_radius_m();
+  }
+  record_.end(settles, spacing_m_, model_, modes_);
   walk_.dropped += model_.set().dropped();
   state_.felt = model_.set().can_pull();
   if (made.fraction > 0.0 || made.stop == Stop::event) {  // also where a foot stands on one already
@@ -260,20 +265,22 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const Step
   // Of a point the crossing of the last move; of a tool those of all feet since it last got on.
   if (tool_.is_point() || tool_.way_m(state_.move_m) > rest * spacing_m_) std::ranges::fill(stopped_by_, Crossing{});
   if (is_stopped) stopped_by_[first_foot_] = first_event().crossings.back();
-  contacts_.update(model_, state_.proxy, made.to, distance(made.to.position_m, segment.to.position_m), crossings_);
+  const Balance& to = model_.last_balance();
+  contacts_.update(model_, state_.proxy, to, distance(to.position_m, segment.to.position_m), crossings_);
   modes_.on_step_accepted(context, state_.proxy, made.fraction, model_.set(), events_);
 }
 
 // Moves the proxy. The pending rest of the segment continues where the move was stopped.
-void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
+void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pose& end, double follows_s,
+                        bool settled) noexcept {
   PathState& c = state_;
-  const Pose start = c.proxy;
-  c.proxy = end_from(start, move);
-  const Motion before_m = std::exchange(c.move_m, tool_.motion(start, c.proxy));
+  const Pose start = std::exchange(c.proxy, end);
+  const Motion before_m = std::exchange(c.move_m, tool_.motion(start, end));
   // Where directions turn faster than the spring can follow, or a level bends more than its length, the proxy turns back: each
   // turn halves the longest move. After eight (max_sub_steps / 4) the probe position may be given up, which bounds the lag.
-  const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * length_squared(before_m);
-  const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && length_squared(c.move_m) > settling_m2;
+  const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * tool_.product_m2(before_m, before_m);
+  const bool turns_back =
+      !segment.fresh && tool_.product_m2(c.move_m, before_m) < 0.0 && tool_.product_m2(c.move_m, c.move_m) > settling_m2;
   extrapolate_moves(before_m, segment.fresh);
   c.max_move_m = turns_back      ? std::min(c.max_move_m, 0.5 * tool_.way_m(before_m))
                  : may_give_up() ? c.max_move_m
@@ -282,11 +289,14 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
       move.stop == Stop::release && segment.time_s <= contact_tolerance * c.whole_s;  // round a vortex: its time is over
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start = start, c.probe_way_m = tool_.motion(segment.from, segment.to);
-  walk_.released_m +=
-      released_part(c.move_m, length(tool_.motion(segment.from, segment.to)) + move.fraction * modes_.furthest_carried_m());
+  // The part of the proxy's motion beyond that of probe and data is a release.
+  const double moved_m =
+      (segment.fresh ? tool_.length_m(segment.from, segment.to) : 0.0) + move.fraction * modes_.furthest_carried_m();
+  const double went_m = tool_.is_point() ? norm(c.move_m.way_m) : length(c.move_m);
+  if (went_m > moved_m) walk_.released_m += (1.0 - moved_m / went_m) * c.move_m;
   if (segment.fresh) {
     c.whole_s = segment.time_s;
-    queue_.pop(segment);
+    queue_.pop(segment, tool_);
   }
   c.pending = pending_after(move, settled);
   if (work_.any() && c.pending != Pending::path) c.followed = queue_.processed_up_to();
@@ -324,30 +334,29 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
 }
 
-// Lets the modes place primitives for a move of length `whole_m`, expected to end at `end`.
-void ProxyPath::place(const StepContext& context, const Pose& end, double whole_m) noexcept {
-  const bool is_carried = modes_.furthest_carried_m() > 0.0 && whole_m > 0.0;
-  const double data_fraction = is_carried ? 0.5 * std::min(1.0, tool_.way_m(context.start, end) / whole_m) : 0.0;
+// Lets the modes place primitives for a move on the way to `whole_end`, expected to end at `end`.
+void ProxyPath::place(const StepContext& context, const Pose& end, const Pose& whole_end) noexcept {
+  double data_fraction = 0.0;
+  if (modes_.furthest_carried_m() > 0.0) {
+    const double whole_m = tool_.way_m(context.start, whole_end);
+    data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, tool_.way_m(context.start, end) / whole_m) : 0.0;
+  }
   const std::int32_t held_back =
       model_.place(context, tool_.middle(state_.step_start, end), context.start, data_fraction, moved_n_);
   if (held_back >= 0) contacts_.warn_held_back(static_cast<std::size_t>(held_back));
-  if (end != context.start) model_.predict_planes(end);
+  if (!tool_.are_one(end, context.start)) model_.predict_planes(end);
 }
 
 void ProxyPath::balance(Move& move, const Pose& probe, double time_step_s) noexcept {
-  move.to = model_.balance(probe, time_step_s);
-  move.to_pose = model_.pose_of(move.to, probe);
+  move.to_pose = model_.pose_of(model_.balance(probe, time_step_s), probe);
 }
 
-// Share [1] of a motion up to the way `longest_m` of any foot, and up to a turn on which no foot leaves its chord by more than
-// `piercing`.
-double ProxyPath::share_of(const Motion& motion, double longest_m) const noexcept {
-  const double way_m = tool_.way_m(motion);
-  const double share = way_m > longest_m ? longest_m / way_m : 1.0;
-  if (tool_.is_point() || motion.arc_m == Vec3{}) return share;
+// Share [1] of a motion up to a turn on which no foot leaves its chord by more than `piercing`.
+double ProxyPath::share_of_turn(const Motion& motion) const noexcept {
+  if (motion.arc_m == Vec3{}) return 1.0;
   const double turn_rad = norm(motion.arc_m) / tool_.turning_radius_m();
   const double most_rad = std::min(most_turn_rad, std::sqrt(8.0 * piercing * spacing_m_ / tool_.reach_m()));
-  return std::min(share, most_rad / turn_rad);
+  return most_rad / turn_rad;
 }
 
 // Of a tool a flight whose search fits several times into the work of a move: a longer one, cut short at its first event and
@@ -370,19 +379,19 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
   if (flies) longest = longest_flight_m();
-  const auto end_of = [&](const Pose& to) {
-    const Motion motion = tool_.motion(start, to);
-    const double share = share_of(motion, longest);
-    return share < 1.0 ? tool_.moved(start, share * motion) : to;
+  const auto shorten = [&](Pose& end, const Motion& motion, double share) {
+    if (share < 1.0) end = tool_.moved(start, share * motion);
   };
 
   Move made;
   bool rests = false;
   double change_before_m = unbounded;
-  Pose end = end_of(tool_.moved(start, expected_m(segment)));
+  Pose end = tool_.moved(start, expected_m(segment));
+  const Motion expected = tool_.motion(start, end);
+  shorten(end, expected, share_of(expected, tool_.way_m(expected), longest));
   const double same_m = (settles ? piercing : turned) * spacing_m_;  // settling moves are a small part of a step
   model_.begin_move(context, spacing_m_);
-  place(context, end, tool_.way_m(start, end));
+  place(context, end, end);
   for (int trial = 0; trial < max_trials + max_shutting && (trial < patient_trials_ || work_.any()); ++trial) {
     balance(made, context.probe, context.time_step_s);
     // No level may give way because of a predicted plane.
@@ -392,19 +401,21 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     context.time_step_s = segment.time_s;
     const Motion whole = tool_.motion(start, made.to_pose);
     const double length = tool_.way_m(whole);
-    const Pose before = std::exchange(end, end_of(made.to_pose));
+    const double share = share_of(whole, length, longest);
+    const Pose before = std::exchange(end, made.to_pose);
+    shorten(end, whole, share);
     made.change_m = model_.has_directions() ? tool_.way_m(before, end) : 0.0;
     // Place again as long as the end changes, and by less each time.
     if (made.change_m > same_m && made.change_m < change_before_m && trial + 1 < max_trials && !made.bound_met &&
-        (before != start || tool_.way_m(start, end) > same_m)) {
+        (!tool_.are_one(before, start) || tool_.way_m(start, end) > same_m)) {
       change_before_m = made.change_m;
-      place(context, end, length);
+      place(context, end, made.to_pose);
       continue;
     }
     change_before_m = unbounded;
     rests = settles && std::min(length, state_.max_move_m) <= rest * spacing_m_;
     if (rests) break;
-    made.fraction = share_of(whole, longest);
+    made.fraction = share;
     made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
     if (end_is_free(segment, context, flies, made)) return made;
     // A level that blocks without an explaining facet is shut: it bears its strength and no more. If the balance is nearer than
@@ -423,8 +434,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
 bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept {
   const Pose& start = context.start;
   do {
-    stop_at_first_event(start, flies, move);
-    const Pose reached = end_from(start, move);
+    const Pose reached = stop_at_first_event(start, flies, move);
     const auto accepts = [&](double deepest) {
       return model_.accepts(reached, deepest, move.to_pose, move.fraction, segment.to, context.time_step_s);
     };
@@ -440,21 +450,24 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   return false;
 }
 
-// Shortens the move to its first event. Events are searched on the chords of the feet; on a shorter arc a foot is not on its
-// former chord, so that the shorter chord is searched again.
-void ProxyPath::stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept {
+// Shortens the move to its first event. Returns its end. Events are searched on the chords of the feet; on a shorter arc a foot
+// is not on its former chord, so that the shorter chord is searched again.
+Pose ProxyPath::stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept {
+  Pose end = end_from(start, move);
   for (int search = 0; search < most_chords; ++search) {
-    const Pose end = end_from(start, move);
     find_events(start, end, flies);
-    if (first_event().kind == Event::Kind::none) return;
+    if (first_event().kind == Event::Kind::none) break;
     // Events nearer to the move's end are left to the next sub-step.
     const double way_m = tool_.way_m(start, end) + modes_.furthest_carried_m();
-    if (!((1.0 - first_event().share) * way_m > rest * spacing_m_)) return;
+    if (!((1.0 - first_event().share) * way_m > rest * spacing_m_)) break;
+    const bool turns = end.turn != start.turn;
     move.fraction *= first_event().share;
     move.stop = Stop::event;
+    end = end_from(start, move);
     // At the move's start, where a chord and its arc are one, another search would only lose the crossing.
-    if (end.turn == start.turn || !(first_event().share * way_m > rest * spacing_m_)) return;
+    if (!turns || !(first_event().share * way_m > rest * spacing_m_)) break;
   }
+  return end;
 }
 
 // Finds the first event of each foot in the move.
@@ -493,7 +506,7 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
   if (!(length > bound_m)) return false;
   const auto overload_at = [&](double share) {
     balance(move, segment.first(share, tool_).to, std::max(share, contact_tolerance) * context.time_step_s);
-    return model_.overload(crossings_, move.to);
+    return model_.overload(crossings_);
   };
   // Most levels that give way here do so from the start on: a single balance detects it.
   double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
@@ -531,18 +544,19 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
 void ProxyPath::extrapolate_moves(const Motion& before_m, bool fresh) noexcept {
   PathState& c = state_;
   c.moves_without_extrapolation = fresh || c.extrapolated_m == Motion{} ? c.moves_without_extrapolation + 1 : 0;
-  const bool shrinks = contacts_.any_pressed_in() || !tool_.is_point();
-  const bool is_known = !fresh && c.moves_without_extrapolation >= 2 && shrinks && before_m != Motion{};
-  const double ratio = is_known ? std::clamp(dot(c.move_m, before_m) / length_squared(before_m), 0.0, 0.9) : 0.0;
+  const bool is_known =
+      !fresh && c.moves_without_extrapolation >= 2 && (!tool_.is_point() || contacts_.any_pressed_in()) && before_m != Motion{};
+  const double ratio =
+      is_known ? std::clamp(tool_.product_m2(c.move_m, before_m) / tool_.product_m2(before_m, before_m), 0.0, 0.9) : 0.0;
   c.extrapolated_m = ratio / (1.0 - ratio) * c.move_m;
 }
 
 // Expected move: the last segment's, scaled by the probe's motion; when settling, the sum above.
 Motion ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
-  const double before_m2 = length_squared(state_.probe_way_m);
   if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Motion{};
+  const double before_m2 = tool_.product_m2(state_.probe_way_m, state_.probe_way_m);
   if (playing_ || !(before_m2 > 0.0)) return {};
-  const double share = dot(tool_.motion(segment.from, segment.to), state_.probe_way_m) / before_m2;
+  const double share = tool_.product_m2(tool_.motion(segment.from, segment.to), state_.probe_way_m) / before_m2;
   return std::clamp(share, 0.0, 1.0) * tool_.motion(state_.segment_start, state_.proxy);
 }
 

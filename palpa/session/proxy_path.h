@@ -79,7 +79,7 @@ class ProxyPath {
   std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
 
  private:
-  void sub_step(ProbeSegment segment) noexcept;
+  void sub_step(ProbeSegment& segment) noexcept;
   void one_step(const ProbeSegment& segment) noexcept;
 
   // Pending work at a probe position: the rest of a stopped move, or the check for rest.
@@ -107,8 +107,7 @@ class ProxyPath {
 
   // Result of one move.
   struct Move {
-    Balance to;
-    double fraction = 1.0;  // of the path to the balance
+    double fraction = 1.0;  // of the path to the balance, the last one of the problem
     Stop stop = Stop::full;
     double change_m = 0.0;   // of its end, in the last iteration
     bool bound_met = false;  // a shell breaks beyond its end
@@ -121,19 +120,26 @@ class ProxyPath {
   double advance_data(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
-  void stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
+  Pose stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
   void find_events(const Pose& start, const Pose& end, bool flies) noexcept;
   bool reverses_last_crossing(std::size_t foot, const Vec3& start_m, const Vec3& end_m) const noexcept;
   const Event& first_event() const noexcept { return events_[first_foot_]; }
-  Pose end_from(const Pose& start, const Move& move) const noexcept {
-    return move.fraction < 1.0 ? tool_.moved(start, move.fraction * tool_.motion(start, move.to_pose)) : move.to_pose;
+  [[gnu::always_inline]] Pose end_from(const Pose& start, const Move& move) const noexcept {
+    Pose end = move.to_pose;
+    if (move.fraction < 1.0) end = tool_.moved(start, move.fraction * tool_.motion(start, move.to_pose));
+    return end;
   }
   double longest_flight_m() noexcept;
-  double share_of(const Motion& motion, double longest_m) const noexcept;
+  // Share [1] of a motion, `way_m` long, up to the way `longest_m` of any foot, and up to a turn.
+  double share_of(const Motion& motion, double way_m, double longest_m) const noexcept {
+    const double share = way_m > longest_m ? longest_m / way_m : 1.0;
+    return tool_.is_point() ? share : std::min(share, share_of_turn(motion));
+  }
+  double share_of_turn(const Motion& motion) const noexcept;
   void balance(Move& move, const Pose& probe, double time_step_s) noexcept;
-  void place(const StepContext& context, const Pose& end, double whole_m) noexcept;
+  void place(const StepContext& context, const Pose& end, const Pose& whole_end) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
-  void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
+  void advance(const ProbeSegment& segment, const Move& move, const Pose& end, double follows_s, bool settled) noexcept;
   bool may_give_up() const noexcept;
   void give_up() noexcept;
   void leave_rest() noexcept;
@@ -167,6 +173,7 @@ class ProxyPath {
   double moved_n_ = 0.0;                   // allowed change of directed forces for moving data
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest near this sub-step, and its longest move
   Walk walk_;                              // of this tick
+  ProbeSegment segment_;                   // the next
   std::vector<std::int32_t> entered_;
   StepRecord record_;
 };

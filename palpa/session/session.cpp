@@ -24,9 +24,7 @@ constexpr double turn_tolerance = 1e-3;  // [1] of a quaternion's length. More: 
 constexpr double longest_turn_rad = 3.0;
 constexpr double largest_time_step_s = 1.0;  // [s] longer is bad input. More: a late tick moves far; less: slow replays fail
 
-bool usable(const Vec3& position_m) noexcept {
-  return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
-}
+bool usable(const Vec3& position_m) noexcept { return is_within(position_m, largest_probe_m); }
 
 /// Earlier systems: one step a tick, straight to the balance; without a proxy, data sampled at the probe.
 Steps steps_of(std::string_view law) noexcept {
@@ -46,7 +44,7 @@ class Session::State {
         ledger(scene.modes().size(), path.tool()),
         mode_ticks(scene.modes().size()),
         shown(ContactProblem::most_primitives(path.tool().feet())) {
-    coupling_force = CouplingForce(Damper(scene.coupling().damping_ns_per_m, encoder_step_m));
+    coupling_force = CouplingForce(Damper(scene.coupling().damping_ns_per_m, encoder_step_m, !path.tool().is_point()));
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
@@ -67,6 +65,12 @@ class Session::State {
   ProxyPath path;
 
  private:
+  // The rotational spring reverses at half a turn: near it the tool begins anew, as after a gap.
+  bool is_overturned(const Pose& probe) const noexcept {
+    const Tool& tool = path.tool();
+    return !tool.is_point() && path.started() &&
+           norm(tool.motion(probe, path.proxy()).arc_m) > longest_turn_rad * tool.turning_radius_m();
+  }
   void gather(const Walk& walk, Tick& result) noexcept;
 
   // State of the next tick besides the path.
@@ -74,7 +78,7 @@ class Session::State {
   double& held_j;  // by spring and elastic levels since the last tick
   Ledger ledger;
   std::vector<ModeForce> mode_ticks;
-  bool has_forces_by_mode = true;  // mode_ticks hold the forces of the last sub-step
+  bool has_forces_by_mode = true;  // mode_ticks are those of the last tick
   ShownForces shown;
 };
 
@@ -90,47 +94,41 @@ void Session::State::resume_in_changed_scene(const State& other) noexcept {
 
 // Main path: modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
-  std::fill(mode_ticks.begin(), mode_ticks.end(), ModeForce{});
-  has_forces_by_mode = true;
+  has_forces_by_mode = false;
   Tick result;
   result.probe_valid = probe.valid;
   result.probe_m = probe.position_m;
   if (probe.velocity_m_per_s) result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
-  result.proxy_m = path.proxy().position_m;
   const Tool& tool = path.tool();
   const bool turn_usable = tool.is_point() || is_unit(probe.turn, turn_tolerance);
   const Pose given{probe.position_m, tool.is_point() || !turn_usable ? Turn{} : unit_turn(probe.turn)};
   if (!tool.is_point()) result.probe_turn = probe.turn;
-  result.proxy_turn = path.proxy().turn;
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path.advance_clock(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !turn_usable || !usable(probe.position_m)) {
     reset();
+    ledger.clear();
     result.energy.released_j = std::exchange(held_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
-    if (!probe.valid && turn_usable && usable(probe.position_m)) {
-      result.proxy_m = given.position_m;
-      result.proxy_turn = given.turn;
-    }
-    path.put({result.proxy_m, result.proxy_turn});
+    if (!probe.valid && turn_usable && usable(probe.position_m)) path.put(given);
+    result.proxy_m = path.proxy().position_m;
+    result.proxy_turn = path.proxy().turn;
     return result;
   }
   dt = std::max(dt, shortest_time_s);  // velocities stay finite
   double lost_j = 0.0;
-  // The rotational spring reverses at half a turn: near it the tool begins anew, as after a gap.
-  if (path.started() && norm(tool.motion(given, path.proxy()).arc_m) > longest_turn_rad * tool.turning_radius_m()) reset();
+  if (is_overturned(given)) reset();
   if (!path.started()) {
     path.start(given, dt);
     coupling_force.start(given);
     lost_j = held_j;
   }
-  ledger.begin(path.proxy(), path.processed_up_to(), path.contacts());
-  const Pose last_probe = coupling_force.last_probe();
+  ledger.begin(path.proxy(), coupling_force.last_probe(), path.processed_up_to(), path.contacts());
   const Walk& walk = path.walk(given, dt);
   const CouplingForce::Update force = coupling_force.update(walk, given, scene.coupling(), tool, dt);
-  result.energy = ledger.end(walk.proxy, given, last_probe, force.probe_step_m, scene.coupling().stiffness_n_per_m,
-                             path.sub_steps(), path.placed(), path.contacts());
+  result.energy = ledger.end(walk.proxy, given, force.probe_step_m, scene.coupling().stiffness_n_per_m, path.sub_steps(),
+                             path.placed(), path.contacts());
   result.energy.released_j += lost_j;
   result.energy.damper_j = force.damper_j;
   held_j = result.energy.stored_j + result.energy.elastic_j;
@@ -164,17 +162,18 @@ void Session::State::gather(const Walk& walk, Tick& result) noexcept {
   }
   result.dropped = walk.dropped;
   if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling().stiffness_n_per_m * walk.unreached_m;
-  for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
-    const double work_j = ledger.works_j()[m];
-    (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
-  }
-  has_forces_by_mode = path.sub_steps().empty();
 }
 
-// Forces by mode in the last sub-step, for reports.
+// Works by mode in the last tick, and forces in its last sub-step, for reports.
 std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
   if (has_forces_by_mode) return mode_ticks;
   has_forces_by_mode = true;
+  for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
+    const double work_j = ledger.works_j()[m];
+    mode_ticks[m] = {};
+    (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
+  }
+  if (path.sub_steps().empty()) return mode_ticks;
   const SubStep& last = path.sub_steps().back();
   const auto placed = path.placed().subspan(last.first_primitive, last.primitives);
   const std::span<const Vec3> forces_n = shown.of(placed, last);

@@ -16,15 +16,12 @@ ToolLaw::ToolLaw(std::unique_ptr<Law> law, const Tool& tool, std::size_t capacit
   loads_n_.reserve(capacity);
 }
 
-void ToolLaw::begin_move(const Pose& start) noexcept {
-  start_ = start;
-  seen_ = {start.turn, {}};
-  if (tool_.is_point()) return;
-  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) levers_m_[foot] = tool_.lever_m(start.turn, foot);
+void ToolLaw::turn_levers() noexcept {
+  seen_ = {start_.turn, {}};
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) levers_m_[foot] = tool_.lever_m(start_.turn, foot);
 }
 
-Balance ToolLaw::solve(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept {
-  if (tool_.is_point()) return law_->solve(set, set.start_m(), probe.position_m, stiffness_n_per_m, time_step_s);
+Balance ToolLaw::solve_body(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept {
   return pose_law_->solve(set, {start_, probe, levers_m_, stiffness_n_per_m, tool_.turning_radius_m(), time_step_s});
 }
 
@@ -52,8 +49,7 @@ std::span<const Vec3> ToolLaw::loads_n(const PrimitiveSet& set, const Balance& f
 
 void ToolLaw::reset() noexcept { tool_.is_point() ? law_->reset() : pose_law_->reset(); }
 
-Pose ToolLaw::pose_of(const Balance& balance, const Pose& probe) const noexcept {
-  if (tool_.is_point()) return {balance.position_m, start_.turn};
+Pose ToolLaw::body_pose_of(const Balance& balance, const Pose& probe) const noexcept {
   const bool is_at_probe =
       balance.position_m == probe.position_m && balance.turn_rad == rotation_between_rad(start_.turn, probe.turn);
   return is_at_probe ? probe : Pose{balance.position_m, turned_further(start_.turn, balance.turn_rad)};

@@ -19,9 +19,15 @@ class ToolLaw {
   ToolLaw(std::unique_ptr<Law> law, const Tool& tool, std::size_t capacity);
 
   /// Starts a move at `start` [m].
-  void begin_move(const Pose& start) noexcept;
+  void begin_move(const Pose& start) noexcept {
+    start_ = start;
+    if (!tool_.is_point()) turn_levers();
+  }
   /// Balance of a set that starts there, for the device at `probe` [m].
-  Balance solve(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept;
+  Balance solve(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept {
+    if (tool_.is_point()) return law_->solve(set, set.start_m(), probe.position_m, stiffness_n_per_m, time_step_s);
+    return solve_body(set, probe, stiffness_n_per_m, time_step_s);
+  }
   std::span<const Vec3> forces_n() const noexcept { return tool_.is_point() ? law_->forces_n() : pose_law_->forces_n(); }
   void reset() noexcept;
   /// Force of each row by which friction is measured [N]: of a point the law's; of a tool the least split of the load on the
@@ -41,12 +47,23 @@ class ToolLaw {
     return tool_.is_point() ? 1.0 : 1.0 + norm_squared(lever_m(id) / tool_.turning_radius_m());
   }
   /// Pose of a balance of this move; the device's to the bit where it is there.
-  Pose pose_of(const Balance& balance, const Pose& probe) const noexcept;
+  Pose pose_of(const Balance& balance, const Pose& probe) const noexcept {
+    Pose pose{balance.position_m, start_.turn};
+    if (!tool_.is_point()) {
+      const Pose of_body = body_pose_of(balance, probe);
+      pose = of_body;
+    }
+    return pose;
+  }
   /// Position of a foot [m] with the tool moved to `end`, had it gone on the straight line of its linear motion: primitives act
   /// there. Of a point its position.
   Vec3 linear_foot_m(const PrimitiveId& id, const Pose& end) const noexcept;
 
  private:
+  void turn_levers() noexcept;
+  Balance solve_body(const PrimitiveSet& set, const Pose& probe, double stiffness_n_per_m, double time_step_s) noexcept;
+  Pose body_pose_of(const Balance& balance, const Pose& probe) const noexcept;
+
   std::unique_ptr<Law> law_;
   std::unique_ptr<PoseSolver> pose_law_;
   const Tool& tool_;

@@ -17,11 +17,9 @@ constexpr double unit_tolerance = 1e-12;
 // Less: rounding refuses drags; more: a drag could act as a spring.
 constexpr double start_tolerance_m = 1e-14;
 
-bool is_usable(const Vec3& position_m) noexcept {
-  return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
-}
+bool is_usable(const Vec3& position_m) noexcept { return is_within(position_m, largest_position_m); }
 
-bool is_unit(const Vec3& q) noexcept { return is_finite(q) && std::abs(norm_squared(q) - 1.0) <= 2.0 * unit_tolerance; }
+bool is_unit(const Vec3& q) noexcept { return std::abs(norm_squared(q) - 1.0) <= 2.0 * unit_tolerance; }
 
 // Normalises a direction within the tolerance to rounding, as the solver's bound requires; exact directions keep their bits.
 Vec3 unit_to_rounding(const Vec3& q) noexcept {

@@ -15,9 +15,7 @@ namespace {
 constexpr double softest_n_per_m = 1e-12;
 constexpr double stiffest_n_per_m = 1e12;
 
-bool usable(const Vec3& position_m) noexcept {
-  return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
-}
+bool usable(const Vec3& position_m) noexcept { return is_within(position_m, largest_position_m); }
 
 }  // namespace
 
@@ -63,16 +61,19 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
   if (!same) match(primitives);
 
   const bool time_usable = !drags || (std::isfinite(T) && T > 0.0);
+  Balance balance;
   if (!fits || !(k >= softest_n_per_m && k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m)) {
     std::fill_n(forces_.get(), size_, Vec3{});
-    return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
+    if (usable(start_m)) balance.position_m = start_m;
+    balance.error_bound_m = std::numeric_limits<double>::max();
+    balance.status = BalanceStatus::bad_input;
+    return balance;
   }
-  // Without primitives the proxy is the probe, to the bit.
-  if (primitives.empty()) return {probe_m, 0.0, BalanceStatus::exact, 0, 0};
+  balance.position_m = probe_m;
+  if (primitives.empty()) return balance;  // without primitives the proxy is the probe, to the bit
 
   work_->pose(primitives, forces_.get(), start_m, probe_m, k, T);
   work_->solve();
-  Balance balance;
   work_->give(balance, remainder_m_, forces_.get());
   return balance;
 }

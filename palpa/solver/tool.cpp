@@ -94,6 +94,7 @@ Tool::Tool(const ToolOptions& options, const CouplingOptions& coupling) {
   if (!problem) problem = problem_with(coupling);
   if (problem) throw std::invalid_argument(problem);
   levers_m_ = points_of(options);
+  feet_ = levers_m_.size();
   for (Vec3& lever_m : levers_m_) {
     lever_m -= options.centre_m;
     reach_m_ = std::max(reach_m_, norm(lever_m));
@@ -112,12 +113,22 @@ Tool::Tool(const ToolOptions& options, const CouplingOptions& coupling) {
   turning_radius_m_ = std::max(shortest_radius_m, turning_radius_m_);
 }
 
-Motion Tool::body_motion(const Pose& from, const Pose& to) const noexcept {
-  return {to.position_m - from.position_m, turning_radius_m_ * rotation_between_rad(from.turn, to.turn)};
+Vec3 Tool::body_arc_m(const Turn& from, const Turn& to) const noexcept {
+  return turning_radius_m_ * rotation_between_rad(from, to);
 }
 
-Pose Tool::body_moved(const Pose& from, const Motion& motion) const noexcept {
-  return {from.position_m + motion.way_m, turned_further(from.turn, motion.arc_m / turning_radius_m_)};
+Turn Tool::body_turn(const Turn& from, const Vec3& arc_m) const noexcept {
+  return turned_further(from, arc_m / turning_radius_m_);
 }
+
+Turn Tool::body_middle(const Turn& a, const Turn& b) const noexcept {
+  return turned_further(a, 0.5 * rotation_between_rad(a, b));
+}
+
+double Tool::body_way_m(const Motion& motion) const noexcept {
+  return norm(motion.way_m) + reach_m_ / turning_radius_m_ * norm(motion.arc_m);
+}
+
+double Tool::body_length_m(const Pose& from, const Pose& to) const noexcept { return length(motion(from, to)); }
 
 }  // namespace palpa

@@ -53,7 +53,7 @@ class Tool {
 
   friend bool operator==(const Tool&, const Tool&) = default;
 
-  std::size_t feet() const noexcept { return levers_m_.size(); }
+  std::size_t feet() const noexcept { return feet_; }
   bool is_point() const noexcept { return is_point_; }
   /// [1] of each primitive's strength and drag that a foot bears.
   double share() const noexcept { return share_; }
@@ -62,32 +62,57 @@ class Tool {
   /// Largest distance of a foot from the device's point [m].
   double reach_m() const noexcept { return reach_m_; }
 
-  // These allocate nothing.
+  // These allocate nothing. The share of a point is inlined, and of a body the rotation of a lever. Calls return to variables
+  // of their own: if they returned to those that a point computes, a point would keep these in memory, and wait for it.
 
   /// Vector [m] from the device's point to a foot of a tool with this orientation.
-  Vec3 lever_m(const Turn& turn, std::size_t foot) const noexcept {
+  [[gnu::always_inline]] Vec3 lever_m(const Turn& turn, std::size_t foot) const noexcept {
     return is_point_ ? Vec3{} : rotated(turn, levers_m_[foot]);
   }
   /// Position of a foot [m] of a tool in this pose; of a point tool the position of the pose to the bit.
-  Vec3 foot_m(const Pose& pose, std::size_t foot) const noexcept {
-    return is_point_ ? pose.position_m : pose.position_m + rotated(pose.turn, levers_m_[foot]);
+  [[gnu::always_inline]] Vec3 foot_m(const Pose& pose, std::size_t foot) const noexcept {
+    Vec3 foot_m = pose.position_m;
+    if (!is_point_) foot_m += rotated(pose.turn, levers_m_[foot]);
+    return foot_m;
+  }
+  /// Whether two poses are equal; of a point their positions.
+  [[gnu::always_inline]] bool are_one(const Pose& a, const Pose& b) const noexcept {
+    return a.position_m == b.position_m && (is_point_ || a.turn == b.turn);
   }
   /// Motion between two poses.
   [[gnu::always_inline]] Motion motion(const Pose& from, const Pose& to) const noexcept {
-    return is_point_ ? Motion{to.position_m - from.position_m, {}} : body_motion(from, to);
+    Motion motion{to.position_m - from.position_m, {}};
+    if (!is_point_) {
+      const Vec3 arc_m = body_arc_m(from.turn, to.turn);
+      motion.arc_m = arc_m;
+    }
+    return motion;
+  }
+  /// Its length [m] in the metric of way and arc; of a point the distance.
+  [[gnu::always_inline]] double length_m(const Pose& from, const Pose& to) const noexcept {
+    return is_point_ ? distance(from.position_m, to.position_m) : body_length_m(from, to);
   }
   /// `from`, moved.
   [[gnu::always_inline]] Pose moved(const Pose& from, const Motion& motion) const noexcept {
-    return is_point_ ? Pose{from.position_m + motion.way_m, from.turn} : body_moved(from, motion);
+    Pose moved{from.position_m + motion.way_m, from.turn};
+    if (!is_point_) {
+      const Turn turn = body_turn(from.turn, motion.arc_m);
+      moved.turn = turn;
+    }
+    return moved;
   }
   /// Pose halfway between two.
-  Pose middle(const Pose& a, const Pose& b) const noexcept {
-    const Vec3 position_m = 0.5 * (a.position_m + b.position_m);
-    return {position_m, is_point_ ? a.turn : turned_further(a.turn, 0.5 * rotation_between_rad(a.turn, b.turn))};
+  [[gnu::always_inline]] Pose middle(const Pose& a, const Pose& b) const noexcept {
+    Pose middle{0.5 * (a.position_m + b.position_m), a.turn};
+    if (!is_point_) {
+      const Turn turn = body_middle(a.turn, b.turn);
+      middle.turn = turn;
+    }
+    return middle;
   }
   /// Upper bound [m] on the way of any foot in a motion; of a point its length.
   [[gnu::always_inline]] double way_m(const Motion& motion) const noexcept {
-    return is_point_ ? norm(motion.way_m) : norm(motion.way_m) + reach_m_ / turning_radius_m_ * norm(motion.arc_m);
+    return is_point_ ? norm(motion.way_m) : body_way_m(motion);
   }
   /// Force of the coupling, stretched by `motion`, on a single foot, divided by its stiffness [m]: two neighbouring feet bear
   /// the torque.
@@ -96,14 +121,22 @@ class Tool {
   }
   /// Likewise between two poses.
   [[gnu::always_inline]] double way_m(const Pose& from, const Pose& to) const noexcept {
-    return is_point_ ? distance(from.position_m, to.position_m) : way_m(body_motion(from, to));
+    return is_point_ ? distance(from.position_m, to.position_m) : body_way_m(motion(from, to));
+  }
+  /// Product [m²] of two motions in the metric of way and arc; of a point, which has no arcs, of the ways.
+  [[gnu::always_inline]] double product_m2(const Motion& a, const Motion& b) const noexcept {
+    return is_point_ ? dot(a.way_m, b.way_m) : dot(a, b);
   }
 
  private:
-  Motion body_motion(const Pose& from, const Pose& to) const noexcept;
-  Pose body_moved(const Pose& from, const Motion& motion) const noexcept;
+  Vec3 body_arc_m(const Turn& from, const Turn& to) const noexcept;
+  Turn body_turn(const Turn& from, const Vec3& arc_m) const noexcept;
+  Turn body_middle(const Turn& a, const Turn& b) const noexcept;
+  double body_way_m(const Motion& motion) const noexcept;
+  double body_length_m(const Pose& from, const Pose& to) const noexcept;
 
   std::vector<Vec3> levers_m_{1};  // in the handle's axes
+  std::size_t feet_ = 1;
   bool is_point_ = true;
   double share_ = 1.0, turning_radius_m_ = 1.0, reach_m_ = 0.0;
   double least_span_m_ = 1.0;  // between different feet

@@ -33,6 +33,11 @@ constexpr double norm_squared(const Vec3& a) noexcept { return dot(a, a); }
 
 inline double largest_component(const Vec3& a) noexcept { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
+/// Whether no component is larger than `most`, a finite number, or not finite.
+inline bool is_within(const Vec3& a, double most) noexcept {
+  return std::abs(a.x) <= most && std::abs(a.y) <= most && std::abs(a.z) <= most;
+}
+
 inline bool is_finite(const Vec3& a) noexcept { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 namespace detail {
@@ -55,13 +60,13 @@ namespace detail {
 }  // namespace detail
 
 /// Length, in the unit of `a`. Accurate to a few units in the last place for every finite vector: components whose squares
-/// would overflow or vanish are first scaled by a power of two, for fields in unusual units.
-inline double norm(const Vec3& a) noexcept {
+/// would overflow or vanish are first scaled by a power of two, for fields in unusual units. Inlined: a call costs as much.
+[[gnu::always_inline]] inline double norm(const Vec3& a) noexcept {
   const double squared = norm_squared(a);
   return squared > 1e-280 && squared < 1e280 ? std::sqrt(squared) : detail::rescaled_norm(a);
 }
 
-/// Length of a − b, in their unit. Inlined: a call costs as much as the distance.
+/// Length of a − b, in their unit.
 [[gnu::always_inline]] inline double distance(const Vec3& a, const Vec3& b) noexcept { return norm(a - b); }
 
 /// Unit vector along `a`; zero where `a` is zero or not finite.

@@ -473,7 +473,7 @@ TEST(TimeStep, IsNoShorterThanTheShortest) {
   ProbeQueue queue;
   queue.start({});
   queue.push({{1.0, 0.0, 0.0}, {}}, tick_s, Tool());
-  queue.pop(queue.front().first(std::nextafter(1.0, 0.0), Tool()));
+  queue.pop(queue.front().first(std::nextafter(1.0, 0.0), Tool()), Tool());
   ASSERT_FALSE(queue.empty());
   EXPECT_GE(queue.front().time_s, shortest_time_s);
   const Primitive drag{.strength_n = 1.0, .drag_ns_per_m = 2.0};
