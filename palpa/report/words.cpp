@@ -62,8 +62,8 @@ std::string sentence_of(const RecordedEvent& event) {
 
 std::string subtitle_of(const Recorded& recorded) {
   const TraceHeader& header = recorded.header;
-  std::string hand;
-  for (std::size_t i = 0; i + 1 < header.arguments.size(); ++i) {
+  std::string hand = std::filesystem::path(header.hand).filename().string();
+  for (std::size_t i = 0; i + 1 < header.arguments.size() && !is_one_of_several(header); ++i) {
     if (header.arguments[i] == "--hand") hand = std::filesystem::path(header.arguments[i + 1]).filename().string();
   }
   return "Report of a trace" + text(" of %.3g s", recorded.summary.duration_s) +

@@ -48,6 +48,7 @@ TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, co
   header.palpa_version = version;
   header.arguments = options.arguments;
   header.sets = options.scene_options.sets;
+  if (is_one_of_several(header)) header.hand = options.hand;
   for (const std::filesystem::path& plugin : options.plugins)
     header.plugins.push_back(std::filesystem::absolute(plugin).lexically_normal().string());
   header.hand_to_world = prepared.loaded.scene.hand_to_world();

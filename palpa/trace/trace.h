@@ -1,6 +1,7 @@
 // Traces: recorded ticks, and recordings of a session for replay (formats: docs/trace.md).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
@@ -106,6 +107,7 @@ struct TraceHeader {
   int format = 1;
   std::string palpa_version;
   std::vector<std::string> arguments;
+  std::string hand;  ///< of several hands the one of this trace, as in `arguments`; empty for one hand, or a device
   std::vector<std::pair<std::string, std::string>> sets;
   std::vector<std::string> plugins;
   Similarity hand_to_world;  ///< parsed to rounding: the file holds its 4×4 matrix
@@ -128,6 +130,11 @@ struct TraceHeader {
   bool primitives = false;           ///< balances.csv and primitives.csv exist
   bool has_tool = false;             ///< a tool with an orientation: ticks.csv and the others have its columns, which say so
 };
+
+/// Whether the trace is of one of a scene's several hands. Any thread.
+inline bool is_one_of_several(const TraceHeader& header) noexcept {
+  return std::ranges::any_of(header.sets, [](const auto& set) { return set.first == "only_hand"; });
+}
 
 /// Writes a trace into a new folder. Not in a tick: it formats, writes and throws. `flush` passes the appended data to the
 /// operating system, where they survive a kill of this process. One thread.

@@ -89,6 +89,7 @@ std::string header_to_toml(const TraceHeader& header) {
   put("format", std::to_string(header.format));
   put("palpa_version", toml_text(header.palpa_version));
   put("arguments", quoted_list(header.arguments));
+  if (!header.hand.empty()) put("hand", toml_text(header.hand));
   put("sets", quoted_list(sets));
   put("plugins", quoted_list(header.plugins));
   put("primitives", header.primitives ? "true" : "false");
@@ -182,6 +183,7 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   }
   header.palpa_version = root["palpa_version"].value_or(std::string());
   header.arguments = texts_of(root["arguments"]);
+  header.hand = root["hand"].value_or(std::string());
   for (const std::string& set : texts_of(root["sets"])) {
     const std::size_t equals = set.find('=');
     if (equals == std::string::npos)

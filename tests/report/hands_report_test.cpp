@@ -55,6 +55,7 @@ strength_n = 4
 )");
     RunOptions o = options("both", 0.4);
     o.scene = folder / "two.toml";
+    o.arguments = {"run", "two.toml", "--hand", "sim:press", "--hand", "sim:stroke"};
     run_hands(prepare_hands(o, {"sim:press", "sim:stroke"}, {}));
   }
   std::string error_of(const ReportOptions& o, const fs::path& out = {}) const {
@@ -95,6 +96,12 @@ TEST_F(HandsReport, LinksAndSummarizesThePageOfEach) {
   EXPECT_THAT(index, HasSubstr("torque on the hand, largest"));
   EXPECT_EQ(report_html(folder / "both"), index);
   EXPECT_NO_THROW(write_report(folder / "both")) << "an earlier report is replaced";
+}
+
+TEST_F(HandsReport, EachPageNamesItsOwnHand) {
+  write_report(folder / "both");
+  EXPECT_THAT(read(folder / "both/thumb/report.html"), HasSubstr("under the hand sim:press,"));
+  EXPECT_THAT(read(folder / "both/finger/report.html"), HasSubstr("under the hand sim:stroke,"));
 }
 
 TEST_F(HandsReport, NamesInTheAddressAndTheTextAreSafe) {
