@@ -195,7 +195,7 @@ class ModeRuntime {
   std::vector<FieldPtr> fields_;
   std::vector<std::unique_ptr<Samples>> samples_;  // by foot: each keeps its own positions
   std::vector<SceneMode> modes_;                   // with resolved references
-  std::size_t size_;                               // of them: a tick asks for it a hundred times
+  std::size_t size_;                               // of them, used a hundred times in a tick
   std::vector<Part> parts_;                        // by mode
   std::span<Live> live_;                           // by foot, then mode
   const ContactTable& contacts_;

@@ -50,7 +50,7 @@ class ToolLaw {
   Pose pose_of(const Balance& balance, const Pose& probe) const noexcept {
     Pose pose{balance.position_m, start_.turn};
     if (!tool_.is_point()) {
-      const Pose of_body = body_pose_of(balance, probe);
+      const Pose of_body = body_pose_of(balance, probe);  // a variable of its own: see Tool
       pose = of_body;
     }
     return pose;

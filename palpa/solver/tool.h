@@ -63,7 +63,7 @@ class Tool {
   double reach_m() const noexcept { return reach_m_; }
 
   // These allocate nothing. The share of a point is inlined, and of a body the rotation of a lever. Calls return to variables
-  // of their own: if they returned to those that a point computes, a point would keep these in memory, and wait for it.
+  // of their own: returned to those that a point computes, they would force these into memory, at the latency of a store.
 
   /// Vector [m] from the device's point to a foot of a tool with this orientation.
   [[gnu::always_inline]] Vec3 lever_m(const Turn& turn, std::size_t foot) const noexcept {
