@@ -12,6 +12,7 @@
 #include "palpa/data/axis_grid.h"
 #include "palpa/data/grid_base.h"
 #include "palpa/data/halton.h"
+#include "palpa/data/octaves.h"
 #include "palpa/data/smooth_grid.h"
 #include "palpa/data/timed_field.h"
 #include "palpa/data/unread_grid.h"
@@ -127,6 +128,12 @@ FieldPtr filtered(FieldPtr field, Filter filter) {
   if (!field) throw std::invalid_argument("there is no field to filter");
   const GridView* grid = grid_below(*field);
   if (grid && grid->filter == filter) return detail::read_now(field);
+  if (const auto* octaves = dynamic_cast<const Octaves*>(field.get())) {
+    if (octaves->shape().filter == filter) return field;
+    Octaves::Shape shape = octaves->shape();
+    shape.filter = filter;
+    return std::make_shared<const Octaves>(std::move(shape));
+  }
   return remade(field, [&](const GridView& of) { return made_of(of, filter, of.signless); });
 }
 

@@ -23,8 +23,9 @@ constexpr double least_gap = 1e-12;
 /// Common base for `grid_of`: one class for all types of voxel.
 class Grid : public detail::GridBase {
  public:
-  Grid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in)
-      : GridBase(geometry, std::move(voxels), scale, offset, Filter::trilinear, false, {}, one_row_in) {
+  Grid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in,
+       const GridWindow* window)
+      : GridBase(geometry, std::move(voxels), scale, offset, Filter::trilinear, false, {}, one_row_in, window) {
     for (int a = 0; a < 3; ++a) neighbour_[a] = geometry.dims[a] > 1 ? stride_[a] : 0;
   }
 
@@ -35,7 +36,7 @@ class Grid : public detail::GridBase {
   /// weight (0·∞ is NaN), so that one check of the result is enough.
   template <class T>
   double interpolate(const T* voxels, const Cell (&cells)[3], Vec3& derivative) const noexcept {
-    const T* first = voxels + cells[0].first * stride_[0] + cells[1].first * stride_[1] + cells[2].first * stride_[2];
+    const T* first = voxels + offset_of(cells[0].first, cells[1].first, cells[2].first);
     const double f[3] = {cells[0].f, cells[1].f, cells[2].f};
     const std::int64_t di = neighbour_[0], dj = neighbour_[1], dk = neighbour_[2];
     const double c000 = static_cast<double>(first[0]);
@@ -63,7 +64,7 @@ class Grid : public detail::GridBase {
   /// Prefetches the voxels about a cell for a following sample.
   template <class T>
   void fetch(const T* voxels, const Cell (&cells)[3]) const noexcept {
-    const T* first = voxels + cells[0].first * stride_[0] + cells[1].first * stride_[1] + cells[2].first * stride_[2];
+    const T* first = voxels + offset_of(cells[0].first, cells[1].first, cells[2].first);
     for (const T* row : {first, first + neighbour_[1], first + neighbour_[2], first + neighbour_[1] + neighbour_[2]})
       __builtin_prefetch(row);
   }
@@ -72,7 +73,7 @@ class Grid : public detail::GridBase {
   /// corners of the box about the piece that are as many steps away from its start.
   template <class T>
   void cubic(const T* voxels, const Passage& cell, double (&control)[10]) const noexcept {
-    const T* first = voxels + cell.first[0] * stride_[0] + cell.first[1] * stride_[1] + cell.first[2] * stride_[2];
+    const T* first = voxels + offset_of(cell.first[0], cell.first[1], cell.first[2]);
     double along_i[2][2][2];  // [end of the piece along i][side along j][side along k]
     for (int k = 0; k < 2; ++k) {
       for (int j = 0; j < 2; ++j) {
@@ -105,8 +106,9 @@ class Grid : public detail::GridBase {
 template <class T>
 class TypedGrid final : public Grid {
  public:
-  TypedGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in)
-      : Grid(geometry, std::move(voxels), scale, offset, one_row_in), data_(static_cast<const T*>(view_.voxels.data.get())) {}
+  TypedGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in,
+            const GridWindow* window)
+      : Grid(geometry, std::move(voxels), scale, offset, one_row_in, window), data_(static_cast<const T*>(view_.voxels.data.get())) {}
 
   ScalarSample scalar_in(Place& place) const noexcept override {
     if (view_.voxels.components != 1 || !place.inside) return {};
@@ -163,10 +165,11 @@ class TypedGrid final : public Grid {
   const T* data_;
 };
 
-FieldPtr made(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in) {
+FieldPtr made(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in,
+              const GridWindow* window = nullptr) {
   detail::check_grid(geometry, voxels, scale, offset);
   return detail::with_values_of(voxels, [&]<class T>(const T*) -> FieldPtr {
-    return std::make_shared<const TypedGrid<T>>(geometry, std::move(voxels), scale, offset, one_row_in);
+    return std::make_shared<const TypedGrid<T>>(geometry, std::move(voxels), scale, offset, one_row_in, window);
   });
 }
 
@@ -287,6 +290,11 @@ FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, d
 
 FieldPtr preview_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in) {
   return made(geometry, std::move(voxels), scale, offset, one_row_in);
+}
+
+FieldPtr detail::trilinear_window(const GridGeometry& whole, const GridWindow& window, Voxels voxels, double scale,
+                                  double offset) {
+  return made(whole, std::move(voxels), scale, offset, 0, &window);
 }
 
 const GridView* grid_of(const Field& field) noexcept {

@@ -165,11 +165,12 @@ GridGeometry geometry_over(const Box& box, int samples) {
 }
 
 GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless,
-                   std::shared_ptr<const void> coefficients, std::int64_t one_row_in)
+                   std::shared_ptr<const void> coefficients, std::int64_t one_row_in, const GridWindow* window)
     : view_{geometry, std::move(voxels), scale, offset, 1.0, filter, signless},
       coefficients_(coefficients ? std::move(coefficients) : view_.voxels.data),
-      world_to_steps_(scaled_inverse(geometry.index_to_world_m)) {
-  find_place();
+      world_to_steps_(scaled_inverse(geometry.index_to_world_m)),
+      window_(window ? *window : GridWindow{{}, geometry.dims, {}, {}}) {
+  find_place(window != nullptr);
   find_steepest();
   if (one_row_in != 0) {
     find_extents(facts_of(geometry, view_.voxels, one_row_in));
@@ -177,32 +178,45 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
     return;
   }
   std::shared_ptr<const VoxelFacts>& facts = view_.voxels.facts;
-  if (!facts || facts->dims != geometry.dims) facts = std::make_shared<const VoxelFacts>(facts_of(geometry, view_.voxels, 0));
+  const GridGeometry in_memory = of_memory();
+  if (!facts || facts->dims != in_memory.dims) facts = std::make_shared<const VoxelFacts>(facts_of(in_memory, view_.voxels, 0));
   find_extents(*facts);
   bricks_ = {facts, &facts->bricks};
   if (coefficients_ != view_.voxels.data) {
-    bricks_ = std::make_shared<const Bricks>(geometry, Voxels{view_.voxels.type, components(), coefficients_});
+    bricks_ = std::make_shared<const Bricks>(in_memory, Voxels{view_.voxels.type, components(), coefficients_});
   }
   if (!bricks_->whole(0)) find_holes();
 }
 
 void GridBase::find_holes() {
   const Voxels values{view_.voxels.type, components(), coefficients_};
-  holes_ = Holes(view_.geometry, values, world_to_steps_, view_.filter == Filter::trilinear ? 1 : 2);
+  holes_ = Holes(of_memory(), values, world_to_steps_, view_.filter == Filter::trilinear ? 1 : 2);
 }
 
-void GridBase::find_place() {
+/// Geometry of the voxels in memory.
+GridGeometry GridBase::of_memory() const {
+  GridGeometry part = view_.geometry;
+  part.dims = window_.dims;
+  return part;
+}
+
+void GridBase::find_place(bool is_window) {
   const GridGeometry& geometry = view_.geometry;
   is_rectilinear_ = geometry.is_rectilinear();
   std::int64_t stride = components();
   for (int a = 0; a < 3; ++a) {
     const std::int64_t n = geometry.dims[a];
+    const auto axis = static_cast<std::size_t>(a);
     last_[a] = static_cast<double>(n - 1);
-    half_[a] = n > 1 ? 0.0 : 0.5;
-    beyond_[a] = half_[a] + face_tolerance_voxels;
+    const double half = n > 1 ? 0.0 : 0.5, beyond = half + face_tolerance_voxels;
+    box_.low[a] = -half, box_.high[a] = last_[a] + half;
+    extent_.low[a] = -beyond, extent_.high[a] = last_[a] + beyond;
+    if (is_window) find_extent_of_window(a);
     cells_[a] = std::max<std::int64_t>(n - 1, 1);
     stride_[a] = stride;
-    stride *= n;
+    before_window_ += stride * window_.first[axis];
+    first_brick_[a] = window_.first[axis] >> Bricks::shift;
+    stride *= window_.dims[axis];
     planes_per_m_[a] = norm(world_to_steps_.row[a]);
     plane_distance_m_[a] = 1.0 / planes_per_m_[a];
     const std::vector<double>& planes = geometry.planes[static_cast<std::size_t>(a)];
@@ -212,7 +226,7 @@ void GridBase::find_place() {
     spacing_m_ = a == 0 ? least * plane_distance_m_[a] : std::min(spacing_m_, least * plane_distance_m_[a]);
   }
   for (int corner = 0; corner < 8; ++corner) {
-    const auto at = [&](int a) { return corner >> a & 1 ? last_[a] + half_[a] : -half_[a]; };
+    const auto at = [&](int a) { return corner >> a & 1 ? box_.high[a] : box_.low[a]; };
     const Vec3 world = geometry.index_to_world_m * Vec3{at(0), at(1), at(2)} + geometry.origin_m;
     if (corner == 0) bounds_m_ = {world, world};
     bounds_m_.low_m = {std::min(bounds_m_.low_m.x, world.x), std::min(bounds_m_.low_m.y, world.y),
@@ -220,6 +234,20 @@ void GridBase::find_place() {
     bounds_m_.high_m = {std::max(bounds_m_.high_m.x, world.x), std::max(bounds_m_.high_m.y, world.y),
                         std::max(bounds_m_.high_m.z, world.z)};
   }
+}
+
+/// Along an axis: samples need voxels beyond their cell, but at the borders of the whole grid, where the outermost repeat.
+void GridBase::find_extent_of_window(int axis) {
+  const auto a = static_cast<std::size_t>(axis);
+  const std::int64_t end = window_.first[a] + window_.dims[a];
+  const double reach = view_.filter == Filter::trilinear ? 0.0 : 1.0;
+  box_.low[axis] = window_.data_low[a], box_.high[axis] = window_.data_high[a];
+  extent_.low[axis] = box_.low[axis] - face_tolerance_voxels, extent_.high[axis] = box_.high[axis] + face_tolerance_voxels;
+  if (window_.first[a] > 0)
+    extent_.low[axis] = std::max(extent_.low[axis], static_cast<double>(window_.first[a]) + reach);
+  // On the last plane a sample would be in the cell behind it.
+  if (end < view_.geometry.dims[a])
+    extent_.high[axis] = std::min(extent_.high[axis], std::nextafter(static_cast<double>(end - 1) - reach, 0.0));
 }
 
 void GridBase::find_extents(const VoxelFacts& facts) {
@@ -305,8 +333,7 @@ struct GridBase::Way {
   Way(const Vec3& from, const Vec3& to, const GridBase& grid) noexcept {
     const double starts[3] = {from.x, from.y, from.z}, ends[3] = {to.x, to.y, to.z};
     for (int a = 0; a < 3; ++a) {
-      const double last = grid.last_[a], beyond = grid.beyond_[a];
-      axis[a] = {starts[a], ends[a] - starts[a], -beyond, last + beyond, last, grid.planes_[a], 0};
+      axis[a] = {starts[a], ends[a] - starts[a], grid.extent_.low[a], grid.extent_.high[a], grid.last_[a], grid.planes_[a], 0};
       const auto holds = [&](double place) { return place >= axis[a].low && place <= axis[a].high; };
       if (holds(starts[a]) && holds(ends[a])) continue;
       const double one = axis[a].share_at(axis[a].low), other = axis[a].share_at(axis[a].high);
@@ -345,7 +372,7 @@ struct GridBase::Way {
 bool GridBase::cross_bricks(int component, const Way& way, const ValueRange& quiet, PolynomialPiece& piece) const noexcept {
   enum class Kind { mixed, still, none };
   const auto kind_of = [&](const std::int64_t(&b)[3]) {
-    const Bricks::Range& range = bricks_->at(component, b);
+    const Bricks::Range& range = brick_at(component, b);
     if (range.min > range.max) return Kind::none;
     return is_quiet(range.min, range.max, quiet) ? Kind::still : Kind::mixed;
   };
@@ -398,6 +425,43 @@ PolynomialPiece GridBase::stretch_of(int component, const Vec3& from_m, const Ve
   return piece.inside ? piece : PolynomialPiece{.end = piece.end};
 }
 
+namespace {
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+}
+
+template <class Visit>
+void GridBase::for_each_face(const Vec3& steps, Visit&& visit) const noexcept {
+  const double at[3] = {steps.x, steps.y, steps.z};
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (window_.first[a] > 0) visit(a, at[a] - extent_.low[a], -1.0);
+    if (window_.first[a] + window_.dims[a] < view_.geometry.dims[a]) visit(a, extent_.high[a] - at[a], 1.0);
+  }
+}
+
+double GridBase::room_voxels(const Vec3& world_m) const noexcept {
+  double room = unbounded;
+  for_each_face(steps_of(world_m), [&](std::size_t, double way, double) { room = std::min(room, way); });
+  return std::isnan(room) ? -unbounded : room;
+}
+
+double GridBase::stays_s(const Vec3& world_m, const Vec3& velocity_m_per_s, double margin) const noexcept {
+  const Vec3 rate = world_to_steps_ * velocity_m_per_s;
+  const double rates[3] = {rate.x, rate.y, rate.z};
+  double time_s = unbounded;
+  for_each_face(steps_of(world_m), [&](std::size_t a, double way, double side) {
+    const double left = way - margin, towards = side * rates[a];
+    if (!(left > 0.0)) time_s = 0.0;
+    if (towards > 0.0) time_s = std::min(time_s, left / towards);
+  });
+  return std::max(time_s, 0.0);
+}
+
+std::array<double, 2> GridBase::passage(const Vec3& from_m, const Vec3& to_m) const noexcept {
+  const Way way(steps_of(from_m), steps_of(to_m), *this);
+  if (!(way.enters < way.leaves)) return {0.0, -1.0};
+  return {way.enters, way.leaves};
+}
+
 double GridBase::end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept {
   Way way(steps_of(from_m), steps_of(to_m), *this);
   double end = 1.0;
@@ -423,8 +487,8 @@ double GridBase::depth_at(const Vec3& steps) const noexcept {
   const double at[3] = {steps.x, steps.y, steps.z};
   double depth = std::numeric_limits<double>::max();
   for (int a = 0; a < 3; ++a) {
-    const double low = at[a] + half_[a];
-    const double high = last_[a] + half_[a] - at[a];
+    const double low = at[a] - box_.low[a];
+    const double high = box_.high[a] - at[a];
     if (!std::isfinite(low) || !std::isfinite(high)) return 0.0;
     depth = std::min(depth, std::min(low, high) * plane_distance_m_[a]);
   }
@@ -493,16 +557,17 @@ LipschitzBound GridBase::certificate_in(const Place& place, int component, int c
     const double reach = c.radius_m * planes_per_m_[a];
     low[a] = cell_at(a, at[a] - reach) >> Bricks::shift;
     high[a] = cell_at(a, at[a] + reach) >> Bricks::shift;
+    if (!(at[a] - reach >= extent_.low[a] && at[a] + reach <= extent_.high[a])) return {};  // beyond a window
     steps_m = std::max(steps_m, std::abs(at[a]) * plane_distance_m_[a]);
   }
   double squared = 0.0, largest = 0.0;
   for (int n = component; n < component + count; ++n) {
-    Bricks::Range all = bricks_->at(n, low);
+    Bricks::Range all = brick_at(n, low);
     std::int64_t b[3];
     for (b[2] = low[2]; b[2] <= high[2]; ++b[2]) {
       for (b[1] = low[1]; b[1] <= high[1]; ++b[1]) {
         for (b[0] = low[0]; b[0] <= high[0]; ++b[0]) {
-          const Bricks::Range& range = bricks_->at(n, b);
+          const Bricks::Range& range = brick_at(n, b);
           if (!(range.min <= range.max)) return {};
           all = {std::min(all.min, range.min), std::max(all.max, range.max), std::max(all.step, range.step)};
         }

@@ -13,6 +13,7 @@
 
 #include "palpa/data/bricks.h"
 #include "palpa/data/grid.h"
+#include "palpa/data/grid_window.h"
 #include "palpa/data/holes.h"
 #include "palpa/data/spline.h"
 
@@ -33,6 +34,10 @@ Mat3 scaled_inverse(const Mat3& steps_m) noexcept;
 /// Grid of `samples` planes along the longest side of the box, both ends of every side included; fewer along the others. Throws
 /// std::invalid_argument on an empty box.
 GridGeometry geometry_over(const Box& box, int samples);
+
+/// `window_field` of each filter.
+FieldPtr trilinear_window(const GridGeometry& whole, const GridWindow& window, Voxels voxels, double scale, double offset);
+FieldPtr smooth_window(const GridGeometry& whole, const GridWindow& window, Voxels voxels, double scale, double offset);
 
 /// Position [m] clamped to the box: rounding must not put the last sample outside.
 inline Vec3 within(const Box& box, const Vec3& x) noexcept {
@@ -68,10 +73,28 @@ class GridBase : public Field {
  public:
   /// \param coefficients  of a spline through the voxels, as many and of their type; empty: the voxels are interpolated
   /// \param one_row_in    0: for feeling, all rows are read, and bricks made; else as of preview_grid_field
+  /// \param window        part of the grid that `voxels` are; nullptr: all of it
   GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless = false,
-           std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 0);
+           std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 0, const GridWindow* window = nullptr);
 
   const GridView& view() const noexcept { return view_; }
+
+  /// Part [steps] of the grid with samples: between `low` and `high` along each axis.
+  struct Extent {
+    double low[3], high[3];
+  };
+  const Extent& extent() const noexcept { return extent_; }
+  Vec3 steps_of(const Vec3& world_m) const noexcept { return world_to_steps_ * (world_m - view_.geometry.origin_m); }
+  double plane_distance_m(int axis) const noexcept { return plane_distance_m_[axis]; }
+  /// Least way [voxels] from a position to a face of a window behind which the grid goes on; infinite if there is none,
+  /// negative beyond one.
+  double room_voxels(const Vec3& world_m) const noexcept;
+  /// Time [s] after which a position that moves at this velocity [m/s] is nearer than `margin` [voxels] to such a face; infinite
+  /// if it never is, 0 if it is now.
+  double stays_s(const Vec3& world_m, const Vec3& velocity_m_per_s, double margin) const noexcept;
+  /// Shares [1] of the segment between two positions [m] where it enters and leaves the extent; the second is negative if the
+  /// segment is outside.
+  std::array<double, 2> passage(const Vec3& from_m, const Vec3& to_m) const noexcept;
 
   /// Cell of a position along an axis: its first voxel, the fraction [1] across it.
   struct Cell {
@@ -80,7 +103,7 @@ class GridBase : public Field {
     double per_step = 1.0;  ///< [voxels/step of the affine] indices per step; 1 except between the planes of a rectilinear axis
   };
 
-  /// Place of a grid, valid for all grids of an equal geometry.
+  /// Place of a grid, valid for all grids of an equal geometry and window.
   struct Place {
     Vec3 world_m;
     Vec3 steps;           ///< [steps] of the affine; voxels along an axis without planes
@@ -88,11 +111,13 @@ class GridBase : public Field {
     Cell cells[3];
     std::optional<SplineStencil> stencil{};  ///< after the first sample of a spline
 
-    const SplineStencil& stencil_of(const std::array<std::int64_t, 3>& dims) noexcept {
+    /// \param in_memory  [voxels] along each axis: `dims`, or those of a window
+    const SplineStencil& stencil_of(const std::array<std::int64_t, 3>& dims,
+                                    const std::array<std::int64_t, 3>& in_memory) noexcept {
       if (!stencil) {
         const std::int64_t first[3] = {cells[0].first, cells[1].first, cells[2].first};
         const double f[3] = {cells[0].f, cells[1].f, cells[2].f};
-        stencil.emplace(dims, first, f);
+        stencil.emplace(dims, in_memory, first, f);
       }
       return *stencil;
     }
@@ -118,10 +143,13 @@ class GridBase : public Field {
   double depth_in(const Place& place) const noexcept {
     const double of_box_m = depth_at(place.steps);
     if (holes_.empty() || !place.inside) return of_box_m;
-    const std::int64_t first[3] = {place.cells[0].first, place.cells[1].first, place.cells[2].first};
+    const std::int64_t first[3] = {place.cells[0].first - window_.first[0], place.cells[1].first - window_.first[1],
+                                   place.cells[2].first - window_.first[2]};
     const double f[3] = {place.cells[0].f, place.cells[1].f, place.cells[2].f};
     return std::min(of_box_m, holes_.depth_m(first, f));
   }
+  /// Depth [m] in the box of the whole grid.
+  double box_depth_m(const Vec3& world_m) const noexcept { return depth_at(steps_of(world_m)); }
   /// Some values are not finite: the depth is that of this grid, not of its geometry alone.
   bool has_holes() const noexcept { return !holes_.empty(); }
   /// Bound on the length of the change of `count` components from `component` on.
@@ -176,22 +204,27 @@ class GridBase : public Field {
     return std::min(one, other) >= quiet.min && std::max(one, other) < quiet.max;
   }
 
-  Vec3 steps_of(const Vec3& world_m) const noexcept { return world_to_steps_ * (world_m - view_.geometry.origin_m); }
-
   Vec3 gradient_of(const Vec3& d, const Cell (&cells)[3]) const noexcept {
     const Vec3 by_step{d.x * cells[0].per_step, d.y * cells[1].per_step, d.z * cells[2].per_step};
     return transposed_times(world_to_steps_, view_.scale * by_step);
+  }
+
+  /// Offset in memory of a voxel's first value.
+  std::int64_t offset_of(std::int64_t i, std::int64_t j, std::int64_t k) const noexcept {
+    return i * stride_[0] + j * stride_[1] + k * stride_[2] - before_window_;
   }
 
   GridView view_;
   std::shared_ptr<const void> coefficients_;  ///< interpolated values: the voxels, or coefficients of a spline
   Mat3 world_to_steps_;                       ///< [steps/m]
   std::int64_t stride_[3];                    ///< offset of values from voxel to voxel
+  GridWindow window_;                         ///< voxels in memory
+  std::int64_t before_window_ = 0;            ///< offset of the first value in memory from the grid's first voxel
 
  private:
   template <int Axis>
   bool enter(double at, Cell& cell) const noexcept {
-    if (!(at >= -beyond_[Axis] && at <= last_[Axis] + beyond_[Axis])) return false;
+    if (!(at >= extent_.low[Axis] && at <= extent_.high[Axis])) return false;
     const double clamped = std::min(std::max(at, 0.0), last_[Axis]);
     if (const double* planes = planes_[Axis]) {
       cell.first = std::min(plane_before(planes, cells_[Axis], clamped), cells_[Axis] - 1);
@@ -215,7 +248,12 @@ class GridBase : public Field {
                      plane_distance_m_[2] / cells[2].per_step});
   }
   double depth_at(const Vec3& steps) const noexcept;  ///< [m] within the box
-  void find_place();
+  void find_place(bool is_window);
+  void find_extent_of_window(int axis);
+  /// Calls `visit(axis, way, side)` for each face of a window behind which the grid goes on, with the way [voxels] to it.
+  template <class Visit>
+  void for_each_face(const Vec3& steps, Visit&& visit) const noexcept;
+  GridGeometry of_memory() const;
   void find_steepest();
   void find_extents(const VoxelFacts& facts);
   void find_holes();
@@ -227,11 +265,16 @@ class GridBase : public Field {
     return std::upper_bound(planes + 1, planes + last + 1, at) - planes - 1;
   }
 
+  const Bricks::Range& brick_at(int component, const std::int64_t (&b)[3]) const noexcept {
+    const std::int64_t in_window[3] = {b[0] - first_brick_[0], b[1] - first_brick_[1], b[2] - first_brick_[2]};
+    return bricks_->at(component, in_window);
+  }
+
   const double* planes_[3];  ///< [steps] positions of the planes of a rectilinear axis; else nullptr
   double spacing_m_ = 0.0;
   double last_[3];         ///< [steps] of the last voxel, also its index
-  double half_[3];         ///< [steps] data beyond the first and last centre
-  double beyond_[3];       ///< [steps] `half_` with the tolerance
+  Extent box_;             ///< [steps] of the whole grid's data
+  Extent extent_;          ///< [steps] with the tolerance; of a window its own
   std::int64_t cells_[3];  ///< cells along each axis, at least one
   bool is_rectilinear_ = false;
   double planes_per_m_[3];      ///< [1/m] of the affine
@@ -246,6 +289,7 @@ class GridBase : public Field {
   std::vector<ValueRange> extents_;
   Holes holes_;
   std::shared_ptr<const Bricks> bricks_;  ///< of a field with all voxels read
+  std::int64_t first_brick_[3];           ///< of the window
   std::vector<double> finest_in_[3];      ///< [1] the most indices per step in each brick along a rectilinear axis
   double steepest_per_m_ = 0.0;           ///< `steepest` of a grid without such axes
 };

@@ -131,6 +131,9 @@ class Moving final : public TimedField {
   const MovingView& view() const noexcept { return view_; }
   int components() const noexcept override { return view_.field->components(); }
   int values_per_sample() const noexcept override { return view_.field->values_per_sample(); }
+  int values_per_sample_at(DataTime at) const noexcept override {
+    return timed_ ? timed_->values_per_sample_at(at) : values_per_sample();
+  }
   double spacing_m() const noexcept override { return least_scale_ * view_.field->spacing_m(); }
   double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override {
     const Vec3 local_m = pose_at(view_.track, at).to_hand(world_m);

@@ -57,18 +57,18 @@ class TypedSmoothGrid final : public SmoothGrid {
  public:
   /// `coefficients`, as many as the voxels: the voxels themselves, or those of the interpolating spline.
   TypedSmoothGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter,
-                  std::shared_ptr<const T> coefficients)
-      : SmoothGrid(geometry, std::move(voxels), scale, offset, filter, false, std::move(coefficients)),
+                  std::shared_ptr<const T> coefficients, const GridWindow* window = nullptr)
+      : SmoothGrid(geometry, std::move(voxels), scale, offset, filter, false, std::move(coefficients), 0, window),
         data_(static_cast<const T*>(coefficients_.get())) {}
 
   ScalarSample scalar_in(Place& place) const noexcept override {
-    return is_scalar_at(place) ? sample_of(evaluate<false>(place.stencil_of(view_.geometry.dims), 0), place) : ScalarSample{};
+    return is_scalar_at(place) ? sample_of(evaluate<false>(place.stencil_of(view_.geometry.dims, window_.dims), 0), place) : ScalarSample{};
   }
 
   ScalarSample scalar_in(Place& place, Mat3& hessian) const noexcept override {
     hessian = {};
     if (!is_scalar_at(place)) return {};
-    const Raw raw = evaluate<true>(place.stencil_of(view_.geometry.dims), 0);
+    const Raw raw = evaluate<true>(place.stencil_of(view_.geometry.dims, window_.dims), 0);
     const double i = place.cells[0].per_step, j = place.cells[1].per_step, k = place.cells[2].per_step;
     const Mat3 index_hessian{{{raw.ii * i * i, raw.ij * i * j, raw.ik * i * k},
                               {raw.ij * i * j, raw.jj * j * j, raw.jk * j * k},
@@ -81,7 +81,7 @@ class TypedSmoothGrid final : public SmoothGrid {
 
   VectorSample vector_in(Place& place) const noexcept override {
     if (view_.voxels.components != 3 || !place.inside) return {};
-    const detail::SplineStencil& stencil = place.stencil_of(view_.geometry.dims);
+    const detail::SplineStencil& stencil = place.stencil_of(view_.geometry.dims, window_.dims);
     VectorSample sample;
     double value[3];
     for (int c = 0; c < 3; ++c) {
@@ -154,7 +154,7 @@ class TypedSmoothGrid final : public SmoothGrid {
       for (int k = 0; k < 4; ++k) {
         for (int j = 0; j < 4; ++j) {
           for (int i = 0; i < 4; ++i) {
-            const double v = static_cast<double>(of.data_[component + at[2][k] + at[1][j] + at[0][i]]);
+            const double v = static_cast<double>(of.data_[component + at[2][k] + at[1][j] + at[0][i] - of.before_window_]);
             c[k][j][i] = v;
             least = std::min(least, v);
             greatest = std::max(greatest, v);
@@ -199,7 +199,7 @@ class TypedSmoothGrid final : public SmoothGrid {
   template <bool Second>
   Raw evaluate(const detail::SplineStencil& at, int component) const noexcept {
     const std::int64_t components = view_.voxels.components;
-    const T* first = data_ + component;
+    const std::int64_t first = component - before_window_;
     Pair along_i[4];  // weights of the value and of its derivative
     for (int n = 0; n < 4; ++n) along_i[n] = Pair{at.i.w[n], at.i.d[n]};
     Pair value_i{}, j_ij{};  // value and derivative along i; derivative along j and i j
@@ -209,10 +209,10 @@ class TypedSmoothGrid final : public SmoothGrid {
       Pair plane{}, slope_j{};  // sums over a plane
       double bend_i = 0.0, bend_j = 0.0;
       for (int j = 0; j < 4; ++j) {
-        const T* row = first + components * (at.at[2][k] + at.at[1][j]);
+        const std::int64_t row = first + components * (at.at[2][k] + at.at[1][j]);
         Pair c[4];
         for (int n = 0; n < 4; ++n) {
-          const auto voxel = static_cast<double>(row[components * at.at[0][n]]);
+          const auto voxel = static_cast<double>(data_[row + components * at.at[0][n]]);
           c[n] = Pair{voxel, voxel};
         }
         const Pair line = (along_i[0] * c[0] + along_i[1] * c[1]) + (along_i[2] * c[2] + along_i[3] * c[3]);
@@ -242,13 +242,23 @@ class TypedSmoothGrid final : public SmoothGrid {
 
 }  // namespace
 
-FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
+namespace {
+FieldPtr made_smooth(const GridGeometry& geometry, Voxels voxels, double scale, double offset, const GridWindow* window) {
   detail::check_grid(geometry, voxels, scale, offset);
   return detail::with_values_of(voxels, [&]<class T>(const T* values) -> FieldPtr {
     std::shared_ptr<const T> coefficients(voxels.data, values);
     return std::make_shared<const TypedSmoothGrid<T>>(geometry, std::move(voxels), scale, offset, Filter::smooth,
-                                                      std::move(coefficients));
+                                                      std::move(coefficients), window);
   });
+}
+}  // namespace
+
+FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
+  return made_smooth(geometry, std::move(voxels), scale, offset, nullptr);
+}
+
+FieldPtr detail::smooth_window(const GridGeometry& whole, const GridWindow& window, Voxels voxels, double scale, double offset) {
+  return made_smooth(whole, std::move(voxels), scale, offset, &window);
 }
 
 FieldPtr cubic_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {

@@ -36,16 +36,18 @@ struct SplineWeights {
 /// The 4 × 4 × 4 coefficients about a place in a cell: weights along each axis, and offsets.
 struct SplineStencil {
   SplineWeights i, j, k;
-  std::int64_t at[3][4];  ///< [voxels] offset in memory from the first
+  std::int64_t at[3][4];  ///< [voxels] offset from the grid's first voxel, with the strides of memory
 
-  /// \param first  [voxels] the cell
-  /// \param f      [1] 0…1 across it
-  SplineStencil(const std::array<std::int64_t, 3>& dims, const std::int64_t (&first)[3], const double (&f)[3]) noexcept
+  /// \param in_memory  [voxels] along each axis
+  /// \param first      [voxels] the cell
+  /// \param f          [1] 0…1 across it
+  SplineStencil(const std::array<std::int64_t, 3>& dims, const std::array<std::int64_t, 3>& in_memory,
+                const std::int64_t (&first)[3], const double (&f)[3]) noexcept
       : i(f[0]), j(f[1]), k(f[2]) {
     std::int64_t stride = 1;
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::int64_t n = 0; n < 4; ++n) at[a][n] = std::clamp<std::int64_t>(first[a] + n - 1, 0, dims[a] - 1) * stride;
-      stride *= dims[a];
+      stride *= in_memory[a];
     }
   }
 };

@@ -5,67 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "palpa/data/blend.h"
 #include "palpa/data/halton.h"
-#include "palpa/data/quantile.h"
 #include "palpa/data/timed_field.h"
 
 namespace palpa {
 namespace {
-
-/// (1 − u) a + u b, of values and derivatives.
-ScalarSample blend(const ScalarSample& a, const ScalarSample& b, double u) noexcept {
-  if (!a.inside || !b.inside) return {};
-  return {(1.0 - u) * a.value + u * b.value, (1.0 - u) * a.gradient + u * b.gradient, true};
-}
-Mat3 blend(const Mat3& a, const Mat3& b, double u) noexcept {
-  Mat3 m;
-  for (int i = 0; i < 3; ++i) m.row[i] = (1.0 - u) * a.row[i] + u * b.row[i];
-  return m;
-}
-VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexcept {
-  if (!a.inside || !b.inside) return {};
-  return {(1.0 - u) * a.value + u * b.value, blend(a.jacobian, b.jacobian, u), true};
-}
-
-/// First part of a polynomial, as Bernstein coefficients over that part (P. de Casteljau).
-void keep_first(PolynomialPiece& piece, double share) noexcept {
-  for (int level = 1; level <= piece.degree; ++level) {
-    for (int i = piece.degree; i >= level; --i) {
-      piece.control[i] = (1.0 - share) * piece.control[i - 1] + share * piece.control[i];
-    }
-  }
-}
-/// Degree elevation.
-void raise(PolynomialPiece& piece, int degree) noexcept {
-  for (; piece.degree < degree; ++piece.degree) {
-    const int n = piece.degree + 1;
-    piece.control[n] = piece.control[n - 1];
-    for (int i = n - 1; i > 0; --i) {
-      const double share = static_cast<double>(i) / n;
-      piece.control[i] = share * piece.control[i - 1] + (1.0 - share) * piece.control[i];
-    }
-  }
-}
-
-/// Noise of the gradient [unit/m], below which its direction is not used: three standard deviations of its components' noise,
-/// from their median second difference between neighbours, which smooth data and (rare) edges hardly change.
-double noise_of_gradient(const Field& field) {
-  constexpr int places = 4096;  // [1] more: slower to load; fewer: a less certain median
-  const Box box = field.bounds_m();
-  const double h = field.spacing_m();
-  std::vector<double> differences;
-  for (int i = 1; i <= places; ++i) {
-    const Vec3 at = detail::halton(i, box);
-    const Vec3 step = i % 3 == 0 ? Vec3{h, 0, 0} : i % 3 == 1 ? Vec3{0, h, 0} : Vec3{0, 0, h};
-    const ScalarSample here = field.scalar(at), ahead = field.scalar(at + step), behind = field.scalar(at - step);
-    if (!here.inside || !ahead.inside || !behind.inside) continue;
-    const Vec3 second = (ahead.gradient - here.gradient) - (here.gradient - behind.gradient);
-    if (is_finite(second)) differences.insert(differences.end(), {std::abs(second.x), std::abs(second.y), std::abs(second.z)});
-  }
-  constexpr double median_of_normal = 0.6745;  // |x| of a standard normal variable
-  // Of independent values a second difference has six times the variance of one.
-  return 3.0 * detail::median(differences) / (median_of_normal * std::numbers::sqrt2 * std::numbers::sqrt3);
-}
 
 class FrameSeries final : public TimedField {
  public:
@@ -77,7 +22,7 @@ class FrameSeries final : public TimedField {
         extents_[c] = {std::min(extents_[c].min, e[c].min), std::max(extents_[c].max, e[c].max)};
       }
     }
-    if (components() == 1) noise_ = noise_of_gradient(first());
+    if (components() == 1) noise_ = noise_of_frames();
   }
 
   const SeriesView& view() const noexcept { return view_; }
@@ -95,12 +40,12 @@ class FrameSeries final : public TimedField {
   ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override {
     const Between t = between(at);
     const ScalarSample a = view_.frames[t.a]->scalar(world_m);
-    return t.u == 0.0 ? a : blend(a, view_.frames[t.b]->scalar(world_m), t.u);
+    return t.u == 0.0 ? a : detail::blend(a, view_.frames[t.b]->scalar(world_m), t.u);
   }
   VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept override {
     const Between t = between(at);
     const VectorSample a = view_.frames[t.a]->vector(world_m);
-    return t.u == 0.0 ? a : blend(a, view_.frames[t.b]->vector(world_m), t.u);
+    return t.u == 0.0 ? a : detail::blend(a, view_.frames[t.b]->vector(world_m), t.u);
   }
   Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept override {
     const Between t = between(at);
@@ -108,7 +53,7 @@ class FrameSeries final : public TimedField {
     if (t.u == 0.0) return a;
     // A place in only one of the two frames is outside, without a derivative.
     if (!scalar_at(world_m, at).inside) return {};
-    return blend(a, view_.frames[t.b]->hessian(world_m), t.u);
+    return detail::blend(a, view_.frames[t.b]->hessian(world_m), t.u);
   }
   double depth_at(const Vec3& world_m, DataTime at) const noexcept override {
     const Between t = between(at);
@@ -119,25 +64,12 @@ class FrameSeries final : public TimedField {
   PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
                                  DataTime at) const noexcept override {
     const Between t = between(at);
-    const Field &one = *view_.frames[t.a], &other = *view_.frames[t.b];
-    PolynomialPiece a = one.piece_along(from_m, to_m, begin, quiet);
-    if (t.u == 0.0) return a;
-    PolynomialPiece b = other.piece_along(from_m, to_m, begin, quiet);
-    if (!a.inside || !b.inside) return {.end = !a.inside && !b.inside ? std::min(a.end, b.end) : !a.inside ? a.end : b.end};
-    // Quiet in both frames implies quiet between them; else polynomials of both are requested.
-    if (a.degree < 0 && b.degree < 0) return a.end <= b.end ? a : b;
-    constexpr ValueRange never{1.0, -1.0};
-    if (a.degree < 0) a = one.piece_along(from_m, to_m, begin, never);
-    if (b.degree < 0) b = other.piece_along(from_m, to_m, begin, never);
-    const double end = std::min(a.end, b.end);
-    if (!a.inside || !b.inside || a.degree < 0 || b.degree < 0) return {.end = end};
-    for (PolynomialPiece* piece : {&a, &b}) {
-      if (piece->end > end) keep_first(*piece, (end - begin) / (piece->end - begin));
-      raise(*piece, std::max(a.degree, b.degree));
-    }
-    for (int i = 0; i <= a.degree; ++i) a.control[i] = (1.0 - t.u) * a.control[i] + t.u * b.control[i];
-    a.end = end;
-    return a;
+    const Field& one = *view_.frames[t.a];
+    if (t.u == 0.0) return one.piece_along(from_m, to_m, begin, quiet);
+    const Field& other = *view_.frames[t.b];
+    return detail::blended_piece(begin, t.u, quiet, [&](bool second, const ValueRange& within) {
+      return (second ? other : one).piece_along(from_m, to_m, begin, within);
+    });
   }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
@@ -162,6 +94,11 @@ class FrameSeries final : public TimedField {
     t.b = (t.a + 1) % n;
     t.u = x - whole;
     return t;
+  }
+  double noise_of_frames() const {
+    constexpr int places = 4096;  // [1] more: slower to load; fewer: a less certain median
+    const Box box = bounds_m();
+    return detail::noise_of_gradient(first(), places, [&](int i) { return detail::halton(i, box); });
   }
   const Field& first() const noexcept { return *view_.frames.front(); }
 

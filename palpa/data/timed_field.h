@@ -9,11 +9,17 @@
 
 namespace palpa {
 
+class Stock;
+
 /// Moment of the data, with the continuation after a field's last moment: a scene can play its fields once or in a loop, each
 /// over its own length.
 struct DataTime {
   double time_s = 0.0;  ///< [s] since the first frame or pose; any finite number
   bool loop = false;    ///< a field repeats after its end; else it stays at its first and last moment
+  /// Of volumes larger than memory (octaves.h), the felt octave λ [1], 0 the finest, and the session's windows, which outlive
+  /// the moment.
+  double octave = 0.0;
+  const Stock* stock = nullptr;
 
   constexpr DataTime() noexcept = default;
   constexpr DataTime(double at_s, bool looped = false) noexcept : time_s(at_s), loop(looped) {}
@@ -46,6 +52,9 @@ class TimedField : public Field {
   virtual double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept {
     return static_cast<void>(world_m), static_cast<void>(at), spacing_m();
   }
+
+  /// `Field::values_per_sample` at a moment.
+  virtual int values_per_sample_at(DataTime at) const noexcept { return static_cast<void>(at), values_per_sample(); }
 
   /// Position at the moment `to` of the data point at a world position [m] at the moment `from`. Exact for a volume that moves.
   /// If only values change, a scalar field's point keeps its value and moves along the gradient: by −φ_t g/|g|² for a short

@@ -5,6 +5,7 @@
 
 #include "palpa/data/fine_detail.h"
 #include "palpa/data/grid_base.h"
+#include "palpa/data/octaves.h"
 #include "palpa/data/pointwise.h"
 #include "palpa/mode/tick_work.h"
 
@@ -108,12 +109,21 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     const double spacing_m = map_.length_to_hand(field->spacing_m());
     spacings_m_.push_back(std::max(spacing_m, min_spacing_m));
     const double largest = std::max(std::abs(ranges_.back().min), std::abs(ranges_.back().max));
-    const bool is_grid = dynamic_cast<const detail::GridBase*>(field.get()) && std::isfinite(largest);
-    least_slopes_.push_back(is_grid ? sum_rounding * largest / spacing_m : 0.0);
+    const bool of_voxels = dynamic_cast<const detail::GridBase*>(field.get()) || dynamic_cast<const Octaves*>(field.get());
+    least_slopes_.push_back(of_voxels && std::isfinite(largest) ? sum_rounding * largest / spacing_m : 0.0);
     roundings_.push_back(std::isfinite(largest) ? 2.0 * sum_rounding * largest : 0.0);
-    works_.push_back(tick_work::of_sample(field->values_per_sample()));
-    work_beyond_ += works_.back() - 1;
     any_timed_ = any_timed_ || timed(*field);
+  }
+  works_.resize(fields.size());
+  find_works();
+}
+
+void Samples::find_works() noexcept {
+  work_beyond_ = 0;
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const Slot& slot = (*plan_)[static_cast<std::int32_t>(i)];
+    works_[i] = tick_work::of_sample(slot.timed ? slot.timed->values_per_sample_at(at_) : slot.field->values_per_sample());
+    work_beyond_ += works_[i] - 1;
   }
 }
 
@@ -135,7 +145,9 @@ std::size_t Samples::find_place(const Vec3& hand_m) noexcept {
 void Samples::set_time(DataTime at, DataTime came_from) noexcept {
   came_from_ = came_from;
   if (at == at_) return;
+  const bool blends_otherwise = at.octave != at_.octave;
   at_ = at;
+  if (blends_otherwise) find_works();
   if (!any_timed_) return;
   for (Place& place : places_) {
     if (place.visit > 0) place.visit = ++visits_;

@@ -114,6 +114,7 @@ class Samples {
   const ScalarSample& take_scalar(std::size_t field, std::size_t place) noexcept;
   ScalarSample scalar_in_world(Slot& slot, std::size_t place) noexcept;
   const VectorSample& vector_in_world(Slot& slot, std::size_t place) noexcept;
+  void find_works() noexcept;
 
   std::span<const FieldPtr> fields_;
   Similarity map_;

@@ -43,6 +43,11 @@ class ModeRuntime {
   void set_time(DataTime at) noexcept { set_time(at, at); }
   /// Whether any field changes with time.
   bool any_timed() const noexcept { return samples_[0]->any_timed(); }
+  const std::vector<FieldPtr>& all_fields() const noexcept { return fields_; }
+  /// Whether any mode fades because its level has jumped.
+  bool is_fading() const noexcept {
+    return std::ranges::any_of(live_, [](const Live& live) { return live.fade.is_leaving() || live.fade.share() < 1.0; });
+  }
   /// Work of all modes at all feet [units of tick_work.h].
   int work() const noexcept { return static_cast<int>(tool_.feet()) * samples_[0]->work_of_modes(size_); }
   /// Work of the last placement: of a point that of all modes; of a tool that of the modes at feet that placed primitives, and

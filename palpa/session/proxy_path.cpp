@@ -37,6 +37,9 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
       modes_(live, scene, map, tool_, contacts_),
       crossings_(live, modes_.watches(), modes_.fields(), tool_.feet()),
       policy_(crossings_.policy()),
+      stock_(modes_.all_fields()),
+      feet_in_world_(tool_.feet()),
+      felt_octave_(live.add<FeltOctave>()),
       model_(live, std::move(law), modes_, scene.coupling().stiffness_n_per_m, work_),
       state_(live.add<PathState>()),
       stopped_by_(live.add<Crossing>(tool_.feet())),
@@ -50,8 +53,8 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
     patient_trials_ = tool_trials;
     spared_work_ = tool_spared_work;
   }
-  playing_ = modes_.any_timed() && time_.play != TimeOptions::Play::hold;
-  modes_.set_time(time_.at(0.0));
+  playing_ = plays_ = modes_.any_timed() && time_.play != TimeOptions::Play::hold;
+  modes_.set_time(moment(0.0, 0.0));
   refine(1);
   reset();
 }
@@ -60,6 +63,7 @@ void ProxyPath::reset() noexcept {
   const PathState fresh{
       .proxy = state_.proxy, .elapsed_s = state_.elapsed_s, .view_s = state_.view_s, .followed_s = state_.followed_s};
   state_ = fresh;
+  felt_octave_.reset();
   std::ranges::fill(stopped_by_, Crossing{});
   queue_.start({});
   model_.clear();
@@ -74,18 +78,22 @@ void ProxyPath::refine(int times) {
   record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_), tool_.feet());
 }
 
-void ProxyPath::after_state_copy() noexcept {
+void ProxyPath::after_state_copy(const ProxyPath& other) noexcept {
   model_.forget_warm_start();
-  modes_.set_time(time_.at(state_.view_s));
+  stock_.take_windows_of(other.stock_);
+  modes_.set_time(view());
 }
 
 void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
   state_ = other.state_;
   reset();
+  felt_octave_ = other.felt_octave_;
+  state_.view_octave = other.state_.view_octave, state_.followed_octave = other.state_.followed_octave;
+  stock_.take_windows_of(other.stock_);
   state_.started = other.state_.started;
   queue_.start(other.queue_.processed_up_to());
   state_.followed = other.state_.followed;
-  modes_.set_time(time_.at(state_.view_s));
+  modes_.set_time(view());
 }
 
 void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
@@ -94,7 +102,32 @@ void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
   c.proxy = c.followed = probe;
   queue_.start(probe);
   c.view_s = c.followed_s = c.elapsed_s - time_step_s;
-  modes_.set_time(time_.at(c.view_s));
+  if (!stock_.empty()) {
+    choose_octave(time_step_s);
+    c.followed_octave = c.view_octave = felt_octave_.octave();
+  }
+  modes_.set_time(view());
+}
+
+// Feet of the proxy in the world [m].
+std::span<const Vec3> ProxyPath::feet_in_world() noexcept {
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot)
+    feet_in_world_[foot] = modes_.samples(foot).hand_to_world().to_world(tool_.foot_m(state_.proxy, foot));
+  return feet_in_world_;
+}
+
+void ProxyPath::choose_octave(double time_step_s) noexcept {
+  const DataTime now = time_.at(state_.elapsed_s);
+  const std::span<const Vec3> feet_m = feet_in_world();
+  stock_.put_in_force(feet_m, now);
+  felt_octave_.advance(stock_, feet_m, path_m_ * modes_.samples(0).hand_to_world().scale, time_step_s, now);
+}
+
+// Way [m] of a foot within the windows of the felt octave, less the voxels that a sample needs.
+double ProxyPath::reach_m() noexcept {
+  const auto octave = static_cast<int>(state_.view_octave);
+  const double scale = modes_.samples(0).hand_to_world().scale;
+  return stock_.room_m(octave, feet_in_world(), time_.at(state_.view_s), Stock::sample_voxels) / scale;
 }
 
 const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
@@ -108,13 +141,20 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   walk_.unreached_m = 0.0;
   walk_.dropped = 0;
   path_m_ = queue_.push(probe, time_step_s, tool_);
-  if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
+  if (!stock_.empty()) {
+    choose_octave(time_step_s);
+    const double octave = felt_octave_.octave();
+    playing_ = plays_ || octave != c.followed_octave || octave != c.view_octave || modes_.is_fading();
+    if (!playing_) state_.view_s = state_.followed_s = c.elapsed_s - time_step_s;
+  }
+  if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, followed(), moment(c.elapsed_s, felt_octave_.octave())));
 
   ProbeSegment& segment = segment_;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
     const bool may_go_on =
-        steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_.left() > spared_work_;
+        steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_.left() > spared_work_ &&
+        (stock_.empty() || reach_m() > 0.0);
     if (may_go_on) {
       steps_ == Steps::refined ? sub_step(segment) : one_step(segment);
     } else if (may_give_up()) {
@@ -142,7 +182,9 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   segment = queue_.front();
   const double length = tool_.way_m(segment.from, segment.to);
   const double furthest =
-      playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
+      playing_ ? std::max(length, modes_.motion_m(c.proxy, followed(),
+                                                  moment(time_at_end_of(segment), felt_octave_.octave())))
+               : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
   double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from, segment.to);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
@@ -159,18 +201,20 @@ bool ProxyPath::is_free() noexcept {
   return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
 
-// Samples the data at the segment's end time from here on. Returns their advance [s].
-double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
+// Samples the data at the segment's end time from here on. Returns their advance.
+ProxyPath::DataStep ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
   work_.spend(modes_.work());
-  modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
+  const double octave = stock_.empty() ? 0.0 : felt_octave_.octave();
+  const DataTime from = followed();
+  modes_.advance(c.proxy, from, moment(view_s, octave), moment(c.elapsed_s, octave), passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });
-  c.view_s = view_s;
+  c.view_s = view_s, c.view_octave = octave;
   moved_n_ = 0.5 * stiffness_n_per_m_ * modes_.furthest_carried_m() + directed_n_per_s * passed_s;
-  return view_s - c.followed_s;
+  return {view_s - c.followed_s, octave - c.followed_octave};
 }
 
 void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
@@ -180,7 +224,7 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
   const double finest_m = modes_.finest_m(start, start, segment.to);
   step_m_ = step_share_ / refined_ * finest_m;
   context.spacing_m = spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
-  const double follows_s = playing_ ? advance_data(segment) : 0.0;
+  const DataStep follows = playing_ ? advance_data(segment) : DataStep{};
   if (!settles) modes_.begin_step(state_.step_start = start);
   const Move made = move(segment, context, settles);
 
@@ -202,7 +246,7 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
         !tool_.is_point() && settles && went_m <= turned * spacing_m_ && record_.sub_steps().size() >= most_creeping;
     // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
-    advance(segment, made, end, follows_s, is_settled && !lets_go);
+    advance(segment, made, end, follows, is_settled && !lets_go);
     if (creeps && !lets_go) leave_rest();
     accept(segment, made, context, settles);
     model_.end_move();
@@ -217,7 +261,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const bool at_probe = steps_ == Steps::one_at_probe;
   spacing_m_ = std::min(modes_.finest_m(start, start, segment.to), 1.0);
   StepContext context{start, segment.to, segment.time_s, stiffness_n_per_m_, spacing_m_};
-  const double follows_s = playing_ ? advance_data(segment) : 0.0;
+  const DataStep follows = playing_ ? advance_data(segment) : DataStep{};
   modes_.begin_step(state_.step_start = start);
 
   model_.begin_move(context, spacing_m_);
@@ -236,7 +280,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
                            work_, events_[foot]);
   }
 
-  advance(segment, made, made.to_pose, follows_s, true);
+  advance(segment, made, made.to_pose, follows, true);
   accept(segment, made, context, false);
   modes_.arrive();
 }
@@ -271,7 +315,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const Step
 }
 
 // Moves the proxy. The pending rest of the segment continues where the move was stopped.
-void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pose& end, double follows_s,
+void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pose& end, const DataStep& follows,
                         bool settled) noexcept {
   PathState& c = state_;
   const Pose start = std::exchange(c.proxy, end);
@@ -300,7 +344,9 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pos
   }
   c.pending = pending_after(move, settled);
   if (work_.any() && c.pending != Pending::path) c.followed = queue_.processed_up_to();
-  c.followed_s = c.pending != Pending::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
+  const double behind = c.pending != Pending::nothing ? 1.0 - move.fraction : 0.0;
+  c.followed_s = c.view_s - behind * follows.time_s;
+  c.followed_octave = c.view_octave - behind * follows.octave;
   c.left_s = c.pending == Pending::settling ? segment.time_s
                                             : std::max(contact_tolerance * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }
@@ -319,6 +365,7 @@ void ProxyPath::leave_rest() noexcept {
   state_.pending = Pending::nothing;
   state_.followed = queue_.processed_up_to();
   state_.followed_s = state_.view_s;
+  state_.followed_octave = state_.view_octave;
 }
 
 ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) const noexcept {
@@ -379,6 +426,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
   if (flies) longest = longest_flight_m();
+  if (!stock_.empty()) longest = std::min(longest, reach_m());
   const auto shorten = [&](Pose& end, const Motion& motion, double share) {
     if (share < 1.0) end = tool_.moved(start, share * motion);
   };

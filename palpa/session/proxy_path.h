@@ -11,6 +11,7 @@
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/contact_problem.h"
 #include "palpa/session/contact_table.h"
+#include "palpa/session/felt_octave.h"
 #include "palpa/session/mode_runtime.h"
 #include "palpa/session/probe_queue.h"
 #include "palpa/session/session.h"
@@ -49,11 +50,14 @@ class ProxyPath {
   void reset() noexcept;
   /// Sets the pose of a proxy that is not walked [m].
   void put(const Pose& proxy) noexcept { state_.proxy = proxy; }
+  /// Windows of volumes larger than memory.
+  Stock& stock() noexcept { return stock_; }
+  const FeltOctave& felt_octave() const noexcept { return felt_octave_; }
   /// See Session.
   void set_force_limit(double most_n) noexcept { modes_.set_force_limit(most_n); }
   void refine(int times);
   /// Continues after the StateArena was copied from another session.
-  void after_state_copy() noexcept;
+  void after_state_copy(const ProxyPath& other) noexcept;
   /// Whether another path has equal modes on equal levels.
   bool has_same_contacts_as(const ProxyPath& other) const noexcept { return modes_.has_same_contacts_as(other.modes_); }
   /// Starts with the proxy at another path's proxy, at that path's time.
@@ -102,6 +106,7 @@ class ProxyPath {
     double left_s = 0.0, whole_s = 0.0;     // of the segment: pending and whole time
     double elapsed_s = 0.0;                 // since the session began
     double view_s = 0.0, followed_s = 0.0;  // data time of samples, and of the proxy's advection
+    double view_octave = 0.0, followed_octave = 0.0;  // felt octave, likewise
     Pose followed;                          // pose of the probe's path that the proxy has followed to
   };
 
@@ -114,10 +119,25 @@ class ProxyPath {
     Pose to_pose;            // of the balance
   };
 
+  DataTime moment(double time_s, double octave) const noexcept {
+    DataTime at = time_.at(time_s);
+    at.octave = octave;
+    at.stock = stock_.empty() ? nullptr : &stock_;
+    return at;
+  }
+  DataTime view() const noexcept { return moment(state_.view_s, state_.view_octave); }
+  DataTime followed() const noexcept { return moment(state_.followed_s, state_.followed_octave); }
+  void choose_octave(double time_step_s) noexcept;
+  std::span<const Vec3> feet_in_world() noexcept;
+  double reach_m() noexcept;
   bool next_segment(ProbeSegment& segment) noexcept;
   bool is_free() noexcept;
   double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
-  double advance_data(const ProbeSegment& segment) noexcept;
+  // Advance of the data in a sub-step.
+  struct DataStep {
+    double time_s = 0.0, octave = 0.0;
+  };
+  DataStep advance_data(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
   Pose stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
@@ -139,7 +159,7 @@ class ProxyPath {
   void balance(Move& move, const Pose& probe, double time_step_s) noexcept;
   void place(const StepContext& context, const Pose& end, const Pose& whole_end) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
-  void advance(const ProbeSegment& segment, const Move& move, const Pose& end, double follows_s, bool settled) noexcept;
+  void advance(const ProbeSegment& segment, const Move& move, const Pose& end, const DataStep& follows, bool settled) noexcept;
   bool may_give_up() const noexcept;
   void give_up() noexcept;
   void leave_rest() noexcept;
@@ -152,7 +172,8 @@ class ProxyPath {
   WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;
   TimeOptions time_;
-  bool playing_ = false;  // the data change with time
+  bool plays_ = false;    // the data change with time
+  bool playing_ = false;  // the data change in this tick
   Tool tool_;
   ContactTable contacts_;
   ModeRuntime modes_;
@@ -160,6 +181,9 @@ class ProxyPath {
   EventPolicy policy_;          // of one foot
   std::vector<Event> events_;   // by foot
   std::size_t first_foot_ = 0;  // whose event comes first
+  Stock stock_;
+  std::vector<Vec3> feet_in_world_;
+  FeltOctave& felt_octave_;
   ContactProblem model_;
   PathState& state_;
   std::span<Crossing> stopped_by_;  // by foot, on the spot: without a field if it crossed nothing

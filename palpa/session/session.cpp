@@ -54,7 +54,7 @@ class Session::State {
   }
   void copy_state_from(const State& other) noexcept {
     live.copy(other.live);
-    path.after_state_copy();
+    path.after_state_copy(other.path);
   }
   void resume_in_changed_scene(const State& other) noexcept;
   std::span<const ModeForce> forces_by_mode() noexcept;
@@ -161,6 +161,7 @@ void Session::State::gather(const Walk& walk, Tick& result) noexcept {
     if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
   }
   result.dropped = walk.dropped;
+  result.felt_octave = path.felt_octave().octave();
   if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling().stiffness_n_per_m * walk.unreached_m;
 }
 
@@ -205,6 +206,7 @@ Session& Session::operator=(Session&&) noexcept = default;
 Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
 void Session::reset() noexcept { state_->reset(); }
 void Session::set_force_limit(double most_n) noexcept { state_->path.set_force_limit(most_n); }
+Stock& Session::stock() noexcept { return state_->path.stock(); }
 void Session::refine_path(int times) { state_->path.refine(times); }
 void Session::copy_state_from(const Session& other) noexcept { state_->copy_state_from(*other.state_); }
 void Session::resume_in_changed_scene(const Session& other) noexcept { state_->resume_in_changed_scene(*other.state_); }

@@ -49,6 +49,7 @@ struct Tick {
   double unborne_n = 0.0;
   Energy energy;
   int work = 0;  ///< [1] units, counted alike on every machine (docs/contracts/session.md)
+  double felt_octave = 0.0;  ///< [1] of volumes larger than memory, 0 the finest
   // Of a tool with an orientation; else no rotation and zero:
   Turn probe_turn;  ///< as given, finite or not: a replay of it gives equal bits
   Turn proxy_turn;
@@ -104,6 +105,9 @@ class Session {
 
   /// Sets the force limit of guard and device [N], infinity by default: a stronger level cannot be broken through.
   void set_force_limit(double most_n) noexcept;
+
+  /// Windows of volumes larger than memory, to be laid between ticks. Empty for a scene without such volumes.
+  Stock& stock() noexcept;
 
   /// Divides sub-steps by `times` [1] (1…16), at least `times` per tick; multiplies a tick's limits by it. For studies of
   /// convergence. Allocates.

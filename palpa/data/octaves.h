@@ -1,0 +1,188 @@
+// Volumes larger than memory: octaves of a grid, felt through windows about the proxy.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "palpa/data/grid_base.h"
+#include "palpa/data/grid_window.h"
+#include "palpa/data/timed_field.h"
+
+namespace palpa {
+
+/// Window of an octave, ready to be felt. Immutable.
+struct OctaveWindow {
+  std::shared_ptr<const detail::GridBase> grid;
+  double noise = 0.0;  ///< [unit/m] of its gradient, below which its direction is not used
+};
+
+/// Voxels of all octaves, wherever they are kept.
+class VoxelSource {
+ public:
+  virtual ~VoxelSource() = default;
+  /// Copies a box of voxels of an octave, without border voxels. May block; one thread at a time.
+  /// \param first  [voxels] along i, j, k
+  /// \param dims   [voxels] along i, j, k
+  /// \param to     i fastest, components of a voxel together
+  /// Returns false if some of them are lost or damaged.
+  virtual bool read(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
+                    std::byte* to) = 0;
+};
+
+/// Grid in octaves, larger than memory. Octave 0 are the voxels of the file; a voxel of octave n is the mean of the 2 × 2 × 2
+/// of octave n − 1 that exist. The coarsest octave is in memory as a whole, of every other octave a window for each session
+/// (`Stock`).
+///
+/// A timed field: at a moment with the felt octave λ (`DataTime::octave`) its value is the blend (1 − u) φ_a + u φ_{a+1}, a = ⌊λ⌋,
+/// u = λ − a, as between two frames of a series, so that a change of λ is data that move. At λ = 0 every sample is that of the
+/// whole grid, to the bit. Where a window ends the next coarser octave with data continues. Without a stock, as for pictures,
+/// the coarsest octave alone. Outside of the box of octave 0 there are no data in any octave.
+class Octaves final : public TimedField {
+ public:
+  static constexpr int most = 24;  ///< [1] octaves
+
+  /// Properties of all octaves.
+  struct Shape {
+    GridGeometry finest;  ///< of octave 0; not rectilinear
+    int count = 1;        ///< [1] octaves, up to `most`
+    VoxelType type = VoxelType::float32;
+    int components = 1;
+    Filter filter = Filter::trilinear;  ///< not cubic
+    double scale = 1.0;                 ///< the field's own unit, per raw step
+    double offset = 0.0;                ///< the field's own unit
+    std::vector<ValueRange> ranges{};   ///< of each component, in all of octave 0
+    std::shared_ptr<VoxelSource> source{};
+  };
+  /// Reads the coarsest octave. Throws std::invalid_argument, with a sentence, on an invalid shape or if it cannot be read.
+  explicit Octaves(Shape shape);
+
+  const Shape& shape() const noexcept { return shape_; }
+  int count() const noexcept { return shape_.count; }
+  /// [voxels] of an octave along i, j, k, without border voxels: half of the finer one's, rounded up.
+  std::array<std::int64_t, 3> dims(int octave) const noexcept;
+  /// Grid of an octave as it is sampled: octaves from 1 on have a border of one voxel, which repeats the outermost, since
+  /// their first voxel's centre is within the box of octave 0, where samples continue.
+  const GridGeometry& sampled_grid(int octave) const noexcept { return grids_[static_cast<std::size_t>(octave)]; }
+  /// [voxels] Border on each side.
+  static std::int64_t border(int octave) noexcept { return octave > 0 ? 1 : 0; }
+  /// Window of an octave, read from the source; without a grid if voxels are lost or damaged. Blocks; about 1.5 ms for 128³
+  /// beside reading. Allocates; throws std::invalid_argument as `window_field`.
+  /// \param first   [voxels] of `sampled_grid`, multiples of 8
+  /// \param dims    [voxels] along i, j, k
+  OctaveWindow window(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims) const;
+  /// The coarsest octave.
+  const OctaveWindow& coarsest() const noexcept { return coarsest_; }
+
+  int components() const noexcept override { return shape_.components; }
+  /// Of one octave; a blend takes twice as many (`values_per_sample_at`).
+  int values_per_sample() const noexcept override { return coarsest_.grid->values_per_sample(); }
+  int values_per_sample_at(DataTime at) const noexcept override {
+    return (between(at).u == 0.0 ? 1 : 2) * values_per_sample();
+  }
+  double spacing_m() const noexcept override { return spacing_m_; }
+  Box bounds_m() const noexcept override { return bounds_m_; }
+  std::vector<ValueRange> value_ranges() const override { return shape_.ranges; }
+  double cycle_s() const noexcept override { return 1.0; }
+  double time_spacing_s() const noexcept override { return 1.0; }
+
+  ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override;
+  VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept override;
+  Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept override;
+  PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
+                                 DataTime at) const noexcept override;
+  double depth_at(const Vec3& world_m, DataTime at) const noexcept override;
+  double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override;
+  Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override;
+
+ private:
+  struct Between {
+    int a = 0;
+    double u = 0.0;  ///< [1] share of octave a + 1; 0: a alone
+  };
+  Between between(DataTime at) const noexcept;
+  const OctaveWindow& in_force(int octave, DataTime at) const noexcept;
+  Voxels voxels_of(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims) const;
+  PolynomialPiece piece_of(int octave, const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
+                           DataTime at) const noexcept;
+  template <class Sample>
+  auto sampled_in(int octave, const Vec3& world_m, DataTime at, Sample&& sample) const noexcept;
+
+  Shape shape_;
+  std::vector<GridGeometry> grids_;
+  double spacing_m_ = 0.0;
+  Box bounds_m_;
+  OctaveWindow coarsest_;
+};
+
+/// Windows of one session: of each octave of each field that is larger than memory two, one of them in force. `lay` and
+/// `put_in_force` are called between samples, by the thread that samples; they allocate nothing, and free nothing while the
+/// maker of the windows keeps them.
+class Stock {
+ public:
+  /// Fields in octaves among these, also under a pose. Allocates.
+  explicit Stock(std::span<const FieldPtr> fields);
+
+  bool empty() const noexcept { return stores_.empty(); }
+  /// [1] Fields in octaves.
+  std::size_t size() const noexcept { return stores_.size(); }
+  const Octaves& octaves(std::size_t n) const noexcept { return *stores_[n].of; }
+  /// Octaves of the field with the most.
+  int count() const noexcept { return count_; }
+
+  /// Windows are laid before each tick for all of its way, as in runs without a hand in real time; the finest octave is felt.
+  void set_complete(bool complete) noexcept { complete_ = complete; }
+  bool is_complete() const noexcept { return complete_; }
+
+  /// Finest octave that may be felt, 0 by default: a source that is slower than the hand holds the felt octave steady there.
+  void set_finest(int octave) noexcept { finest_ = octave; }
+  int finest() const noexcept { return finest_; }
+
+  /// Windows of another session for the fields that both have.
+  void take_windows_of(const Stock& other) noexcept;
+  /// Replaces the window of an octave that is not in force. A window that has no grid is ignored.
+  void lay(std::size_t n, int octave, const OctaveWindow& window) noexcept;
+  /// Puts the window with the most room about the positions in force, in each octave. The data are posed as at `pose_time`.
+  void put_in_force(std::span<const Vec3> world_m, DataTime pose_time) noexcept;
+
+  /// Least way [m] of any position to a face of the windows in force of an octave, less `less_voxels`; infinite where
+  /// windows reach to the borders of their grids, negative without a window.
+  double room_m(int octave, std::span<const Vec3> world_m, DataTime pose_time, double less_voxels) const noexcept;
+  /// Least time [s] after which any position, moving at this velocity [m/s], leaves the windows of an octave with that margin.
+  double stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s, DataTime pose_time) const noexcept;
+
+  /// [voxels] Beside a position, of a sample and its derivatives.
+  static constexpr double sample_voxels = 2.0;
+  /// [voxels] Beside a position, in a tick of 32 sub-steps of half a voxel.
+  static constexpr double margin_voxels = sample_voxels + 16.0;
+
+ private:
+  friend class Octaves;
+  struct Slot {
+    OctaveWindow windows[2];
+    int in_force = 0;
+  };
+  struct Store {
+    const Octaves* of = nullptr;
+    const MovingView* moved = nullptr;  ///< nullptr: the field is in the world's frame
+    std::vector<Slot> slots{};          ///< of all octaves but the coarsest
+
+    Similarity pose(DataTime at) const noexcept { return moved ? pose_at(moved->track, at) : Similarity{}; }
+  };
+  const Store* store_of(const Octaves& of) const noexcept {
+    for (const Store& store : stores_) {
+      if (store.of == &of) return &store;
+    }
+    return nullptr;
+  }
+
+  std::vector<Store> stores_;
+  int count_ = 0;
+  int finest_ = 0;
+  bool complete_ = false;
+};
+
+}  // namespace palpa
