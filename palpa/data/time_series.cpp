@@ -27,6 +27,17 @@ VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexc
   return {(1.0 - u) * a.value + u * b.value, blend(a.jacobian, b.jacobian, u), true};
 }
 
+/// Of a blend: data begin and end where those of a frame do. `largest`: of the frames' values, in the field's own unit.
+LipschitzBound blend(const LipschitzBound& a, const LipschitzBound& b, double u, double largest) noexcept {
+  const double radius_m = std::min(a.radius_m, b.radius_m);
+  if (!(radius_m > 0.0)) return {};
+  // [1] of the largest value: two products and a sum, of an interpolant that overshoots its samples by a few times.
+  constexpr double of_blend = 64.0 * std::numeric_limits<double>::epsilon();
+  const LipschitzBound blended{radius_m, (1.0 - u) * a.slope_per_m + u * b.slope_per_m,
+                               (1.0 - u) * a.rounding + u * b.rounding + of_blend * largest};
+  return std::isfinite(blended.slope_per_m + blended.rounding) ? blended : LipschitzBound{};
+}
+
 /// First part of a polynomial, as Bernstein coefficients over that part (P. de Casteljau).
 void keep_first(PolynomialPiece& piece, double share) noexcept {
   for (int level = 1; level <= piece.degree; ++level) {
@@ -77,6 +88,7 @@ class FrameSeries final : public TimedField {
         extents_[c] = {std::min(extents_[c].min, e[c].min), std::max(extents_[c].max, e[c].max)};
       }
     }
+    for (const ValueRange& e : extents_) largest_ = std::max({largest_, std::abs(e.min), std::abs(e.max)});
     if (components() == 1) noise_ = noise_of_gradient(first());
   }
 
@@ -109,6 +121,12 @@ class FrameSeries final : public TimedField {
     // A place in only one of the two frames is outside, without a derivative.
     if (!scalar_at(world_m, at).inside) return {};
     return blend(a, view_.frames[t.b]->hessian(world_m), t.u);
+  }
+  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override {
+    const Between t = between(at);
+    const LipschitzBound a = view_.frames[t.a]->lipschitz_bound(world_m);
+    if (t.u == 0.0 || a.radius_m == 0.0) return a;
+    return blend(a, view_.frames[t.b]->lipschitz_bound(world_m), t.u, largest_);
   }
   double depth_at(const Vec3& world_m, DataTime at) const noexcept override {
     const Between t = between(at);
@@ -167,7 +185,8 @@ class FrameSeries final : public TimedField {
 
   SeriesView view_;
   std::vector<ValueRange> extents_;
-  double noise_ = 0.0;  ///< [unit/m] of a gradient
+  double largest_ = 0.0;  ///< of a component, the field's own unit
+  double noise_ = 0.0;    ///< [unit/m] of a gradient
 };
 
 }  // namespace
