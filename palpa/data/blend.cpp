@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -39,6 +40,16 @@ Mat3 blend(const Mat3& a, const Mat3& b, double u) noexcept {
 VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexcept {
   if (!a.inside || !b.inside) return {};
   return {(1.0 - u) * a.value + u * b.value, blend(a.jacobian, b.jacobian, u), true};
+}
+
+LipschitzBound blend(const LipschitzBound& a, const LipschitzBound& b, double u, double largest) noexcept {
+  const double radius_m = std::min(a.radius_m, b.radius_m);
+  if (!(radius_m > 0.0)) return {};
+  // [1] of the largest value: two products and a sum, of an interpolant that overshoots its samples by a few times.
+  constexpr double of_blend = 64.0 * std::numeric_limits<double>::epsilon();
+  const LipschitzBound blended{radius_m, (1.0 - u) * a.slope_per_m + u * b.slope_per_m,
+                               (1.0 - u) * a.rounding + u * b.rounding + of_blend * largest};
+  return std::isfinite(blended.slope_per_m + blended.rounding) ? blended : LipschitzBound{};
 }
 
 void keep_first(PolynomialPiece& piece, double share) noexcept {

@@ -12,6 +12,8 @@ namespace palpa::detail {
 ScalarSample blend(const ScalarSample& a, const ScalarSample& b, double u) noexcept;
 Mat3 blend(const Mat3& a, const Mat3& b, double u) noexcept;
 VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexcept;
+/// Bound on a blend: data begin and end where those of either field do. `largest`: of both fields' values, in their own unit.
+LipschitzBound blend(const LipschitzBound& a, const LipschitzBound& b, double u, double largest) noexcept;
 
 /// (1 − u) a + u b of two pieces that begin at the share `begin` [1], up to the end of the shorter one.
 PolynomialPiece joined_pieces(PolynomialPiece a, PolynomialPiece b, double begin, double u) noexcept;

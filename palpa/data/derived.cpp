@@ -193,6 +193,10 @@ class TimedPointwise final : public TimedField {
     const VectorSample u = timed_.vector_at(world_m, at);
     return detail::taken_of(u, axis_);
   }
+  /// Neither a length nor a component changes by more than the vector.
+  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override {
+    return timed_.lipschitz_bound_at(world_m, at);
+  }
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
     return carried_with_level(world_m, from, to, 0.0);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palpa {
 
@@ -10,6 +11,11 @@ LipschitzBound LipschitzBound::scaled(double scale, double shift_m) const noexce
                             rounding + 2.0 * slope_per_m * shift_m};
   const bool usable = seen.radius_m > 0.0 && std::isfinite(seen.radius_m + seen.slope_per_m + seen.rounding);
   return usable ? seen : LipschitzBound{};
+}
+
+LipschitzBound LipschitzBound::posed(const Similarity& pose, const Vec3& world_m) const noexcept {
+  const double shift_m = 16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(pose.translation_m)) / pose.scale;
+  return scaled(pose.scale, shift_m);
 }
 
 ScalarSample Field::scalar(const Vec3&) const noexcept { return {}; }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "palpa/solver/similarity.h"
 #include "palpa/solver/vec3.h"
 
 namespace palpa {
@@ -48,6 +49,8 @@ struct LipschitzBound {
   double change(double distance_m) const noexcept { return slope_per_m * distance_m + rounding; }
   /// This bound in a frame of lengths `scale` [1] times as long, with positions rounded by up to `shift_m` [m].
   LipschitzBound scaled(double scale, double shift_m) const noexcept;
+  /// This bound in the world of a pose, for positions around `world_m` [m].
+  LipschitzBound posed(const Similarity& pose, const Vec3& world_m) const noexcept;
 };
 
 /// Piece of a segment through a scalar field on which the value is one polynomial, or within known bounds.
@@ -92,8 +95,8 @@ class Field {
   virtual PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
                                       const ValueRange& quiet) const noexcept;
 
-  /// Bound on the field around a world position [m]. Its radius is about a cell on grids, 0 by default and for fields that
-  /// change with time. For a vector field it bounds the length of the value's change. Costs a fraction of a sample.
+  /// Bound on the field around a world position [m]. Its radius is about a cell on grids, 0 by default. For a vector field it
+  /// bounds the length of the value's change. Costs a fraction of a sample.
   virtual LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept {
     return static_cast<void>(world_m), LipschitzBound{};
   }

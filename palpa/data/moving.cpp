@@ -61,9 +61,7 @@ class Posed final : public Field {
   }
 
   LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override {
-    const double shift_m =
-        16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(view_.pose.translation_m)) / view_.pose.scale;
-    return view_.field->lipschitz_bound(view_.pose.to_hand(world_m)).scaled(view_.pose.scale, shift_m);
+    return view_.field->lipschitz_bound(view_.pose.to_hand(world_m)).posed(view_.pose, world_m);
   }
 
   double spacing_m() const noexcept override { return view_.pose.scale * view_.field->spacing_m(); }
@@ -209,6 +207,16 @@ class Moving final : public TimedField {
       finite = finite && std::isfinite(piece.control[i]);
     }
     return finite ? piece : PolynomialPiece{.end = piece.end};
+  }
+
+  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override {
+    const Similarity pose = pose_at(view_.track, at);
+    const Vec3 local_m = pose.to_hand(world_m);
+    LipschitzBound bound = timed_ ? timed_->lipschitz_bound_at(local_m, at) : view_.field->lipschitz_bound(local_m);
+    bound = bound.posed(pose, world_m);
+    bound.slope_per_m = per_length(bound.slope_per_m, pose);
+    bound.rounding = per_length(bound.rounding, pose);
+    return std::isfinite(bound.slope_per_m + bound.rounding) ? bound : LipschitzBound{};
   }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {

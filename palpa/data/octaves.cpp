@@ -52,6 +52,7 @@ Octaves::Octaves(Shape shape) : shape_(std::move(shape)) {
     bounds_m_.high_m = {std::max(bounds_m_.high_m.x, at.x), std::max(bounds_m_.high_m.y, at.y),
                         std::max(bounds_m_.high_m.z, at.z)};
   }
+  for (const ValueRange& range : shape_.ranges) largest_ = std::max({largest_, std::abs(range.min), std::abs(range.max)});
   spacing_m_ = std::ldexp(coarsest_.grid->spacing_m(), -last);
 }
 
@@ -174,6 +175,16 @@ Mat3 Octaves::hessian_at(const Vec3& world_m, DataTime at) const noexcept {
   if (t.u == 0.0) return a;
   if (!scalar_at(world_m, at).inside) return {};
   return detail::blend(a, sampled_in(t.a + 1, world_m, at, sample), t.u);
+}
+
+LipschitzBound Octaves::lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept {
+  const Between t = between(at);
+  const auto bound_of = [&](int octave) {
+    const detail::GridBase* grid = in_force(octave, at).grid.get();
+    return grid ? grid->lipschitz_bound(world_m) : LipschitzBound{};
+  };
+  const LipschitzBound a = bound_of(t.a);
+  return t.u == 0.0 || a.radius_m == 0.0 ? a : detail::blend(a, bound_of(t.a + 1), t.u, largest_);
 }
 
 double Octaves::local_spacing_at(const Vec3& world_m, DataTime at) const noexcept {

@@ -94,6 +94,7 @@ class Octaves final : public TimedField {
   Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept override;
   PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
                                  DataTime at) const noexcept override;
+  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override;
   double depth_at(const Vec3& world_m, DataTime at) const noexcept override;
   double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override;
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override;
@@ -114,6 +115,7 @@ class Octaves final : public TimedField {
   Shape shape_;
   std::vector<GridGeometry> grids_;
   double spacing_m_ = 0.0;
+  double largest_ = 0.0;  ///< the field's own unit: of all values
   Box bounds_m_;
   OctaveWindow coarsest_;
 };

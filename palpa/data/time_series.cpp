@@ -22,6 +22,7 @@ class FrameSeries final : public TimedField {
         extents_[c] = {std::min(extents_[c].min, e[c].min), std::max(extents_[c].max, e[c].max)};
       }
     }
+    for (const ValueRange& e : extents_) largest_ = std::max({largest_, std::abs(e.min), std::abs(e.max)});
     if (components() == 1) noise_ = noise_of_frames();
   }
 
@@ -54,6 +55,12 @@ class FrameSeries final : public TimedField {
     // A place in only one of the two frames is outside, without a derivative.
     if (!scalar_at(world_m, at).inside) return {};
     return detail::blend(a, view_.frames[t.b]->hessian(world_m), t.u);
+  }
+  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override {
+    const Between t = between(at);
+    const LipschitzBound a = view_.frames[t.a]->lipschitz_bound(world_m);
+    if (t.u == 0.0 || a.radius_m == 0.0) return a;
+    return detail::blend(a, view_.frames[t.b]->lipschitz_bound(world_m), t.u, largest_);
   }
   double depth_at(const Vec3& world_m, DataTime at) const noexcept override {
     const Between t = between(at);
@@ -104,7 +111,8 @@ class FrameSeries final : public TimedField {
 
   SeriesView view_;
   std::vector<ValueRange> extents_;
-  double noise_ = 0.0;  ///< [unit/m] of a gradient
+  double largest_ = 0.0;  ///< of a component, the field's own unit
+  double noise_ = 0.0;    ///< [unit/m] of a gradient
 };
 
 }  // namespace

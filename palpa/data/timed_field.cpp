@@ -18,6 +18,9 @@ class Moment : public Field {
   double spacing_m() const noexcept override { return field_.spacing_m(); }
   double local_spacing_m(const Vec3& world_m) const noexcept override { return field_.local_spacing_at(world_m, at_); }
   Box bounds_m() const noexcept override { return field_.bounds_m(); }
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override {
+    return field_.lipschitz_bound_at(world_m, at_);
+  }
   double depth_m(const Vec3& world_m) const noexcept override { return field_.depth_at(world_m, at_); }
   std::vector<ValueRange> value_ranges() const override { return field_.value_ranges(); }
 

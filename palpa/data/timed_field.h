@@ -47,6 +47,10 @@ class TimedField : public Field {
   /// `Field::piece_along` from the share `begin` [1] on, at a moment. Exact for a series of grids, too.
   virtual PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
                                          DataTime at) const noexcept;
+  /// `Field::lipschitz_bound` at a moment; for that moment alone. Default: none.
+  virtual LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept {
+    return static_cast<void>(world_m), static_cast<void>(at), LipschitzBound{};
+  }
   virtual double depth_at(const Vec3& world_m, DataTime at) const noexcept = 0;  ///< [m]
   /// `Field::local_spacing_m` at a moment [m].
   virtual double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept {
@@ -79,6 +83,7 @@ class TimedField : public Field {
                               const ValueRange& quiet) const noexcept final {
     return piece_along_at(from_m, to_m, begin, quiet, {});
   }
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept final { return lipschitz_bound_at(world_m, {}); }
   double depth_m(const Vec3& world_m) const noexcept final { return depth_at(world_m, {}); }
   double local_spacing_m(const Vec3& world_m) const noexcept final { return local_spacing_at(world_m, {}); }
 

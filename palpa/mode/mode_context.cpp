@@ -244,6 +244,7 @@ LipschitzBound Samples::lipschitz_bound(std::int32_t field, const Vec3& hand_m) 
   const LipschitzBound found =
       by.grid ? by.grid->certificate_in(plan_->lattice_of(by).at(place, places_[place]), is_component ? slot.axis : 0,
                                         is_component ? 1 : by.grid->components())
+              : slot.timed ? slot.timed->lipschitz_bound_at(world_m, at_)
               : slot.field->lipschitz_bound(world_m);
   const double shift_m = 16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(map_.translation_m));
   return found.scaled(1.0 / map_.scale, shift_m);
