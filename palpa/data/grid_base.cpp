@@ -457,9 +457,16 @@ double GridBase::stays_s(const Vec3& world_m, const Vec3& velocity_m_per_s, doub
 }
 
 std::array<double, 2> GridBase::passage(const Vec3& from_m, const Vec3& to_m) const noexcept {
-  const Way way(steps_of(from_m), steps_of(to_m), *this);
-  if (!(way.enters < way.leaves)) return {0.0, -1.0};
-  return {way.enters, way.leaves};
+  const Vec3 from = steps_of(from_m), way = steps_of(to_m) - from;
+  const double ways[3] = {way.x, way.y, way.z};
+  double enters = 0.0, leaves = 1.0;
+  for_each_face(from, [&](std::size_t a, double left, double side) {
+    const double towards = side * ways[a];
+    if (towards > 0.0) leaves = std::min(leaves, left / towards);
+    if (towards < 0.0) enters = std::max(enters, left / towards);
+    if (!(towards < 0.0) && !(left >= 0.0)) leaves = -1.0;
+  });
+  return {enters, enters < leaves ? leaves : -1.0};
 }
 
 double GridBase::end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept {

@@ -92,8 +92,8 @@ class GridBase : public Field {
   /// Time [s] after which a position that moves at this velocity [m/s] is nearer than `margin` [voxels] to such a face; infinite
   /// if it never is, 0 if it is now.
   double stays_s(const Vec3& world_m, const Vec3& velocity_m_per_s, double margin) const noexcept;
-  /// Shares [1] of the segment between two positions [m] where it enters and leaves the extent; the second is negative if the
-  /// segment is outside.
+  /// Shares [1] of the segment between two positions [m] where it enters and leaves the space within such faces; the second is
+  /// negative if it is nowhere there.
   std::array<double, 2> passage(const Vec3& from_m, const Vec3& to_m) const noexcept;
 
   /// Cell of a position along an axis: its first voxel, the fraction [1] across it.

@@ -148,7 +148,7 @@ auto Octaves::sampled_in(int octave, const Vec3& world_m, DataTime at, Sample&& 
     const detail::GridBase* grid = in_force(octave, at).grid.get();
     if (!grid) continue;
     detail::GridBase::Place place = grid->place_of(world_m);
-    if (place.inside) return sample(*grid, place);
+    if (place.inside || grid->room_voxels(world_m) >= 0.0) return sample(*grid, place);
   }
   detail::GridBase::Place place = coarsest_.grid->place_of(world_m);
   return sample(*coarsest_.grid, place);
@@ -209,7 +209,7 @@ double Octaves::depth_at(const Vec3& world_m, DataTime at) const noexcept {
   return std::min(depth_m, of_box_m);
 }
 
-/// Piece of an octave, up to the next window of a finer one.
+/// Piece of the octave whose window holds its begin, up to the window's end or that of a finer octave.
 PolynomialPiece Octaves::piece_of(int octave, const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
                                   DataTime at) const noexcept {
   double end = 1.0;
@@ -218,11 +218,10 @@ PolynomialPiece Octaves::piece_of(int octave, const Vec3& from_m, const Vec3& to
     if (!grid) continue;
     const auto [enters, leaves] = grid->passage(from_m, to_m);
     if (!(leaves > begin)) continue;
+    end = std::min(end, enters > begin ? enters : leaves);
     if (enters <= begin) break;
-    end = std::min(end, enters);
   }
-  const detail::GridBase* grid = in_force(octave, at).grid.get();
-  PolynomialPiece piece = grid->piece_along(from_m, to_m, begin, quiet);
+  PolynomialPiece piece = in_force(octave, at).grid->piece_along(from_m, to_m, begin, quiet);
   if (piece.end > end) {
     if (piece.degree > 0) detail::keep_first(piece, (end - begin) / (piece.end - begin));
     piece.end = end;
