@@ -5,58 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "palpa/data/field_at_moment.h"
 #include "palpa/data/halton.h"
 #include "palpa/data/quantile.h"
-#include "palpa/data/timed_field.h"
 
 namespace palpa {
 namespace {
-
-/// (1 − u) a + u b, of values and derivatives.
-ScalarSample blend(const ScalarSample& a, const ScalarSample& b, double u) noexcept {
-  if (!a.inside || !b.inside) return {};
-  return {(1.0 - u) * a.value + u * b.value, (1.0 - u) * a.gradient + u * b.gradient, true};
-}
-Mat3 blend(const Mat3& a, const Mat3& b, double u) noexcept {
-  Mat3 m;
-  for (int i = 0; i < 3; ++i) m.row[i] = (1.0 - u) * a.row[i] + u * b.row[i];
-  return m;
-}
-VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexcept {
-  if (!a.inside || !b.inside) return {};
-  return {(1.0 - u) * a.value + u * b.value, blend(a.jacobian, b.jacobian, u), true};
-}
-
-/// Of a blend: data begin and end where those of a frame do. `largest`: of the frames' values, in the field's own unit.
-LipschitzBound blend(const LipschitzBound& a, const LipschitzBound& b, double u, double largest) noexcept {
-  const double radius_m = std::min(a.radius_m, b.radius_m);
-  if (!(radius_m > 0.0)) return {};
-  // [1] of the largest value: two products and a sum, of an interpolant that overshoots its samples by a few times.
-  constexpr double of_blend = 64.0 * std::numeric_limits<double>::epsilon();
-  const LipschitzBound blended{radius_m, (1.0 - u) * a.slope_per_m + u * b.slope_per_m,
-                               (1.0 - u) * a.rounding + u * b.rounding + of_blend * largest};
-  return std::isfinite(blended.slope_per_m + blended.rounding) ? blended : LipschitzBound{};
-}
-
-/// First part of a polynomial, as Bernstein coefficients over that part (P. de Casteljau).
-void keep_first(PolynomialPiece& piece, double share) noexcept {
-  for (int level = 1; level <= piece.degree; ++level) {
-    for (int i = piece.degree; i >= level; --i) {
-      piece.control[i] = (1.0 - share) * piece.control[i - 1] + share * piece.control[i];
-    }
-  }
-}
-/// Degree elevation.
-void raise(PolynomialPiece& piece, int degree) noexcept {
-  for (; piece.degree < degree; ++piece.degree) {
-    const int n = piece.degree + 1;
-    piece.control[n] = piece.control[n - 1];
-    for (int i = n - 1; i > 0; --i) {
-      const double share = static_cast<double>(i) / n;
-      piece.control[i] = share * piece.control[i - 1] + (1.0 - share) * piece.control[i];
-    }
-  }
-}
 
 /// Noise of the gradient [unit/m], below which its direction is not used: three standard deviations of its components' noise,
 /// from their median second difference between neighbours, which smooth data and (rare) edges hardly change.
@@ -78,7 +32,7 @@ double noise_of_gradient(const Field& field) {
   return 3.0 * detail::median(differences) / (median_of_normal * std::numbers::sqrt2 * std::numbers::sqrt3);
 }
 
-class FrameSeries final : public TimedField {
+class FrameSeries final : public FieldOfMoments {
  public:
   FrameSeries(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames)
       : view_{std::move(frames), period_s, between_frames}, extents_(view_.frames.front()->value_ranges()) {
@@ -98,74 +52,27 @@ class FrameSeries final : public TimedField {
     return (view_.between_frames == BetweenFrames::linear ? 2 : 1) * first().values_per_sample();
   }
   double spacing_m() const noexcept override { return first().spacing_m(); }
-  double local_spacing_at(const Vec3& world_m, DataTime) const noexcept override { return first().local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return first().bounds_m(); }
   std::vector<ValueRange> value_ranges() const override { return extents_; }
   double cycle_s() const noexcept override { return static_cast<double>(view_.frames.size()) * view_.period_s; }
   double time_spacing_s() const noexcept override { return view_.period_s; }
 
-  ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override {
+  FieldAtMoment at_moment(DataTime at) const noexcept override {
     const Between t = between(at);
-    const ScalarSample a = view_.frames[t.a]->scalar(world_m);
-    return t.u == 0.0 ? a : blend(a, view_.frames[t.b]->scalar(world_m), t.u);
-  }
-  VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const VectorSample a = view_.frames[t.a]->vector(world_m);
-    return t.u == 0.0 ? a : blend(a, view_.frames[t.b]->vector(world_m), t.u);
-  }
-  Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const Mat3 a = view_.frames[t.a]->hessian(world_m);
-    if (t.u == 0.0) return a;
-    // A place in only one of the two frames is outside, without a derivative.
-    if (!scalar_at(world_m, at).inside) return {};
-    return blend(a, view_.frames[t.b]->hessian(world_m), t.u);
-  }
-  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const LipschitzBound a = view_.frames[t.a]->lipschitz_bound(world_m);
-    if (t.u == 0.0 || a.radius_m == 0.0) return a;
-    return blend(a, view_.frames[t.b]->lipschitz_bound(world_m), t.u, largest_);
-  }
-  double depth_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const double a = view_.frames[t.a]->depth_m(world_m);
-    return t.u == 0.0 ? a : std::min(a, view_.frames[t.b]->depth_m(world_m));
-  }
-
-  PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
-                                 DataTime at) const noexcept override {
-    const Between t = between(at);
-    const Field &one = *view_.frames[t.a], &other = *view_.frames[t.b];
-    PolynomialPiece a = one.piece_along(from_m, to_m, begin, quiet);
-    if (t.u == 0.0) return a;
-    PolynomialPiece b = other.piece_along(from_m, to_m, begin, quiet);
-    if (!a.inside || !b.inside) return {.end = !a.inside && !b.inside ? std::min(a.end, b.end) : !a.inside ? a.end : b.end};
-    // Quiet in both frames implies quiet between them; else polynomials of both are requested.
-    if (a.degree < 0 && b.degree < 0) return a.end <= b.end ? a : b;
-    constexpr ValueRange never{1.0, -1.0};
-    if (a.degree < 0) a = one.piece_along(from_m, to_m, begin, never);
-    if (b.degree < 0) b = other.piece_along(from_m, to_m, begin, never);
-    const double end = std::min(a.end, b.end);
-    if (!a.inside || !b.inside || a.degree < 0 || b.degree < 0) return {.end = end};
-    for (PolynomialPiece* piece : {&a, &b}) {
-      if (piece->end > end) keep_first(*piece, (end - begin) / (piece->end - begin));
-      raise(*piece, std::max(a.degree, b.degree));
-    }
-    for (int i = 0; i <= a.degree; ++i) a.control[i] = (1.0 - t.u) * a.control[i] + t.u * b.control[i];
-    a.end = end;
-    return a;
+    return t.u == 0.0 ? FieldAtMoment(*view_.frames[t.a])
+                      : FieldAtMoment(*view_.frames[t.a], *view_.frames[t.b], t.u, largest_);
   }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
-    return components() == 1 ? carried_with_level(world_m, from, to, noise_) : Carried{world_m};
+    if (components() != 1 || between(from) == between(to)) return {world_m};
+    return carried_with_level(world_m, from, to, noise_);
   }
 
  private:
   struct Between {
     std::size_t a = 0, b = 0;
     double u = 0.0;  ///< [1] share of b; 0: a alone
+    friend bool operator==(const Between&, const Between&) = default;
   };
   Between between(DataTime at) const noexcept {
     const std::size_t n = view_.frames.size();

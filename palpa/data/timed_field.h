@@ -28,6 +28,8 @@ struct Carried {
   bool known = true;  ///< false: undetermined by the data; the position is the old one
 };
 
+class FieldAtMoment;
+
 /// Field that changes with time. Immutable like every field: a moment is an argument. As a plain field it is that of its first
 /// moment; its box, range and spacing hold for all moments.
 ///
@@ -50,6 +52,9 @@ class TimedField : public Field {
   virtual double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept {
     return static_cast<void>(world_m), static_cast<void>(at), spacing_m();
   }
+
+  /// This field at a moment, for many samples there: equal to the bit, and cheaper (field_at_moment.h).
+  virtual FieldAtMoment at_moment(DataTime at) const noexcept;
 
   /// Position at the moment `to` of the data point at a world position [m] at the moment `from`. Exact for a volume that moves.
   /// If only values change, a scalar field's point keeps its value and moves along the gradient: by −φ_t g/|g|² for a short

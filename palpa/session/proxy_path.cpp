@@ -51,7 +51,8 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
     spared_work_ = tool_spared_work;
   }
   playing_ = modes_.any_timed() && time_.play != TimeOptions::Play::hold;
-  modes_.set_time(time_.at(0.0));
+  end_s_ = modes_.data_end_s();
+  modes_.set_time(data_time(0.0));
   refine(1);
   reset();
 }
@@ -76,7 +77,7 @@ void ProxyPath::refine(int times) {
 
 void ProxyPath::after_state_copy() noexcept {
   model_.forget_warm_start();
-  modes_.set_time(time_.at(state_.view_s));
+  modes_.set_time(data_time(state_.view_s));
 }
 
 void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
@@ -85,7 +86,7 @@ void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
   state_.started = other.state_.started;
   queue_.start(other.queue_.processed_up_to());
   state_.followed = other.state_.followed;
-  modes_.set_time(time_.at(state_.view_s));
+  modes_.set_time(data_time(state_.view_s));
 }
 
 void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
@@ -94,7 +95,7 @@ void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
   c.proxy = c.followed = probe;
   queue_.start(probe);
   c.view_s = c.followed_s = c.elapsed_s - time_step_s;
-  modes_.set_time(time_.at(c.view_s));
+  modes_.set_time(data_time(c.view_s));
 }
 
 const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
@@ -108,7 +109,8 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   walk_.unreached_m = 0.0;
   walk_.dropped = 0;
   path_m_ = queue_.push(probe, time_step_s, tool_);
-  if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
+  if (playing_) find_changes();
+  if (changes_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, data_time(c.followed_s), data_time(c.elapsed_s)));
 
   ProbeSegment& segment = segment_;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
@@ -131,6 +133,23 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   return walk_;
 }
 
+// Moment of the data. One that plays once ends with the longest of its fields, so that equal moments are found equal.
+DataTime ProxyPath::data_time(double elapsed_s) const noexcept {
+  DataTime at = time_.at(elapsed_s);
+  if (!at.loop) at.time_s = std::min(at.time_s, end_s_);
+  return at;
+}
+
+// Whether the data change in this tick. Data that stand still are as plain ones.
+void ProxyPath::find_changes() noexcept {
+  PathState& c = state_;
+  changes_ = data_time(c.followed_s) != data_time(c.elapsed_s) || modes_.any_fades();
+  if (changes_) return;
+  c.view_s = c.followed_s = c.elapsed_s;
+  modes_.set_time(data_time(c.view_s));
+  moved_n_ = 0.0;
+}
+
 // Next segment of the probe's path, short enough not to skip data. Stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
@@ -142,7 +161,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   segment = queue_.front();
   const double length = tool_.way_m(segment.from, segment.to);
   const double furthest =
-      playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
+      changes_ ? std::max(length, modes_.motion_m(c.proxy, data_time(c.followed_s), data_time(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
   double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from, segment.to);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
@@ -165,7 +184,7 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
   work_.spend(modes_.work());
-  modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
+  modes_.advance(c.proxy, data_time(c.followed_s), data_time(view_s), data_time(c.elapsed_s), passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });
   c.view_s = view_s;
@@ -180,7 +199,7 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
   const double finest_m = modes_.finest_m(start, start, segment.to);
   step_m_ = step_share_ / refined_ * finest_m;
   context.spacing_m = spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
-  const double follows_s = playing_ ? advance_data(segment) : 0.0;
+  const double follows_s = changes_ ? advance_data(segment) : 0.0;
   if (!settles) modes_.begin_step(state_.step_start = start);
   const Move made = move(segment, context, settles);
 
@@ -217,7 +236,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const bool at_probe = steps_ == Steps::one_at_probe;
   spacing_m_ = std::min(modes_.finest_m(start, start, segment.to), 1.0);
   StepContext context{start, segment.to, segment.time_s, stiffness_n_per_m_, spacing_m_};
-  const double follows_s = playing_ ? advance_data(segment) : 0.0;
+  const double follows_s = changes_ ? advance_data(segment) : 0.0;
   modes_.begin_step(state_.step_start = start);
 
   model_.begin_move(context, spacing_m_);
@@ -331,7 +350,7 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   const bool gets_on =
       (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || tool_.way_m(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Pending::nothing;
-  return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
+  return move.stop == Stop::energy && !changes_ ? Pending::settling : Pending::path;
 }
 
 // Lets the modes place primitives for a move on the way to `whole_end`, expected to end at `end`.
@@ -555,14 +574,14 @@ void ProxyPath::extrapolate_moves(const Motion& before_m, bool fresh) noexcept {
 Motion ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Motion{};
   const double before_m2 = tool_.product_m2(state_.probe_way_m, state_.probe_way_m);
-  if (playing_ || !(before_m2 > 0.0)) return {};
+  if (changes_ || !(before_m2 > 0.0)) return {};
   const double share = tool_.product_m2(tool_.motion(segment.from, segment.to), state_.probe_way_m) / before_m2;
   return std::clamp(share, 0.0, 1.0) * tool_.motion(state_.segment_start, state_.proxy);
 }
 
 void ProxyPath::configure_events(std::size_t foot, const Pose& end, bool flies) noexcept {
   policy_.clear();
-  if (playing_) modes_.configure_events(foot, crossings_, policy_, tool_.foot_m(state_.proxy, foot));
+  if (changes_) modes_.configure_events(foot, crossings_, policy_, tool_.foot_m(state_.proxy, foot));
   model_.configure_events(foot, crossings_, end, policy_);
   for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
 }

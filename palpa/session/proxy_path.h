@@ -114,6 +114,8 @@ class ProxyPath {
     Pose to_pose;            // of the balance
   };
 
+  DataTime data_time(double elapsed_s) const noexcept;
+  void find_changes() noexcept;
   bool next_segment(ProbeSegment& segment) noexcept;
   bool is_free() noexcept;
   double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
@@ -153,6 +155,8 @@ class ProxyPath {
   double stiffness_n_per_m_;
   TimeOptions time_;
   bool playing_ = false;  // the data change with time
+  bool changes_ = false;  // and do so in this tick
+  double end_s_ = 0.0;    // end of the data, if they play once
   Tool tool_;
   ContactTable contacts_;
   ModeRuntime modes_;
