@@ -186,7 +186,7 @@ TEST(LipschitzBound, OfWhatChangesWithTimeBoundsItAtItsMoment) {
   std::mt19937 random(72);
   Places places;
   int between_frames = 0;
-  for (int n = 0; n < 500 && !testing::Test::HasFatalFailure(); ++n) {
+  for (int n = 0; n < 900 && !testing::Test::HasFatalFailure(); ++n) {
     SCOPED_TRACE(n);
     const FieldPtr field = any_timed_field(random);
     const DataTime at{n % 4 == 0 ? 0.1 * static_cast<double>(random() % 3) : uniform(random, 0.0, 0.35), n % 2 == 0};

@@ -86,8 +86,9 @@ TEST_F(SamplesOfFields, AreThoseOfEachFieldInAnyOrder) {
 
 /// Series of grids at a frame and between, moved ones, and magnitudes and components of them.
 std::vector<FieldPtr> any_timed_fields() {
-  const FieldPtr flow = sampled(*lamb_oseen_vortex(0.02, 0.01).fields[0].field, 24);
-  const FieldPtr later = sampled(*lamb_oseen_vortex(0.03, 0.01).fields[0].field, 24);
+  const auto smooth = [](const FieldPtr& grid) { return filtered(grid, Filter::smooth); };
+  const FieldPtr flow = smooth(sampled(*lamb_oseen_vortex(0.02, 0.01).fields[0].field, 24));
+  const FieldPtr later = smooth(sampled(*lamb_oseen_vortex(0.03, 0.01).fields[0].field, 24));
   const FieldPtr flows = time_series({flow, later}, 1.0), q = derived(Derivation::q, flows);
   const FieldPtr moved = moving(flows, {{0.0, {}}, {2.0, {test::Random(5).rotation(), 1.5, {0.001, 0, 0}}}});
   return {q,
