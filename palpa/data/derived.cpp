@@ -179,6 +179,8 @@ class Coherence final : public OfSample {
 class TimedPointwise final : public TimedField {
  public:
   TimedPointwise(FieldPtr of, int axis) : of_(std::move(of)), timed_(*timed(*of_)), axis_(axis) {}
+  const FieldPtr& of() const noexcept { return of_; }
+  int axis() const noexcept { return axis_; }
   int components() const noexcept override { return 1; }
   int values_per_sample() const noexcept override { return of_->values_per_sample(); }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
@@ -313,6 +315,7 @@ namespace detail {
 std::optional<Pointwise> pointwise_of(const Field& field) noexcept {
   if (const auto* length = dynamic_cast<const Magnitude*>(&field)) return Pointwise{length->of()};
   if (const auto* component = dynamic_cast<const Component*>(&field)) return Pointwise{component->of(), component->axis()};
+  if (const auto* taken = dynamic_cast<const TimedPointwise*>(&field)) return Pointwise{taken->of(), taken->axis()};
   return std::nullopt;
 }
 

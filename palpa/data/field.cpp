@@ -14,7 +14,8 @@ LipschitzBound LipschitzBound::scaled(double scale, double shift_m) const noexce
 }
 
 LipschitzBound LipschitzBound::posed(const Similarity& pose, const Vec3& world_m) const noexcept {
-  const double shift_m = 16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(pose.translation_m)) / pose.scale;
+  const double shift_m =
+      16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(pose.translation_m)) / pose.scale;
   return scaled(pose.scale, shift_m);
 }
 

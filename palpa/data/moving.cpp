@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "palpa/data/timed_field.h"
+#include "palpa/data/field_at_moment.h"
 
 namespace palpa {
 namespace {
@@ -115,7 +115,7 @@ Turn turn_between(const Mat3& from, const Mat3& to) noexcept {
   return {normalized(twice_sine), std::atan2(norm(twice_sine), twice_cosine)};
 }
 
-class Moving final : public TimedField {
+class Moving final : public FieldOfMoments {
  public:
   Moving(FieldPtr field, PoseTrack track, int per_length)
       : view_{std::move(field), std::move(track), per_length}, timed_(timed(*view_.field)) {
@@ -129,14 +129,7 @@ class Moving final : public TimedField {
   const MovingView& view() const noexcept { return view_; }
   int components() const noexcept override { return view_.field->components(); }
   int values_per_sample() const noexcept override { return view_.field->values_per_sample(); }
-  int values_per_sample_at(DataTime at) const noexcept override {
-    return timed_ ? timed_->values_per_sample_at(at) : values_per_sample();
-  }
   double spacing_m() const noexcept override { return least_scale_ * view_.field->spacing_m(); }
-  double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Vec3 local_m = pose_at(view_.track, at).to_hand(world_m);
-    return least_scale_ * (timed_ ? timed_->local_spacing_at(local_m, at) : view_.field->local_spacing_m(local_m));
-  }
   Box bounds_m() const noexcept override { return bounds_m_; }
   double cycle_s() const noexcept override {
     return std::max(timed_ ? timed_->cycle_s() : 0.0, view_.track.size() > 1 ? view_.track.back().time_s : 0.0);
@@ -149,74 +142,10 @@ class Moving final : public TimedField {
     return least_s;
   }
 
-  ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Similarity pose = pose_at(view_.track, at);
-    const Vec3 local_m = pose.to_hand(world_m);
-    ScalarSample s = timed_ ? timed_->scalar_at(local_m, at) : view_.field->scalar(local_m);
-    s.value = per_length(s.value, pose);
-    s.gradient = pose.rotation * s.gradient / pose.scale;
-    for (int n = 0; n < view_.per_length; ++n) s.gradient = s.gradient / pose.scale;
-    return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
-  }
-
-  VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Similarity pose = pose_at(view_.track, at);
-    const Vec3 local_m = pose.to_hand(world_m);
-    VectorSample s = timed_ ? timed_->vector_at(local_m, at) : view_.field->vector(local_m);
-    s.value = pose.rotation * s.value;
-    s.jacobian = pose.rotation * s.jacobian * transposed(pose.rotation);
-    for (Vec3& row : s.jacobian.row) row = row / pose.scale;
-    for (int n = 0; n < view_.per_length; ++n) {
-      s.value = s.value / pose.scale;
-      for (Vec3& row : s.jacobian.row) row = row / pose.scale;
-    }
-    return is_finite(s.value) && is_finite(s.jacobian) ? s : VectorSample{};
-  }
-
-  Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Similarity pose = pose_at(view_.track, at);
-    const Vec3 local_m = pose.to_hand(world_m);
-    Mat3 h =
-        pose.rotation * (timed_ ? timed_->hessian_at(local_m, at) : view_.field->hessian(local_m)) * transposed(pose.rotation);
-    for (Vec3& row : h.row) {
-      row = row / pose.scale / pose.scale;
-      for (int n = 0; n < view_.per_length; ++n) row = row / pose.scale;
-    }
-    return is_finite(h) ? h : Mat3{};
-  }
-
-  double depth_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Similarity pose = pose_at(view_.track, at);
-    const Vec3 local_m = pose.to_hand(world_m);
-    const double depth = pose.scale * (timed_ ? timed_->depth_at(local_m, at) : view_.field->depth_m(local_m));
-    return std::isfinite(depth) ? depth : 0.0;
-  }
-
-  PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
-                                 DataTime at) const noexcept override {
-    const Similarity pose = pose_at(view_.track, at);
-    const Vec3 from_local_m = pose.to_hand(from_m), to_local_m = pose.to_hand(to_m);
-    double factor = 1.0;
-    for (int n = 0; n < view_.per_length; ++n) factor *= pose.scale;
-    const ValueRange quiet_local{quiet.min * factor, quiet.max * factor};
-    PolynomialPiece piece = timed_ ? timed_->piece_along_at(from_local_m, to_local_m, begin, quiet_local, at)
-                                   : view_.field->piece_along(from_local_m, to_local_m, begin, quiet_local);
-    bool finite = true;
-    for (int i = 0; i <= piece.degree; ++i) {
-      piece.control[i] /= factor;
-      finite = finite && std::isfinite(piece.control[i]);
-    }
-    return finite ? piece : PolynomialPiece{.end = piece.end};
-  }
-
-  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Similarity pose = pose_at(view_.track, at);
-    const Vec3 local_m = pose.to_hand(world_m);
-    LipschitzBound bound = timed_ ? timed_->lipschitz_bound_at(local_m, at) : view_.field->lipschitz_bound(local_m);
-    bound = bound.posed(pose, world_m);
-    bound.slope_per_m = per_length(bound.slope_per_m, pose);
-    bound.rounding = per_length(bound.rounding, pose);
-    return std::isfinite(bound.slope_per_m + bound.rounding) ? bound : LipschitzBound{};
+  FieldAtMoment at_moment(DataTime at) const noexcept override {
+    FieldAtMoment still = timed_ ? timed_->at_moment(at) : FieldAtMoment(*view_.field);
+    if (still.is_moved()) still = {*timed_, at};  // of two poses the inner one is found at each sample
+    return still.moved(pose_at(view_.track, at), least_scale_, view_.per_length);
   }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
@@ -246,11 +175,6 @@ class Moving final : public TimedField {
   }
 
  private:
-  double per_length(double value, const Similarity& pose) const noexcept {
-    for (int n = 0; n < view_.per_length; ++n) value /= pose.scale;
-    return value;
-  }
-
   /// A loop with different start and end has a jump there.
   bool jumps_between(DataTime from, DataTime to) const noexcept {
     if (!from.loop || view_.track.size() < 2 || view_.track.front().pose == view_.track.back().pose) return false;

@@ -14,7 +14,7 @@ struct Pointwise {
   int axis = magnitude;  ///< of the component, 0 to 2
 };
 
-/// Source of a magnitude or component; none for other fields, and for those that change with time.
+/// Source of a magnitude or component, also of one that changes with time; none for other fields.
 std::optional<Pointwise> pointwise_of(const Field& field) noexcept;
 
 /// |u|, with gradient Jᵀu/|u|, 0 at the kink u = 0; or a component.

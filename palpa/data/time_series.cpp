@@ -6,13 +6,13 @@
 #include <utility>
 
 #include "palpa/data/blend.h"
+#include "palpa/data/field_at_moment.h"
 #include "palpa/data/halton.h"
-#include "palpa/data/timed_field.h"
 
 namespace palpa {
 namespace {
 
-class FrameSeries final : public TimedField {
+class FrameSeries final : public FieldOfMoments {
  public:
   FrameSeries(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames)
       : view_{std::move(frames), period_s, between_frames}, extents_(view_.frames.front()->value_ranges()) {
@@ -32,61 +32,27 @@ class FrameSeries final : public TimedField {
     return (view_.between_frames == BetweenFrames::linear ? 2 : 1) * first().values_per_sample();
   }
   double spacing_m() const noexcept override { return first().spacing_m(); }
-  double local_spacing_at(const Vec3& world_m, DataTime) const noexcept override { return first().local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return first().bounds_m(); }
   std::vector<ValueRange> value_ranges() const override { return extents_; }
   double cycle_s() const noexcept override { return static_cast<double>(view_.frames.size()) * view_.period_s; }
   double time_spacing_s() const noexcept override { return view_.period_s; }
 
-  ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override {
+  FieldAtMoment at_moment(DataTime at) const noexcept override {
     const Between t = between(at);
-    const ScalarSample a = view_.frames[t.a]->scalar(world_m);
-    return t.u == 0.0 ? a : detail::blend(a, view_.frames[t.b]->scalar(world_m), t.u);
-  }
-  VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const VectorSample a = view_.frames[t.a]->vector(world_m);
-    return t.u == 0.0 ? a : detail::blend(a, view_.frames[t.b]->vector(world_m), t.u);
-  }
-  Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const Mat3 a = view_.frames[t.a]->hessian(world_m);
-    if (t.u == 0.0) return a;
-    // A place in only one of the two frames is outside, without a derivative.
-    if (!scalar_at(world_m, at).inside) return {};
-    return detail::blend(a, view_.frames[t.b]->hessian(world_m), t.u);
-  }
-  LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const LipschitzBound a = view_.frames[t.a]->lipschitz_bound(world_m);
-    if (t.u == 0.0 || a.radius_m == 0.0) return a;
-    return detail::blend(a, view_.frames[t.b]->lipschitz_bound(world_m), t.u, largest_);
-  }
-  double depth_at(const Vec3& world_m, DataTime at) const noexcept override {
-    const Between t = between(at);
-    const double a = view_.frames[t.a]->depth_m(world_m);
-    return t.u == 0.0 ? a : std::min(a, view_.frames[t.b]->depth_m(world_m));
-  }
-
-  PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
-                                 DataTime at) const noexcept override {
-    const Between t = between(at);
-    const Field& one = *view_.frames[t.a];
-    if (t.u == 0.0) return one.piece_along(from_m, to_m, begin, quiet);
-    const Field& other = *view_.frames[t.b];
-    return detail::blended_piece(begin, t.u, quiet, [&](bool second, const ValueRange& within) {
-      return (second ? other : one).piece_along(from_m, to_m, begin, within);
-    });
+    return t.u == 0.0 ? FieldAtMoment(*view_.frames[t.a])
+                      : FieldAtMoment(*view_.frames[t.a], *view_.frames[t.b], t.u, largest_);
   }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
-    return components() == 1 ? carried_with_level(world_m, from, to, noise_) : Carried{world_m};
+    if (components() != 1 || between(from) == between(to)) return {world_m};
+    return carried_with_level(world_m, from, to, noise_);
   }
 
  private:
   struct Between {
     std::size_t a = 0, b = 0;
     double u = 0.0;  ///< [1] share of b; 0: a alone
+    friend bool operator==(const Between&, const Between&) = default;
   };
   Between between(DataTime at) const noexcept {
     const std::size_t n = view_.frames.size();

@@ -4,43 +4,51 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/data/field_at_moment.h"
+
 namespace palpa {
 namespace {
 
-/// Timed field at a moment; a reference to it.
-class Moment : public Field {
+/// Timed field at a moment, by its own functions alone: a reference to it.
+class Moment final : public Field {
  public:
   Moment(const TimedField& field, DataTime at) noexcept : field_(field), at_(at) {}
   int components() const noexcept override { return field_.components(); }
   ScalarSample scalar(const Vec3& world_m) const noexcept override { return field_.scalar_at(world_m, at_); }
   VectorSample vector(const Vec3& world_m) const noexcept override { return field_.vector_at(world_m, at_); }
-  int values_per_sample() const noexcept override { return field_.values_per_sample(); }
   double spacing_m() const noexcept override { return field_.spacing_m(); }
-  double local_spacing_m(const Vec3& world_m) const noexcept override { return field_.local_spacing_at(world_m, at_); }
   Box bounds_m() const noexcept override { return field_.bounds_m(); }
-  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override {
-    return field_.lipschitz_bound_at(world_m, at_);
-  }
   double depth_m(const Vec3& world_m) const noexcept override { return field_.depth_at(world_m, at_); }
   std::vector<ValueRange> value_ranges() const override { return field_.value_ranges(); }
 
- protected:
+ private:
   const TimedField& field_;
   DataTime at_;
 };
 
 /// Moment that owns its field.
-class Frozen final : public Moment {
+class Frozen final : public Field {
  public:
-  Frozen(FieldPtr field, DataTime at) : Moment(*timed(*field), at), kept_(std::move(field)) {}
-  Mat3 hessian(const Vec3& world_m) const noexcept override { return field_.hessian_at(world_m, at_); }
+  Frozen(FieldPtr field, DataTime at) : field_(std::move(field)), now_(timed(*field_)->at_moment(at)) {}
+  int components() const noexcept override { return field_->components(); }
+  ScalarSample scalar(const Vec3& world_m) const noexcept override { return now_.scalar(world_m); }
+  VectorSample vector(const Vec3& world_m) const noexcept override { return now_.vector(world_m); }
+  Mat3 hessian(const Vec3& world_m) const noexcept override { return now_.hessian(world_m); }
   PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
                               const ValueRange& quiet) const noexcept override {
-    return field_.piece_along_at(from_m, to_m, begin, quiet, at_);
+    return now_.piece_along(from_m, to_m, begin, quiet);
   }
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override { return now_.lipschitz_bound(world_m); }
+  int values_per_sample() const noexcept override { return now_.values_per_sample(); }
+  double spacing_m() const noexcept override { return field_->spacing_m(); }
+  double local_spacing_m(const Vec3& world_m) const noexcept override { return now_.local_spacing_m(world_m); }
+  Box bounds_m() const noexcept override { return field_->bounds_m(); }
+  double depth_m(const Vec3& world_m) const noexcept override { return now_.depth_m(world_m); }
+  std::vector<ValueRange> value_ranges() const override { return field_->value_ranges(); }
 
  private:
-  FieldPtr kept_;
+  FieldPtr field_;
+  FieldAtMoment now_;
 };
 
 }  // namespace
@@ -53,6 +61,7 @@ double DataTime::within(double cycle_s) const noexcept {
 }
 
 ScalarSample TimedField::scalar_at(const Vec3&, DataTime) const noexcept { return {}; }
+FieldAtMoment TimedField::at_moment(DataTime at) const noexcept { return {*this, at}; }
 VectorSample TimedField::vector_at(const Vec3&, DataTime) const noexcept { return {}; }
 Mat3 TimedField::hessian_at(const Vec3& world_m, DataTime at) const noexcept {
   return Moment(*this, at).hessian(world_m);  // Field's own, by differences
@@ -74,9 +83,10 @@ Carried TimedField::carried_with_level(const Vec3& world_m, DataTime from, DataT
   // useless steps, or levels that count as lost.
   constexpr double on_level = 1e-9, near_level = 1e-3;
   const double h = local_spacing_at(world_m, from);
+  const FieldAtMoment later = at_moment(to);
   Vec3 at_m = world_m;
   for (int step = 0;; ++step) {
-    const ScalarSample now = scalar_at(at_m, to);
+    const ScalarSample now = later.scalar(at_m);
     if (!now.inside) return lost;
     const double rest = start.value - now.value;
     if (rest == 0.0) return {at_m};

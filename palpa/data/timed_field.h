@@ -34,6 +34,8 @@ struct Carried {
   bool known = true;  ///< false: undetermined by the data; the position is the old one
 };
 
+class FieldAtMoment;
+
 /// Field that changes with time. Immutable like every field: a moment is an argument. As a plain field it is that of its first
 /// moment; its box, range and spacing hold for all moments.
 ///
@@ -59,6 +61,8 @@ class TimedField : public Field {
 
   /// `Field::values_per_sample` at a moment.
   virtual int values_per_sample_at(DataTime at) const noexcept { return static_cast<void>(at), values_per_sample(); }
+  /// This field at a moment, for many samples there: equal to the bit, and cheaper (field_at_moment.h).
+  virtual FieldAtMoment at_moment(DataTime at) const noexcept;
 
   /// Position at the moment `to` of the data point at a world position [m] at the moment `from`. Exact for a volume that moves.
   /// If only values change, a scalar field's point keeps its value and moves along the gradient: by −φ_t g/|g|² for a short

@@ -292,7 +292,7 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
   Event::Ball& ball = event.balls_[field];
   const auto holds = [&] {
     const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
-    if (!(reach_m < ball.lipschitz_bound.radius_m)) return false;
+    if (!(reach_m < ball.lipschitz_bound.radius_m) || ball.moment != samples.moment_of(field)) return false;
     if (!ball.inside) return !has_sides(field, sides);
     const double change = is_any_value ? 0.0 : ball.lipschitz_bound.change(reach_m);
     return ball.value - change > quiet.min && ball.value + change < quiet.max;
@@ -300,7 +300,7 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
   if (holds()) return true;
   const ScalarSample& sample = samples.scalar(field, start_m);
   const bool inside = sample.inside || samples.vector(field, start_m).inside;
-  ball = {start_m, sample.value, inside, samples.lipschitz_bound(field, start_m)};
+  ball = {start_m, samples.moment_of(field), sample.value, inside, samples.lipschitz_bound(field, start_m)};
   return holds();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "palpa/data/field_at_moment.h"
 #include "palpa/data/fine_detail.h"
 #include "palpa/data/grid_base.h"
 #include "palpa/data/octaves.h"
@@ -15,7 +16,9 @@ namespace palpa {
 struct Samples::Slot {
   const Field* field = nullptr;
   const TimedField* timed = nullptr;         // same field, if it changes with time
-  const detail::GridBase* grid = nullptr;    // same field, if it is a grid
+  FieldAtMoment now{};                       // this one at the data's time
+  const Field* plain = nullptr;              // the plain field that it is then, if any
+  const detail::GridBase* grid = nullptr;    // same field, if it is a grid, or one at that time
   int lattice = -1;                          // lattice of the field or of its source
   int of = -1;                               // slot of its source field; -1: none
   int axis = 0;                              // component or magnitude of the source vector field
@@ -69,6 +72,20 @@ class Samples::Plan {
   };
   Lattice& lattice_of(const Slot& slot) noexcept { return lattices_[static_cast<std::size_t>(slot.lattice)]; }
 
+  // Resolves the fields that change with time.
+  void set_time(DataTime at) noexcept {
+    for (Slot& slot : slots_) {
+      if (!slot.timed) continue;
+      slot.now = slot.timed->at_moment(at);
+      if (slot.now.plain() == slot.plain) continue;
+      slot.plain = slot.now.plain();
+      slot.grid = dynamic_cast<const detail::GridBase*>(slot.plain);
+      const auto known = lattice_like(slot.grid);
+      slot.lattice = static_cast<int>(known - lattices_.begin());
+      if (known == lattices_.end()) slot.grid = nullptr;
+    }
+  }
+
  private:
   // Makes slot i derive from another field, which is added if it is none of the session's.
   void take(std::size_t i, const Field& from) {
@@ -81,15 +98,19 @@ class Samples::Plan {
     slots_[i].lattice = of->lattice;
   }
   void add(const Field& field) {
-    Slot slot{&field, timed(field), dynamic_cast<const detail::GridBase*>(&field)};
-    if (slot.grid) {
-      const GridGeometry& geometry = slot.grid->view().geometry;
-      const auto known = std::find_if(lattices_.begin(), lattices_.end(),
-                                      [&](const Lattice& lattice) { return lattice.grid->view().geometry == geometry; });
-      slot.lattice = static_cast<int>(known - lattices_.begin());
-      if (known == lattices_.end()) lattices_.push_back({slot.grid});
-    }
+    Slot slot{.field = &field, .timed = timed(field)};
+    const SeriesView* const series = series_of(field);
+    const Field& first = series ? *series->frames.front() : field;
+    const auto* const grid = dynamic_cast<const detail::GridBase*>(&first);
+    if (!series) slot.grid = grid;
+    const auto known = lattice_like(grid);
+    slot.lattice = static_cast<int>(known - lattices_.begin());
+    if (grid && known == lattices_.end()) lattices_.push_back({grid});
     slots_.push_back(slot);
+  }
+  std::vector<Lattice>::iterator lattice_like(const detail::GridBase* grid) noexcept {
+    return std::find_if(lattices_.begin(), lattices_.end(),
+                        [&](const Lattice& lattice) { return grid && lattice.grid->view().geometry == grid->view().geometry; });
   }
 
   std::vector<Slot> slots_;  // of the fields, then of their sources
@@ -109,20 +130,28 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     const double spacing_m = map_.length_to_hand(field->spacing_m());
     spacings_m_.push_back(std::max(spacing_m, min_spacing_m));
     const double largest = std::max(std::abs(ranges_.back().min), std::abs(ranges_.back().max));
-    const bool of_voxels = dynamic_cast<const detail::GridBase*>(field.get()) || dynamic_cast<const Octaves*>(field.get());
+    const SeriesView* const series = series_of(*field);
+    const Field& first = series ? *series->frames.front() : *field;
+    const bool of_voxels = dynamic_cast<const detail::GridBase*>(&first) || dynamic_cast<const Octaves*>(&first);
     least_slopes_.push_back(of_voxels && std::isfinite(largest) ? sum_rounding * largest / spacing_m : 0.0);
     roundings_.push_back(std::isfinite(largest) ? 2.0 * sum_rounding * largest : 0.0);
+    works_.push_back(tick_work::of_sample(field->values_per_sample()));
     any_timed_ = any_timed_ || timed(*field);
   }
-  works_.resize(fields.size());
-  find_works();
+  moments_.resize(fields.size());
+  find_moments();
 }
 
-void Samples::find_works() noexcept {
+// Resolves the fields that change with time, and the work of their samples.
+void Samples::find_moments() noexcept {
+  if (any_timed_) plan_->set_time(at_);
   work_beyond_ = 0;
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const Slot& slot = (*plan_)[static_cast<std::int32_t>(i)];
-    works_[i] = tick_work::of_sample(slot.timed ? slot.timed->values_per_sample_at(at_) : slot.field->values_per_sample());
+    if (slot.timed) {
+      works_[i] = tick_work::of_sample(slot.now.values_per_sample());
+      ++moments_[i];
+    }
     work_beyond_ += works_[i] - 1;
   }
 }
@@ -145,10 +174,9 @@ std::size_t Samples::find_place(const Vec3& hand_m) noexcept {
 void Samples::set_time(DataTime at, DataTime came_from) noexcept {
   came_from_ = came_from;
   if (at == at_) return;
-  const bool blends_otherwise = at.octave != at_.octave;
   at_ = at;
-  if (blends_otherwise) find_works();
   if (!any_timed_) return;
+  find_moments();
   for (Place& place : places_) {
     if (place.visit > 0) place.visit = ++visits_;
   }
@@ -164,7 +192,7 @@ const ScalarSample& Samples::take_scalar(std::size_t field, std::size_t place) n
 
 ScalarSample Samples::scalar_in_world(Slot& slot, std::size_t place) noexcept {
   const Vec3& world_m = places_[place].world_m;
-  if (slot.timed) return slot.timed->scalar_at(world_m, at_);
+  if (slot.timed && !slot.grid && slot.of < 0) return slot.now.scalar(world_m);
   if (slot.fine) return slot.fine->scalar_in(plan_->lattice_of(slot).at(place, places_[place]));
   if (slot.of >= 0) return detail::taken_of(vector_in_world((*plan_)[slot.of], place), slot.axis);
   if (!slot.grid) return slot.field->scalar(world_m);
@@ -179,9 +207,9 @@ const VectorSample& Samples::vector_in_world(Slot& slot, std::size_t place) noex
   if (slot.world_vector.knows(place, visit)) return slot.world_vector.samples[place];
   const Vec3& world_m = places_[place].world_m;
   return slot.world_vector.keep(place, visit,
-                                slot.timed  ? slot.timed->vector_at(world_m, at_)
-                                : slot.grid ? slot.grid->vector_in(plan_->lattice_of(slot).at(place, places_[place]))
-                                            : slot.field->vector(world_m));
+                                slot.grid    ? slot.grid->vector_in(plan_->lattice_of(slot).at(place, places_[place]))
+                                : slot.timed ? slot.now.vector(world_m)
+                                             : slot.field->vector(world_m));
 }
 
 const VectorSample& Samples::vector(std::int32_t field, const Vec3& hand_m) noexcept {
@@ -208,7 +236,7 @@ Mat3 Samples::hessian(std::int32_t field, const Vec3& hand_m) noexcept {
     if (slot.with_hessian) {
       take_scalar(static_cast<std::size_t>(field), place);
     } else {
-      slot.world_hessian.keep(place, visit, slot.timed ? slot.timed->hessian_at(world_m, at_) : slot.field->hessian(world_m));
+      slot.world_hessian.keep(place, visit, slot.timed ? slot.now.hessian(world_m) : slot.field->hessian(world_m));
     }
   }
   // The gradient per hand metre is the rotated gradient times the scale; its derivative has another such factor.
@@ -221,14 +249,13 @@ PolynomialPiece Samples::piece_along(std::int32_t field, const Vec3& from_hand_m
   if (!is_field(field)) return {};
   const Vec3 from_m = map_.to_world(from_hand_m), to_m = map_.to_world(to_hand_m);
   const Slot& slot = (*plan_)[field];
-  return slot.timed ? slot.timed->piece_along_at(from_m, to_m, begin, quiet, at_)
-                    : slot.field->piece_along(from_m, to_m, begin, quiet);
+  return slot.timed ? slot.now.piece_along(from_m, to_m, begin, quiet) : slot.field->piece_along(from_m, to_m, begin, quiet);
 }
 
 double Samples::local_spacing_m(std::int32_t field, const Vec3& world_m) const noexcept {
   if (!is_field(field)) return 0.0;
   const Slot& slot = (*plan_)[field];
-  const double spacing_m = slot.timed ? slot.timed->local_spacing_at(world_m, at_) : slot.field->local_spacing_m(world_m);
+  const double spacing_m = slot.timed ? slot.now.local_spacing_m(world_m) : slot.field->local_spacing_m(world_m);
   return std::max(map_.length_to_hand(spacing_m), min_spacing_m);
 }
 
@@ -242,10 +269,10 @@ LipschitzBound Samples::lipschitz_bound(std::int32_t field, const Vec3& hand_m) 
   const Slot& by = slot.of >= 0 ? (*plan_)[slot.of] : slot;
   const bool is_component = slot.of >= 0 && slot.axis != detail::Pointwise::magnitude;
   const LipschitzBound found =
-      by.grid ? by.grid->certificate_in(plan_->lattice_of(by).at(place, places_[place]), is_component ? slot.axis : 0,
+      by.grid      ? by.grid->certificate_in(plan_->lattice_of(by).at(place, places_[place]), is_component ? slot.axis : 0,
                                         is_component ? 1 : by.grid->components())
-              : slot.timed ? slot.timed->lipschitz_bound_at(world_m, at_)
-              : slot.field->lipschitz_bound(world_m);
+           : slot.timed ? slot.now.lipschitz_bound(world_m)
+                   : slot.field->lipschitz_bound(world_m);
   const double shift_m = 16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(map_.translation_m));
   return found.scaled(1.0 / map_.scale, shift_m);
 }
@@ -266,7 +293,7 @@ double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   if (known.knows(place, visit)) return known.samples[place];
   const Vec3& world_m = places_[place].world_m;
   const double depth = slot.grid    ? slot.grid->depth_in(plan_->lattice_of(slot).at(place, places_[place]))
-                       : slot.timed ? slot.timed->depth_at(world_m, at_)
+                       : slot.timed ? slot.now.depth_m(world_m)
                                     : slot.field->depth_m(world_m);
   return known.keep(place, visit, map_.length_to_hand(depth));
 }

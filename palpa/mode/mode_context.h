@@ -34,6 +34,11 @@ class Samples {
   DataTime came_from() const noexcept { return came_from_; }
   /// Whether any field changes with time.
   bool any_timed() const noexcept { return any_timed_; }
+  /// Number of a field's moment so far, for caches: another one whenever a field that changes with time is set to another
+  /// moment; always 0 for other fields, and for an invalid index.
+  std::uint64_t moment_of(std::int32_t field) const noexcept {
+    return is_field(field) ? moments_[static_cast<std::size_t>(field)] : 0;
+  }
 
   /// Value at a position in the hand frame [m], and gradient per hand metre. Not `inside` if the index is no scalar field.
   /// References returned here and below are valid until `remembered` other positions have been sampled.
@@ -114,7 +119,7 @@ class Samples {
   const ScalarSample& take_scalar(std::size_t field, std::size_t place) noexcept;
   ScalarSample scalar_in_world(Slot& slot, std::size_t place) noexcept;
   const VectorSample& vector_in_world(Slot& slot, std::size_t place) noexcept;
-  void find_works() noexcept;
+  void find_moments() noexcept;
 
   std::span<const FieldPtr> fields_;
   Similarity map_;
@@ -130,8 +135,9 @@ class Samples {
   std::vector<double> least_slopes_;           // [unit per hand metre] gradients up to this are rounding
   std::vector<ValueRange> ranges_;
   std::vector<double> roundings_;
-  std::vector<int> works_;  // [units] of a sample
-  int work_beyond_ = 0;     // [units] of a sample of each field, beyond one
+  std::vector<std::uint64_t> moments_;  // changes of each field's moment
+  std::vector<int> works_;              // [units] of a sample
+  int work_beyond_ = 0;                 // [units] of a sample of each field, beyond one
   class Plan;
   std::shared_ptr<Plan> plan_;
 };

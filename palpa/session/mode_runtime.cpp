@@ -40,6 +40,14 @@ ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity&
   start();
 }
 
+double ModeRuntime::data_end_s() const noexcept {
+  double end_s = 0.0;
+  for (const FieldPtr& field : fields_) {
+    if (const TimedField* const changing = timed(*field)) end_s = std::max(end_s, changing->cycle_s());
+  }
+  return end_s;
+}
+
 void ModeRuntime::start() noexcept {
   for_each_part([&](std::size_t m, std::size_t foot) {
     modes_[m].mode.start(memory(m, foot));

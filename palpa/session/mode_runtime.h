@@ -44,10 +44,8 @@ class ModeRuntime {
   /// Whether any field changes with time.
   bool any_timed() const noexcept { return samples_[0]->any_timed(); }
   const std::vector<FieldPtr>& all_fields() const noexcept { return fields_; }
-  /// Whether any mode fades because its level has jumped.
-  bool is_fading() const noexcept {
-    return std::ranges::any_of(live_, [](const Live& live) { return live.fade.is_leaving() || live.fade.share() < 1.0; });
-  }
+  /// End of the longest field that changes with time and plays once [s]; 0 without any.
+  double data_end_s() const noexcept;
   /// Work of all modes at all feet [units of tick_work.h].
   int work() const noexcept { return static_cast<int>(tool_.feet()) * samples_[0]->work_of_modes(size_); }
   /// Work of the last placement: of a point that of all modes; of a tool that of the modes at feet that placed primitives, and
@@ -103,6 +101,10 @@ class ModeRuntime {
   const ContactTable& contacts() const noexcept { return contacts_; }
   /// Whether strengths are reduced because the level has jumped.
   bool fades(const PrimitiveId& id) const noexcept { return live_at(id).fade.share() < 1.0; }
+  /// Whether any mode fades because a level has jumped.
+  bool any_fades() const noexcept {
+    return std::ranges::any_of(live_, [](const Live& live) { return live.fade.is_under_way(); });
+  }
   /// Whether yielding of the level is no break-through: the level has jumped, or data end nearby.
   bool only_yields(const PrimitiveId& id) const noexcept { return fades(id) || live_at(id).at_edge; }
   /// Longest motion [m] of a foot with any mode's data between two times, for the proxy at `proxy` [m].

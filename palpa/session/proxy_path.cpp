@@ -53,8 +53,9 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
     patient_trials_ = tool_trials;
     spared_work_ = tool_spared_work;
   }
-  playing_ = plays_ = modes_.any_timed() && time_.play != TimeOptions::Play::hold;
-  modes_.set_time(moment(0.0, 0.0));
+  playing_ = (modes_.any_timed() && time_.play != TimeOptions::Play::hold) || !stock_.empty();
+  end_s_ = modes_.data_end_s();
+  modes_.set_time(data_time(0.0, 0.0));
   refine(1);
   reset();
 }
@@ -141,13 +142,9 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   walk_.unreached_m = 0.0;
   walk_.dropped = 0;
   path_m_ = queue_.push(probe, time_step_s, tool_);
-  if (!stock_.empty()) {
-    choose_octave(time_step_s);
-    const double octave = felt_octave_.octave();
-    playing_ = plays_ || octave != c.followed_octave || octave != c.view_octave || modes_.is_fading();
-    if (!playing_) state_.view_s = state_.followed_s = c.elapsed_s - time_step_s;
-  }
-  if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, followed(), moment(c.elapsed_s, felt_octave_.octave())));
+  if (!stock_.empty()) choose_octave(time_step_s);
+  if (playing_) find_changes();
+  if (changes_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, followed(), data_time(c.elapsed_s, felt_octave_.octave())));
 
   ProbeSegment& segment = segment_;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
@@ -171,6 +168,26 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   return walk_;
 }
 
+// Moment of the data. One that plays once ends with the longest of its fields, so that equal moments are found equal.
+DataTime ProxyPath::data_time(double elapsed_s, double octave) const noexcept {
+  DataTime at = time_.at(elapsed_s);
+  if (!at.loop) at.time_s = std::min(at.time_s, end_s_);
+  at.octave = octave;
+  at.stock = stock_.empty() ? nullptr : &stock_;
+  return at;
+}
+
+// Whether the data change in this tick. Data that stand still are as plain ones.
+void ProxyPath::find_changes() noexcept {
+  PathState& c = state_;
+  const DataTime now = data_time(c.elapsed_s, felt_octave_.octave());
+  changes_ = followed() != now || view() != now || modes_.any_fades();
+  if (changes_) return;
+  c.view_s = c.followed_s = c.elapsed_s;
+  modes_.set_time(now);
+  moved_n_ = 0.0;
+}
+
 // Next segment of the probe's path, short enough not to skip data. Stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
@@ -182,8 +199,8 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   segment = queue_.front();
   const double length = tool_.way_m(segment.from, segment.to);
   const double furthest =
-      playing_ ? std::max(length, modes_.motion_m(c.proxy, followed(),
-                                                  moment(time_at_end_of(segment), felt_octave_.octave())))
+      changes_ ? std::max(length, modes_.motion_m(c.proxy, followed(),
+                                                  data_time(time_at_end_of(segment), felt_octave_.octave())))
                : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
   double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from, segment.to);
@@ -207,9 +224,8 @@ ProxyPath::DataStep ProxyPath::advance_data(const ProbeSegment& segment) noexcep
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
   work_.spend(modes_.work());
-  const double octave = stock_.empty() ? 0.0 : felt_octave_.octave();
-  const DataTime from = followed();
-  modes_.advance(c.proxy, from, moment(view_s, octave), moment(c.elapsed_s, octave), passed_s, [&](std::size_t m) {
+  const double octave = felt_octave_.octave();
+  modes_.advance(c.proxy, followed(), data_time(view_s, octave), data_time(c.elapsed_s, octave), passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });
   c.view_s = view_s, c.view_octave = octave;
@@ -224,7 +240,7 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
   const double finest_m = modes_.finest_m(start, start, segment.to);
   step_m_ = step_share_ / refined_ * finest_m;
   context.spacing_m = spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
-  const DataStep follows = playing_ ? advance_data(segment) : DataStep{};
+  const DataStep follows = changes_ ? advance_data(segment) : DataStep{};
   if (!settles) modes_.begin_step(state_.step_start = start);
   const Move made = move(segment, context, settles);
 
@@ -261,7 +277,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const bool at_probe = steps_ == Steps::one_at_probe;
   spacing_m_ = std::min(modes_.finest_m(start, start, segment.to), 1.0);
   StepContext context{start, segment.to, segment.time_s, stiffness_n_per_m_, spacing_m_};
-  const DataStep follows = playing_ ? advance_data(segment) : DataStep{};
+  const DataStep follows = changes_ ? advance_data(segment) : DataStep{};
   modes_.begin_step(state_.step_start = start);
 
   model_.begin_move(context, spacing_m_);
@@ -378,7 +394,7 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   const bool gets_on =
       (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || tool_.way_m(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Pending::nothing;
-  return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
+  return move.stop == Stop::energy && !changes_ ? Pending::settling : Pending::path;
 }
 
 // Lets the modes place primitives for a move on the way to `whole_end`, expected to end at `end`.
@@ -603,14 +619,14 @@ void ProxyPath::extrapolate_moves(const Motion& before_m, bool fresh) noexcept {
 Motion ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Motion{};
   const double before_m2 = tool_.product_m2(state_.probe_way_m, state_.probe_way_m);
-  if (playing_ || !(before_m2 > 0.0)) return {};
+  if (changes_ || !(before_m2 > 0.0)) return {};
   const double share = tool_.product_m2(tool_.motion(segment.from, segment.to), state_.probe_way_m) / before_m2;
   return std::clamp(share, 0.0, 1.0) * tool_.motion(state_.segment_start, state_.proxy);
 }
 
 void ProxyPath::configure_events(std::size_t foot, const Pose& end, bool flies) noexcept {
   policy_.clear();
-  if (playing_) modes_.configure_events(foot, crossings_, policy_, tool_.foot_m(state_.proxy, foot));
+  if (changes_) modes_.configure_events(foot, crossings_, policy_, tool_.foot_m(state_.proxy, foot));
   model_.configure_events(foot, crossings_, end, policy_);
   for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
 }

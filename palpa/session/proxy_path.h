@@ -119,14 +119,10 @@ class ProxyPath {
     Pose to_pose;            // of the balance
   };
 
-  DataTime moment(double time_s, double octave) const noexcept {
-    DataTime at = time_.at(time_s);
-    at.octave = octave;
-    at.stock = stock_.empty() ? nullptr : &stock_;
-    return at;
-  }
-  DataTime view() const noexcept { return moment(state_.view_s, state_.view_octave); }
-  DataTime followed() const noexcept { return moment(state_.followed_s, state_.followed_octave); }
+  DataTime data_time(double elapsed_s, double octave) const noexcept;
+  DataTime view() const noexcept { return data_time(state_.view_s, state_.view_octave); }
+  DataTime followed() const noexcept { return data_time(state_.followed_s, state_.followed_octave); }
+  void find_changes() noexcept;
   void choose_octave(double time_step_s) noexcept;
   std::span<const Vec3> feet_in_world() noexcept;
   double reach_m() noexcept;
@@ -172,8 +168,9 @@ class ProxyPath {
   WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;
   TimeOptions time_;
-  bool plays_ = false;    // the data change with time
-  bool playing_ = false;  // the data change in this tick
+  bool playing_ = false;  // the data change with time
+  bool changes_ = false;  // and do so in this tick
+  double end_s_ = 0.0;    // end of the data, if they play once
   Tool tool_;
   ContactTable contacts_;
   ModeRuntime modes_;

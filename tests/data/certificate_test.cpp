@@ -56,8 +56,7 @@ Voxels any_voxels(std::mt19937& random, const GridGeometry& geometry, int compon
   return test::voxels_of(std::move(values), components);
 }
 
-FieldPtr any_grid(std::mt19937& random, int components) {
-  const GridGeometry geometry = any_geometry(random);
+FieldPtr any_grid(std::mt19937& random, int components, const GridGeometry& geometry) {
   const double scale = uniform(random, -3, 3), offset = uniform(random, -100, 100);
   switch (random() % 5) {
     case 0: return grid_field(geometry, any_voxels<float>(random, geometry, components), scale, offset);
@@ -66,6 +65,20 @@ FieldPtr any_grid(std::mt19937& random, int components) {
     case 3: return smooth_grid_field(geometry, any_voxels<double>(random, geometry, components), scale, offset);
     default: return cubic_grid_field(geometry, any_voxels<float>(random, geometry, components), scale, offset);
   }
+}
+
+FieldPtr any_grid(std::mt19937& random, int components) { return any_grid(random, components, any_geometry(random)); }
+
+/// Up to three frames, each with a filter, holes and a type of its own.
+FieldPtr any_series(std::mt19937& random, int components) {
+  const GridGeometry geometry = any_geometry(random);
+  const std::size_t size = 1 + random() % 3;
+  std::vector<FieldPtr> frames;
+  while (frames.size() < size) {
+    FieldPtr frame = any_grid(random, components, geometry);
+    if (frames.empty() || !problem_with_frame(*frames.front(), *frame)) frames.push_back(std::move(frame));
+  }
+  return time_series(std::move(frames), 0.1, random() % 8 == 0 ? BetweenFrames::nearest : BetweenFrames::linear);
 }
 
 FieldPtr any_field(std::mt19937& random) {
@@ -78,6 +91,32 @@ FieldPtr any_field(std::mt19937& random) {
   }
   if (random() % 3 != 0) return field;
   return posed(field, {test::rotation(random), std::exp(uniform(random, -3, 3)), test::rotation(random).row[1]});
+}
+
+Similarity any_pose(std::mt19937& random) {
+  return {test::rotation(random), std::exp(uniform(random, -1, 1)), test::rotation(random).row[1]};
+}
+
+/// Series and grids, moved along tracks and not, and lengths and components of them.
+FieldPtr any_timed_field(std::mt19937& random) {
+  FieldPtr field;
+  switch (random() % 4) {
+    case 0: field = any_grid(random, 1 + 2 * static_cast<int>(random() % 2)); break;
+    case 1: field = any_series(random, 3); break;
+    default: field = any_series(random, 1);
+  }
+  if (random() % 2 == 0 || !timed(*field)) {
+    const Mat3 turned = test::rotation(random);
+    PoseTrack track{{0.0, {turned, 1.0, {}}}};
+    const double angle = uniform(random, -2.5, 2.5), c = std::cos(angle), s = std::sin(angle);
+    const Mat3 about_z{{{c, -s, 0}, {s, c, 0}, {0, 0, 1}}};
+    track.push_back({0.25, {about_z * turned, std::exp(uniform(random, -1, 1)), test::rotation(random).row[0]}});
+    field = moving(field, track, static_cast<int>(random() % 3));
+  }
+  if (random() % 4 == 0) field = posed(field, any_pose(random));
+  if (field->components() == 3 && random() % 2 == 0)
+    field = derived(random() % 2 == 0 ? Derivation::magnitude : Derivation::component_z, field);
+  return field;
 }
 
 struct Looked {
@@ -99,32 +138,99 @@ Vec3 beside(std::mt19937& random, const Box& box) {
   return random() % 4 == 0 ? box.centre_m() + uniform(random, 0.9, 1.5) * (x - box.centre_m()) : x;
 }
 
-TEST(LipschitzBound, BoundsEveryChangeWithinItsRadius) {
-  std::mt19937 random(71);
-  int places = 0, with_certificate = 0, without_data = 0;
-  for (int n = 0; n < 400; ++n) {
-    const FieldPtr field = any_field(random);
-    for (int i = 0; i < 50; ++i) {
-      const Vec3 x = beside(random, field->bounds_m());
-      const LipschitzBound c = field->lipschitz_bound(x);
-      const bool inside = has_data(*field, x);
-      places += inside;
-      if (c.radius_m == 0.0) continue;
-      with_certificate += inside;
-      without_data += !inside;
-      ASSERT_TRUE(c.radius_m > 0.0 && std::isfinite(c.radius_m) && c.slope_per_m >= 0.0 && c.rounding >= 0.0);
-      for (int pair = 0; pair < 20; ++pair) {
-        const double way_m = (pair % 2 == 0 ? 1.0 : std::pow(10.0, uniform(random, -12, 0))) * c.radius_m;
-        const Vec3 y = x + way_m * test::rotation(random).row[2];
-        if (distance(x, y) > c.radius_m) continue;
-        const Looked at = look(*field, x, y);
-        ASSERT_EQ(at.inside, inside) << n << " " << i;
-        ASSERT_LE(at.change, c.change(distance(x, y))) << n << " " << i;
-      }
+/// Places looked at: with data, with a bound as well, with a bound on having none.
+struct Places {
+  int inside = 0, with_certificate = 0, without_data = 0;
+};
+
+void expect_bounds(std::mt19937& random, const Field& field, const Box& box, Places& places) {
+  for (int i = 0; i < 50; ++i) {
+    const Vec3 x = beside(random, box);
+    const LipschitzBound c = field.lipschitz_bound(x);
+    const bool inside = has_data(field, x);
+    places.inside += inside;
+    if (c.radius_m == 0.0) continue;
+    places.with_certificate += inside;
+    places.without_data += !inside;
+    ASSERT_TRUE(c.radius_m > 0.0 && std::isfinite(c.radius_m) && c.slope_per_m >= 0.0 && c.rounding >= 0.0);
+    for (int pair = 0; pair < 20; ++pair) {
+      const double way_m = (pair % 2 == 0 ? 1.0 : std::pow(10.0, uniform(random, -12, 0))) * c.radius_m;
+      const Vec3 y = x + way_m * test::rotation(random).row[2];
+      if (distance(x, y) > c.radius_m) continue;
+      const Looked at = look(field, x, y);
+      ASSERT_EQ(at.inside, inside) << i;
+      ASSERT_LE(at.change, c.change(distance(x, y))) << i;
     }
   }
-  EXPECT_GT(with_certificate, places / 3);
-  EXPECT_GT(without_data, 100);
+}
+
+TEST(LipschitzBound, BoundsEveryChangeWithinItsRadius) {
+  std::mt19937 random(71);
+  Places places;
+  for (int n = 0; n < 400 && !testing::Test::HasFatalFailure(); ++n) {
+    SCOPED_TRACE(n);
+    const FieldPtr field = any_field(random);
+    expect_bounds(random, *field, field->bounds_m(), places);
+  }
+  EXPECT_GT(places.with_certificate, places.inside / 3);
+  EXPECT_GT(places.without_data, 100);
+}
+
+/// Where a field has data at a moment: of a moving one, its box holds for all.
+Box box_at(const FieldPtr& field, DataTime at) {
+  const MovingView* moved = moving_of(*field);
+  return moved ? posed(moved->field, pose_at(moved->track, at))->bounds_m() : field->bounds_m();
+}
+
+TEST(LipschitzBound, OfWhatChangesWithTimeBoundsItAtItsMoment) {
+  std::mt19937 random(72);
+  Places places;
+  int between_frames = 0;
+  for (int n = 0; n < 900 && !testing::Test::HasFatalFailure(); ++n) {
+    SCOPED_TRACE(n);
+    const FieldPtr field = any_timed_field(random);
+    const DataTime at{n % 4 == 0 ? 0.1 * static_cast<double>(random() % 3) : uniform(random, 0.0, 0.35), n % 2 == 0};
+    const FieldPtr now = frozen(field, at);
+    Places there;
+    expect_bounds(random, *now, box_at(field, at), there);
+    const SeriesView* series = series_of(*field);
+    between_frames += series && series->frames.size() > 1 && n % 4 != 0 ? there.with_certificate : 0;
+    places.inside += there.inside;
+    places.with_certificate += there.with_certificate;
+    places.without_data += there.without_data;
+    const Vec3 x = test::within(random, field->bounds_m());
+    EXPECT_EQ(field->lipschitz_bound(x).radius_m, timed(*field)->lipschitz_bound_at(x, {}).radius_m);
+  }
+  std::printf("%d places with data, %d with a bound, %d between frames, %d without data\n", places.inside,
+              places.with_certificate, between_frames, places.without_data);
+  EXPECT_GT(places.with_certificate, places.inside / 4);
+  EXPECT_GT(between_frames, 300);
+  EXPECT_GT(places.without_data, 100);
+}
+
+TEST(LipschitzBound, OfASeriesIsThatOfAFrameAndTheWeightedSumOfTwo) {
+  const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {}};
+  std::vector<float> steep, gentle;
+  for (int n = 0; n < 32 * 32 * 32; ++n) {
+    steep.push_back(static_cast<float>(4 * (n % 32)));
+    gentle.push_back(static_cast<float>(n % 32));
+  }
+  const std::vector<FieldPtr> frames{grid_field(geometry, test::voxels_of(steep)),
+                                     grid_field(geometry, test::voxels_of(gentle))};
+  const FieldPtr series = time_series(frames, 1.0);
+  const Vec3 x{0.0152, 0.0168, 0.0081};
+  const LipschitzBound a = frames[0]->lipschitz_bound(x), b = frames[1]->lipschitz_bound(x);
+  for (const std::size_t i : {0, 1}) {
+    const LipschitzBound own = frames[i]->lipschitz_bound(x);
+    const LipschitzBound c = timed(*series)->lipschitz_bound_at(x, static_cast<double>(i));
+    EXPECT_EQ(c.radius_m, own.radius_m);
+    EXPECT_EQ(c.slope_per_m, own.slope_per_m);
+    EXPECT_EQ(c.rounding, own.rounding);
+  }
+  const LipschitzBound c = timed(*series)->lipschitz_bound_at(x, 0.25);
+  EXPECT_EQ(c.radius_m, std::min(a.radius_m, b.radius_m));
+  EXPECT_DOUBLE_EQ(c.slope_per_m, 0.75 * a.slope_per_m + 0.25 * b.slope_per_m);
+  EXPECT_LT(c.rounding, 2.0 * std::max(a.rounding, b.rounding));
 }
 
 TEST(LipschitzBound, IsSharpWhereNothingChangesAndReachesAboutACell) {
@@ -145,13 +251,14 @@ TEST(LipschitzBound, OfARampIsItsSlope) {
   EXPECT_NEAR(ramp->lipschitz_bound({0.0204, 0.0204, 0.0204}).slope_per_m, 1e3 * std::sqrt(3.0), 1e-2);
 }
 
-TEST(LipschitzBound, IsNoneOfFormulasAxesAndWhatChangesWithTime) {
+TEST(LipschitzBound, IsNoneOfFormulasAndAxes) {
   const FieldPtr ball = sphere_field(0.05).fields[0].field;
   const FieldPtr grid = sampled(*ball, 32);
   const Vec3 x{0.01, 0.012, 0.013};
   EXPECT_EQ(ball->lipschitz_bound(x).radius_m, 0.0);
   EXPECT_GT(grid->lipschitz_bound(x).radius_m, 0.0);
-  EXPECT_EQ(time_series({grid, grid}, 1.0)->lipschitz_bound(x).radius_m, 0.0);
+  EXPECT_EQ(time_series({grid, grid}, 1.0)->lipschitz_bound(x).radius_m, grid->lipschitz_bound(x).radius_m);
+  EXPECT_EQ(time_series({ball, ball}, 1.0)->lipschitz_bound(x).radius_m, 0.0);
   const FieldPtr flow = sampled(*lamb_oseen_vortex().fields[0].field, 32);
   const Vec3 inside = flow->bounds_m().centre_m() + 0.1 * flow->bounds_m().size_m();
   EXPECT_GT(flow->lipschitz_bound(inside).radius_m, 0.0);

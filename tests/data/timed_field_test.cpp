@@ -1,12 +1,14 @@
 // Time-dependent data: blends, moving poses, carried points and derived fields.
 #include "palpa/data/timed_field.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "palpa/data/analytic.h"
 #include "palpa/data/derived.h"
+#include "palpa/data/field_at_moment.h"
 #include "palpa/data/frame_shift.h"
 #include "palpa/data/sampled.h"
 #include "palpa/data/smooth_grid.h"
@@ -179,6 +181,47 @@ TEST(TimedField, along_a_straight_way_it_is_pieces_that_hold_its_values) {
       ASSERT_LT(pieces, 5000);
     }
   }
+}
+
+TEST(TimedField, at_a_moment_it_is_one_field_to_the_bit) {
+  std::mt19937 random(16);
+  const PoseTrack track = some_track(random, 3), other = some_track(random, 2);
+  const FieldPtr signal = time_series(beating_frames("signal", 4), 0.1), flow = time_series(beating_frames("velocity", 4), 0.1);
+  const FieldPtr moved = moving(signal, track, 1);
+  const FieldPtr formula = beating_chamber().fields[0].field;
+  for (const FieldPtr& field : {signal, flow, moved, moving(moved, other), moving(flow, track), moving(formula, track), formula,
+                                derived(Derivation::magnitude, moving(flow, track)), derived(Derivation::component_x, flow)}) {
+    const TimedField& f = as_timed(field);
+    for (int n = 0; n < 60; ++n) {
+      const DataTime at{n % 3 == 0 ? 0.1 * (n % 4) : uniform(random, 0.0, 0.4), n % 2 == 0};
+      const FieldAtMoment now = f.at_moment(at);
+      const FieldPtr kept = frozen(field, at);
+      const Vec3 x = within(random, field->bounds_m()), y = within(random, field->bounds_m());
+      EXPECT_EQ(now.scalar(x).value, f.scalar_at(x, at).value);
+      EXPECT_EQ(now.scalar(x).gradient, f.scalar_at(x, at).gradient);
+      EXPECT_EQ(now.vector(x).jacobian, f.vector_at(x, at).jacobian);
+      EXPECT_EQ(now.hessian(x), f.hessian_at(x, at));
+      EXPECT_EQ(kept->hessian(x), f.hessian_at(x, at));
+      EXPECT_EQ(now.depth_m(x), f.depth_at(x, at));
+      EXPECT_EQ(now.local_spacing_m(x), f.local_spacing_at(x, at));
+      EXPECT_EQ(now.lipschitz_bound(x).radius_m, f.lipschitz_bound_at(x, at).radius_m);
+      EXPECT_EQ(kept->lipschitz_bound(x).slope_per_m, f.lipschitz_bound_at(x, at).slope_per_m);
+      const PolynomialPiece a = now.piece_along(x, y, 0.1, {1.0, -1.0}), b = f.piece_along_at(x, y, 0.1, {1.0, -1.0}, at);
+      EXPECT_EQ(a.end, b.end);
+      EXPECT_TRUE(std::ranges::equal(a.control, b.control));
+    }
+  }
+}
+
+TEST(TimedField, that_stands_at_a_frame_is_that_frame) {
+  const std::vector<FieldPtr> frames = beating_frames("signal", 2);
+  const FieldPtr series = time_series(frames, 0.1);
+  EXPECT_EQ(as_timed(series).at_moment(0.0).plain(), frames[0].get());
+  EXPECT_EQ(as_timed(series).at_moment(7.0).plain(), frames[1].get());
+  EXPECT_EQ(as_timed(series).at_moment(0.05).plain(), nullptr);
+  EXPECT_EQ(as_timed(series).at_moment(0.0).values_per_sample(), frames[0]->values_per_sample());
+  EXPECT_EQ(as_timed(series).at_moment(0.05).values_per_sample(), 2 * frames[0]->values_per_sample());
+  EXPECT_EQ(FieldAtMoment().scalar({}).inside, false);
 }
 
 TEST(TimeSeries, refuses_what_is_no_series) {

@@ -84,6 +84,68 @@ TEST_F(SamplesOfFields, AreThoseOfEachFieldInAnyOrder) {
   }
 }
 
+/// Series of grids at a frame and between, moved ones, and magnitudes and components of them.
+std::vector<FieldPtr> any_timed_fields() {
+  const auto smooth = [](const FieldPtr& grid) { return filtered(grid, Filter::smooth); };
+  const FieldPtr flow = smooth(sampled(*lamb_oseen_vortex(0.02, 0.01).fields[0].field, 24));
+  const FieldPtr later = smooth(sampled(*lamb_oseen_vortex(0.03, 0.01).fields[0].field, 24));
+  const FieldPtr flows = time_series({flow, later}, 1.0), q = derived(Derivation::q, flows);
+  const FieldPtr moved = moving(flows, {{0.0, {}}, {2.0, {test::Random(5).rotation(), 1.5, {0.001, 0, 0}}}});
+  return {q,
+          derived(Derivation::lambda2, flows),
+          derived(Derivation::magnitude, flows),
+          derived(Derivation::component_y, flows),
+          flows,
+          moved,
+          derived(Derivation::magnitude, moved),
+          derived(Derivation::q, flow),
+          time_series({flow, later}, 0.7, BetweenFrames::nearest)};
+}
+
+TEST(SamplesOfTimedFields, AreThoseOfEachFieldAtItsMoment) {
+  test::Random random(14);
+  const std::vector<FieldPtr> fields = any_timed_fields();
+  const Similarity map{test::Random(3).rotation(), 0.5, {0.002, -0.001, 0}};
+  Samples samples(fields, map);
+  for (int round = 0; round < 400; ++round) {
+    const DataTime at{round % 3 == 0 ? static_cast<double>(round % 2) : random.uniform(0.0, 1.2)};
+    samples.set_time(at);
+    for (int n = 0; n < 20; ++n) {
+      const auto i = static_cast<std::int32_t>(random.uniform(0, static_cast<double>(fields.size()) - 0.01));
+      const FieldPtr now = frozen(fields[static_cast<std::size_t>(i)], at);
+      const Vec3 hand_m = map.to_hand(random.in_cube(0.02)), world_m = map.to_world(hand_m);
+      if (n % 3 == 0) {
+        EXPECT_EQ(samples.hessian(i, hand_m), map.scale * map.jacobian_to_hand(now->hessian(world_m)));
+      }
+      const ScalarSample own = now->scalar(world_m), seen = samples.scalar(i, hand_m);
+      EXPECT_EQ(seen.inside, own.inside);
+      EXPECT_EQ(seen.value, own.value);
+      EXPECT_EQ(seen.gradient, map.gradient_to_hand(own.gradient));
+      EXPECT_EQ(samples.vector(i, hand_m).value, map.direction_to_hand(now->vector(world_m).value));
+      EXPECT_EQ(samples.depth_m(i, hand_m), map.length_to_hand(now->depth_m(world_m)));
+    }
+  }
+}
+
+TEST(SamplesOfTimedFields, CountTheirMoments) {
+  const std::vector<FieldPtr> fields = any_timed_fields();
+  Samples samples(fields, {});
+  const std::uint64_t first = samples.moment_of(0);
+  samples.set_time(0.5);
+  EXPECT_NE(samples.moment_of(0), first);
+  const std::uint64_t second = samples.moment_of(0);
+  samples.set_time(0.5, 0.3);
+  EXPECT_EQ(samples.moment_of(0), second);
+  samples.set_time(0.0);
+  EXPECT_NE(samples.moment_of(0), first);
+  EXPECT_EQ(samples.moment_of(7), 0U) << "it does not change with time";
+  EXPECT_EQ(samples.moment_of(-1), 0U);
+  // Between frames two values are summed for each one of a frame.
+  const int at_frame = samples.work_of_look(4);
+  samples.set_time(0.5);
+  EXPECT_GE(samples.work_of_look(4), 2 * at_frame);
+}
+
 TEST_F(SamplesOfFields, HoldUntilThreeOtherPositionsWereAskedFor) {
   test::Random random(12);
   Samples samples(fields_, map_);

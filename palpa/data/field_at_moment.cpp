@@ -1,0 +1,140 @@
+#include "palpa/data/field_at_moment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpa/data/blend.h"
+
+namespace palpa {
+
+FieldAtMoment FieldAtMoment::moved(const Similarity& pose, double spacing_scale, int per_length) const noexcept {
+  FieldAtMoment there = *this;
+  there.is_moved_ = true;
+  there.pose_ = pose;
+  there.spacing_scale_ = spacing_scale;
+  there.per_length_ = per_length;
+  return there;
+}
+
+ScalarSample FieldAtMoment::scalar_below(const Vec3& local_m) const noexcept {
+  if (!one_) return timed_ ? timed_->scalar_at(local_m, at_) : ScalarSample{};
+  const ScalarSample a = one_->scalar(local_m);
+  if (!other_) return a;
+  return detail::blend(a, other_->scalar(local_m), share_);
+}
+
+VectorSample FieldAtMoment::vector_below(const Vec3& local_m) const noexcept {
+  if (!one_) return timed_ ? timed_->vector_at(local_m, at_) : VectorSample{};
+  const VectorSample a = one_->vector(local_m);
+  if (!other_) return a;
+  return detail::blend(a, other_->vector(local_m), share_);
+}
+
+Mat3 FieldAtMoment::hessian_below(const Vec3& local_m) const noexcept {
+  if (!one_) return timed_ ? timed_->hessian_at(local_m, at_) : Mat3{};
+  const Mat3 a = one_->hessian(local_m);
+  if (!other_) return a;
+  // A place in only one of the two is outside, without a derivative.
+  if (!scalar_below(local_m).inside) return {};
+  return detail::blend(a, other_->hessian(local_m), share_);
+}
+
+PolynomialPiece FieldAtMoment::piece_below(const Vec3& from_m, const Vec3& to_m, double begin,
+                                           const ValueRange& quiet) const noexcept {
+  if (!one_) return timed_ ? timed_->piece_along_at(from_m, to_m, begin, quiet, at_) : PolynomialPiece{};
+  if (!other_) return one_->piece_along(from_m, to_m, begin, quiet);
+  return detail::blended_piece(begin, share_, quiet, [&](bool second, const ValueRange& within) {
+    return (second ? other_ : one_)->piece_along(from_m, to_m, begin, within);
+  });
+}
+
+LipschitzBound FieldAtMoment::bound_below(const Vec3& local_m) const noexcept {
+  if (!one_) return timed_ ? timed_->lipschitz_bound_at(local_m, at_) : LipschitzBound{};
+  const LipschitzBound a = one_->lipschitz_bound(local_m);
+  return other_ && a.radius_m > 0.0 ? detail::blend(a, other_->lipschitz_bound(local_m), share_, largest_) : a;
+}
+
+double FieldAtMoment::depth_below(const Vec3& local_m) const noexcept {
+  if (!one_) return timed_ ? timed_->depth_at(local_m, at_) : 0.0;
+  const double a = one_->depth_m(local_m);
+  return other_ ? std::min(a, other_->depth_m(local_m)) : a;
+}
+
+double FieldAtMoment::spacing_below(const Vec3& local_m) const noexcept {
+  if (one_) return one_->local_spacing_m(local_m);
+  return timed_ ? timed_->local_spacing_at(local_m, at_) : 1.0;
+}
+
+ScalarSample FieldAtMoment::scalar(const Vec3& world_m) const noexcept {
+  if (!is_moved_) return scalar_below(world_m);
+  ScalarSample s = scalar_below(pose_.to_hand(world_m));
+  s.value = per_length(s.value);
+  s.gradient = pose_.rotation * s.gradient / pose_.scale;
+  for (int n = 0; n < per_length_; ++n) s.gradient = s.gradient / pose_.scale;
+  return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
+}
+
+VectorSample FieldAtMoment::vector(const Vec3& world_m) const noexcept {
+  if (!is_moved_) return vector_below(world_m);
+  VectorSample s = vector_below(pose_.to_hand(world_m));
+  s.value = pose_.rotation * s.value;
+  s.jacobian = pose_.rotation * s.jacobian * transposed(pose_.rotation);
+  for (Vec3& row : s.jacobian.row) row = row / pose_.scale;
+  for (int n = 0; n < per_length_; ++n) {
+    s.value = s.value / pose_.scale;
+    for (Vec3& row : s.jacobian.row) row = row / pose_.scale;
+  }
+  return is_finite(s.value) && is_finite(s.jacobian) ? s : VectorSample{};
+}
+
+Mat3 FieldAtMoment::hessian(const Vec3& world_m) const noexcept {
+  if (!is_moved_) return hessian_below(world_m);
+  Mat3 h = pose_.rotation * hessian_below(pose_.to_hand(world_m)) * transposed(pose_.rotation);
+  for (Vec3& row : h.row) {
+    row = row / pose_.scale / pose_.scale;
+    for (int n = 0; n < per_length_; ++n) row = row / pose_.scale;
+  }
+  return is_finite(h) ? h : Mat3{};
+}
+
+PolynomialPiece FieldAtMoment::piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                                           const ValueRange& quiet) const noexcept {
+  if (!is_moved_) return piece_below(from_m, to_m, begin, quiet);
+  const Vec3 from_local_m = pose_.to_hand(from_m), to_local_m = pose_.to_hand(to_m);
+  if (per_length_ == 0) return piece_below(from_local_m, to_local_m, begin, quiet);
+  double factor = 1.0;
+  for (int n = 0; n < per_length_; ++n) factor *= pose_.scale;
+  PolynomialPiece piece = piece_below(from_local_m, to_local_m, begin, {quiet.min * factor, quiet.max * factor});
+  bool finite = true;
+  for (int i = 0; i <= piece.degree; ++i) {
+    piece.control[i] /= factor;
+    finite = finite && std::isfinite(piece.control[i]);
+  }
+  return finite ? piece : PolynomialPiece{.end = piece.end};
+}
+
+LipschitzBound FieldAtMoment::lipschitz_bound(const Vec3& world_m) const noexcept {
+  if (!is_moved_) return bound_below(world_m);
+  LipschitzBound bound = bound_below(pose_.to_hand(world_m)).posed(pose_, world_m);
+  bound.slope_per_m = per_length(bound.slope_per_m);
+  bound.rounding = per_length(bound.rounding);
+  return std::isfinite(bound.slope_per_m + bound.rounding) ? bound : LipschitzBound{};
+}
+
+double FieldAtMoment::depth_m(const Vec3& world_m) const noexcept {
+  if (!is_moved_) return depth_below(world_m);
+  const double depth = pose_.scale * depth_below(pose_.to_hand(world_m));
+  return std::isfinite(depth) ? depth : 0.0;
+}
+
+double FieldAtMoment::local_spacing_m(const Vec3& world_m) const noexcept {
+  return is_moved_ ? spacing_scale_ * spacing_below(pose_.to_hand(world_m)) : spacing_below(world_m);
+}
+
+int FieldAtMoment::values_per_sample() const noexcept {
+  if (!one_) return timed_ ? timed_->values_per_sample_at(at_) : 1;
+  return one_->values_per_sample() + (other_ ? other_->values_per_sample() : 0);
+}
+
+}  // namespace palpa
