@@ -69,6 +69,8 @@ void NewFile::write(const void* data, std::size_t bytes) {
   }
 }
 
+void NewFile::start_sync() noexcept { ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE); }
+
 void NewFile::finish() {
   if (::fsync(descriptor_) != 0) fail(errno);
   const auto link_as = [&](const fs::path& name) {
@@ -84,6 +86,8 @@ void NewFile::finish() {
     if (errno == EEXIST) refuse_as_taken();
     fail(errno);
   }
+  // Most names are free: then one link gives the name.
+  if (hidden_.empty() && link_as(name_) == 0) return;
   if (hidden_.empty()) {
     fs::path hidden = hidden_name();
     if (link_as(hidden) != 0) fail(errno);

@@ -27,6 +27,9 @@ class NewFile {
   void write(const void* data, std::size_t bytes);
   void write(std::string_view text) { write(text.data(), text.size()); }
 
+  /// Starts writing to disk, without waiting for it: `finish` of many files then waits less. Its errors are those of `finish`.
+  void start_sync() noexcept;
+
   /// Syncs the file to disk and gives it its name. Throws LoadError with a sentence, also if the name was taken meanwhile.
   /// Once.
   void finish();
