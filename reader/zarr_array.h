@@ -46,7 +46,7 @@ struct ZarrArray {
   /// [1] Chunks in a file.
   std::uint64_t chunks_in_file() const noexcept;
   /// Path in the store of the file with this index, in files along each axis. Allocates.
-  std::string file_of(std::span<const std::int64_t> at) const{};
+  std::string file_of(std::span<const std::int64_t> at) const;
 };
 
 /// Reads `path`/.zarray or `path`/zarr.json. Throws LoadError with a sentence: no such array, or one that is not read.

@@ -22,7 +22,7 @@ struct ZarrAxes {
 /// Octave of an image.
 struct ZarrLevel {
   ZarrArray array;
-  std::vector<double> scale, translation{};  ///< along the array's indices, in the axes' units; empty: none in the file
+  std::vector<double> scale{}, translation{};  ///< along the array's indices, in the axes' units; empty: none in the file
 };
 
 struct ZarrImage {
