@@ -16,6 +16,7 @@ struct StoreOctave {
   std::array<std::int64_t, 3> chunk{};    ///< [voxels] of a chunk along i, j, k
   std::array<std::int64_t, 3> shard{};    ///< [voxels] of a shard; equal to `chunk` without shards
   std::string codec;                      ///< in words: "blosc (lz4, bitshuffle)"
+  std::array<std::int64_t, 3> facts{};    ///< [chunks] of a chunk of facts along i, j, k; 0: the octave has none
   friend bool operator==(const StoreOctave&, const StoreOctave&) = default;
 };
 
