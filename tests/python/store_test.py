@@ -1,0 +1,286 @@
+"""Stores larger than memory: written, prepared in parts, read by other programs."""
+
+import hashlib
+import json
+import os
+import pathlib
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import zlib
+
+import numpy as np
+import pytest
+
+zarr = pytest.importorskip("zarr", reason="python3-zarr is not installed")
+
+root = pathlib.Path(__file__).resolve().parents[2]
+shape = (150, 200, 300)  # z, y, x: neither a multiple of a chunk nor even in every octave
+
+
+def voxels_of(kind):
+    k, j, i = np.mgrid[: shape[0], : shape[1], : shape[2]]
+    noise = np.random.default_rng(1).integers(0, 20, shape)
+    values = (128 + 60 * np.sin(i / 9) * np.cos(j / 7) + 40 * np.sin(k / 11) + noise).clip(0, 255)
+    if kind == "float32":
+        values = values.astype(np.float32) / 7
+        values[20:25, 30:40, 50:60] = np.nan
+        return values
+    return values.astype(np.uint8) if kind == "uint8" else (values * 37 - 3000).astype(kind)
+
+
+def halved(fine):
+    """Means over the voxels that exist: of whole numbers rounded half up."""
+    whole = np.issubdtype(fine.dtype, np.integer)
+    sums, count = fine.astype(np.int64 if whole else np.float64), np.ones(fine.shape, np.int64)
+    for axis in range(3):
+        odd = sums.shape[axis] % 2
+        pad = [(0, odd if a == axis else 0) for a in range(3)]
+        sums, count = np.pad(sums, pad), np.pad(count, pad)
+        even = tuple(slice(0, None, 2) if a == axis else slice(None) for a in range(3))
+        other = tuple(slice(1, None, 2) if a == axis else slice(None) for a in range(3))
+        sums, count = sums[even] + sums[other], count[even] + count[other]
+    return ((2 * sums + count) // (2 * count) if whole else sums / count).astype(fine.dtype)
+
+
+def palpa_run(program, *arguments, **more):
+    return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, **more)
+
+
+def how(kind):
+    return ["--set", f"type={kind}", "--set", f"dims=[{shape[2]},{shape[1]},{shape[0]}]", "--set", "spacing_m=[1e-6,1e-6,2e-6]"]
+
+
+def raw_store(program, folder, kind, *more, name="v.zarr"):
+    """A store of octave 0 alone, written in two parts."""
+    voxels_of(kind).tofile(folder / "v.raw")
+    for part in ("2/2", "1/2"):
+        done = palpa_run(program, "convert", folder / "v.raw", folder / name, "--part", part, *how(kind), *more)
+        assert done.returncode == 0, done.stderr
+    return folder / name
+
+
+def digest(store):
+    """Names and bytes of all files."""
+    files = sorted(path for path in store.rglob("*") if path.is_file())
+    return {str(path.relative_to(store)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def prepare(program, store, *more, **also):
+    done = palpa_run(program, "prepare", store, *more, **also)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def octaves_of(store):
+    group = zarr.open(str(store), "r")
+    paths = [each["path"] for each in group.attrs["multiscales"][0]["datasets"]]
+    return [group[path] for path in paths]
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int16", "uint16", "int32", "float32"])
+def test_octaves_are_means_of_the_file(kind, tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, kind)
+    prepare(palpa_program, store)
+    octaves, expected = octaves_of(store), voxels_of(kind)
+    assert [octave.shape for octave in octaves] == [(150, 200, 300), (75, 100, 150), (38, 50, 75)]
+    for octave in octaves:
+        assert octave.dtype == expected.dtype and octave.chunks == (32, 32, 32)
+        np.testing.assert_array_equal(octave[:], expected)
+        expected = halved(expected)
+
+
+@pytest.mark.parametrize("kind", ["uint8", "float32"])
+def test_facts_are_those_of_each_chunk(kind, tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, kind)
+    prepare(palpa_program, store)
+    fine, octaves = voxels_of(kind), octaves_of(store)
+    for n in range(len(octaves)):
+        facts = zarr.open(str(store), "r")[f"palpa/facts/{n}"][0, 0]
+        coarse = halved(fine)
+        upper = np.repeat(np.repeat(np.repeat(coarse, 2, 0), 2, 1), 2, 2)[tuple(map(slice, fine.shape))]
+        assert facts.shape == (*(-(-length // 32) for length in fine.shape), 4)
+        for at in np.ndindex(facts.shape[:3]):
+            box = tuple(slice(32 * index, 32 * index + 32) for index in at)
+            chunk = fine[box]
+            lost = chunk.astype(float) - upper[box].astype(float)
+            rms = 0 if n + 1 == len(octaves) else np.sqrt(np.nanmean(lost**2))
+            found = facts[at]
+            assert (found[0], found[1]) == (np.nanmin(chunk), np.nanmax(chunk))
+            assert found[2] == pytest.approx(rms, rel=1e-12)
+            assert found[3] == zlib.crc32(np.ascontiguousarray(chunk).tobytes())
+        fine = coarse
+
+
+def test_octaves_lie_half_a_voxel_further_in(tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, "uint8")
+    prepare(palpa_program, store)
+    (image,) = json.loads((store / ".zattrs").read_text())["multiscales"]
+    assert [axis["name"] for axis in image["axes"]] == ["z", "y", "x"]
+    for n, dataset in enumerate(image["datasets"]):
+        scale, shift = dataset["coordinateTransformations"]
+        np.testing.assert_allclose(scale["scale"], np.array([2e-6, 1e-6, 1e-6]) * 2**n)
+        np.testing.assert_allclose(shift["translation"], np.array([2e-6, 1e-6, 1e-6]) * (2**n - 1) / 2, atol=1e-20)
+
+
+def long_store(program, folder, name="long.zarr", *more):
+    """A store of five units in a row, with an octave 6 that units do not make."""
+    long = (33, 40, 4200)
+    k, j, i = np.mgrid[: long[0], : long[1], : long[2]]
+    noise = np.random.default_rng(2).integers(0, 9, long)
+    (100 + 50 * np.sin(i / 31 + j / 13) * np.cos(k / 5) + noise).astype(np.uint16).tofile(folder / "long.raw")
+    done = palpa_run(program, "convert", folder / "long.raw", folder / name, "--part", "1/1", "--set", "type=uint16", "--set",
+                     f"dims=[{long[2]},{long[1]},{long[0]}]", *more)
+    assert done.returncode == 0, done.stderr
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """The long store, and the digest of it when it is prepared in one call."""
+    program = pathlib.Path(os.environ["PALPA_BIN"]) / "palpa"
+    if not program.exists():
+        pytest.skip("the program palpa is not built")
+    folder = tmp_path_factory.mktemp("reference")
+    stores = {zarr_version: long_store(program, folder, f"long{zarr_version}.zarr", "--zarr", zarr_version) for zarr_version in "23"}
+    digests = {}
+    for version, store in stores.items():
+        shutil.copytree(store, folder / "whole.zarr")
+        prepare(program, folder / "whole.zarr")
+        digests[version] = digest(folder / "whole.zarr")
+        shutil.rmtree(folder / "whole.zarr")
+    return stores, digests
+
+
+def copied(reference, folder, version="2"):
+    stores, digests = reference
+    shutil.copytree(stores[version], folder / "copy.zarr")
+    return folder / "copy.zarr", digests[version]
+
+
+@pytest.mark.parametrize("version", "23")
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 9])
+def test_any_number_of_parts_in_any_order_gives_the_same_bytes(count, version, reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path, version)
+    parts = list(range(1, count + 1))
+    random.Random(count).shuffle(parts)
+    for part in parts + parts[:1]:  # one of them twice
+        prepare(palpa_program, store, "--part", f"{part}/{count}")
+    prepare(palpa_program, store)
+    assert digest(store) == expected
+
+
+def test_prepared_twice_nothing_changes(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    prepare(palpa_program, store, "--threads", 3)
+    again = prepare(palpa_program, store, "--threads", 1)
+    assert "5 units" in again.stderr and "5 of them before" in again.stderr
+    assert digest(store) == expected
+
+
+def test_two_calls_at_once_give_the_same_bytes(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    both = [subprocess.Popen([palpa_program, "prepare", store], stderr=subprocess.DEVNULL) for _ in range(2)]
+    assert [each.wait() for each in both] == [0, 0]
+    assert digest(store) == expected
+
+
+def test_killed_anywhere_it_continues_to_the_same_bytes(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    begin = time.monotonic()
+    shutil.copytree(store, tmp_path / "timed.zarr")
+    prepare(palpa_program, tmp_path / "timed.zarr")
+    whole_s, chance = time.monotonic() - begin, random.Random(7)
+    kills = 0
+    for attempt in range(8):
+        part = ["--part", f"{chance.randint(1, 3)}/3"] if attempt % 2 else []
+        running = subprocess.Popen([palpa_program, "prepare", store, *part], stderr=subprocess.DEVNULL)
+        time.sleep(chance.uniform(0.02, 0.8 * whole_s))
+        running.send_signal(signal.SIGKILL)
+        kills += running.wait() == -signal.SIGKILL
+    assert kills > 0
+    prepare(palpa_program, store)
+    assert digest(store) == expected
+
+
+def test_a_full_disk_is_one_line_and_it_continues(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    # No file of more than 2 kB: as on a full disk, a chunk cannot be written to its end.
+    def few_bytes():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+
+    done = palpa_run(palpa_program, "prepare", store, preexec_fn=few_bytes)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1 and "make room" in done.stderr
+    prepare(palpa_program, store)
+    assert digest(store) == expected
+
+
+def test_check_names_what_is_wrong(reference, tmp_path, palpa_program):
+    store, _ = copied(reference, tmp_path)
+    prepare(palpa_program, store)
+    good = palpa_run(palpa_program, "prepare", store, "--check")
+    assert good.returncode == 0 and "as prepared" in good.stdout
+    (store / "0/0/1/5").unlink()  # lost
+    (store / "2/0/0/3").unlink()
+    whole = (store / "1/0/0/4").read_bytes()
+    (store / "1/0/0/4").write_bytes(whole[: len(whole) // 2])  # cut
+    shutil.copy(store / "3/0/0/0", store / "3/0/0/2")  # exchanged
+    bad = palpa_run(palpa_program, "prepare", store, "--check")
+    assert bad.returncode == 1
+    for words in ("octave 0, chunk 0/1/5 is lost", "octave 2, chunk 0/0/3 is missing", "octave 1, chunk 0/0/4 is damaged",
+                  "octave 3, chunk 0/0/2 is not the mean"):
+        assert words in bad.stdout, bad.stdout
+
+
+def test_beside_a_store_that_stays_as_it_is(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    before = digest(store)
+    mine = tmp_path / "mine.zarr"
+    prepare(palpa_program, store, "--into", mine)
+    assert digest(store) == before
+    made = {name: found for name, found in digest(mine).items() if "/" in name}
+    assert made == {name: found for name, found in expected.items() if name.split("/")[0] in "123456" or name.startswith("palpa/")}
+    octaves = octaves_of(mine)
+    assert [octave.shape[2] for octave in octaves] == [2100, 1050, 525, 263, 132, 66]
+
+
+@pytest.mark.parametrize("version", "23")
+def test_under_mpirun_the_bytes_are_the_same(version, reference, tmp_path, palpa_program):
+    if not shutil.which("mpirun"):
+        pytest.skip("openmpi-bin is not installed")
+    stores, digests = reference
+    mpirun = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "4"]
+    raw = stores[version].parent / "long.raw"
+    store = tmp_path / f"long{version}.zarr"
+    subprocess.run([*mpirun, palpa_program, "convert", raw, store, "--part", "auto", "--zarr", version, "--set", "type=uint16", "--set",
+                    "dims=[4200,40,33]"], check=True, capture_output=True)
+    subprocess.run([*mpirun, palpa_program, "prepare", store, "--part", "auto"], check=True, capture_output=True)
+    prepare(palpa_program, store)
+    assert digest(store) | {".zattrs": 0, "zarr.json": 0} == digests[version] | {".zattrs": 0, "zarr.json": 0}
+
+
+def test_chunks_of_others(tmp_path, palpa_program):
+    """Planes, long chunks, separators and codecs of other programs, and an axis of channels."""
+    values = voxels_of("uint16")
+    for number, (chunk, more) in enumerate([((1, 200, 300), {}), ((40, 100, 64), {"compressor": None, "dimension_separator": "."}),
+                                            ((64, 16, 128), {"order": "F"}), ((150, 200, 300), {"fill_value": 3})]):
+        store = tmp_path / f"other{number}.zarr"
+        group = zarr.open_group(str(store), "w")
+        group.create_dataset("scale0", data=values, chunks=chunk, **({"dimension_separator": "/"} | more))
+        group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
+                                       "datasets": [{"path": "scale0", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1]}]}]}]
+        group.attrs["of others"] = {"kept": [1, 2]}
+        prepare(palpa_program, store, "--part", "1/1")
+        prepare(palpa_program, store)
+        octaves, expected = octaves_of(store), values
+        assert len(octaves) == 3 and zarr.open(str(store)).attrs["of others"] == {"kept": [1, 2]}
+        for octave in octaves:
+            np.testing.assert_array_equal(octave[:], expected)
+            expected = halved(expected)
+        assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
