@@ -195,11 +195,13 @@ void ZarrStore::take_facts() {
       std::vector<std::int64_t> shape{contents_.frames, static_cast<std::int64_t>(contents_.fields.size())};
       for (std::size_t a = 3; a-- > 0;) shape.push_back((octave.grid.dims[a] + octave.chunk[a] - 1) / octave.chunk[a]);
       shape.push_back(4);
-      const std::int64_t u = array.chunk.size() == 6 ? array.chunk[2] : 0;
-      const bool is_of_chunks = array.shape == shape && array.chunk == std::vector<std::int64_t>{1, 1, u, u, u, 4} &&
-                                u <= protocol::most_facts_side && array.type.name == "float64" && array.stride.back() == 1;
+      std::array<std::int64_t, 3> u{};
+      for (std::size_t a = 0; a < 3 && array.chunk.size() == 6; ++a) u[a] = array.chunk[4 - a];
+      const bool is_of_chunks = array.shape == shape && array.chunk == std::vector<std::int64_t>{1, 1, u[2], u[1], u[0], 4} &&
+                                *std::max_element(u.begin(), u.end()) <= protocol::most_facts_side &&
+                                array.type.name == "float64" && array.stride.back() == 1;
       if (!is_of_chunks) throw LoadError("of another shape, or of another type than float64");
-      octave.facts = {u, u, u};
+      octave.facts = u;
       facts_[n] = std::move(array);
     } catch (const LoadError& problem) {
       contents_.warnings.push_back("has facts in '" + path + "' that are not used: " + problem.what());

@@ -108,10 +108,7 @@ ArrayPlan UnitPlan::voxel_array(int octave) const {
   const PlannedOctave& o = octaves[static_cast<std::size_t>(octave)];
   ArrayPlan array{.zarr = image.zarr, .path = path_of(octave), .type = kind.type, .axes = image.axes()};
   const std::int64_t channels = std::accumulate(components.begin(), components.end(), std::int64_t{0});
-  double chunks = 1.0;
-  for (const std::int64_t n : octaves[0].chunks) chunks *= static_cast<double>(n);
-  const bool shards = image.zarr == 3 && chunks * static_cast<double>(channels) >= chunks_for_shards && octave < unit_octaves &&
-                      octave <= top;
+  const bool shards = has_shards && octave < unit_octaves && octave <= top;
   const auto axis = [&](std::int64_t count) {
     array.shape.push_back(count), array.chunk.push_back(1);
     if (shards) array.shard.push_back(1);
@@ -150,6 +147,10 @@ UnitPlan unit_plan(const StoreContents& contents, const StoreImage& image) {
     }
     plan.octaves.push_back(octave);
   }
+  const StoreOctave& finest = contents.octaves.front();
+  double chunks = 1.0;
+  for (std::size_t a = 0; a < 3; ++a) chunks *= static_cast<double>(ceil_of(finest.grid.dims[a], finest.chunk[a]));
+  plan.has_shards = image.zarr == 3 && (finest.shard != finest.chunk || chunks >= chunks_for_shards);
   const auto longest = [](const VoxelIndex& dims) { return *std::max_element(dims.begin(), dims.end()); };
   while (longest(plan.octaves.back().dims) > coarsest_side) {
     PlannedOctave next;

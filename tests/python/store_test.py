@@ -207,18 +207,31 @@ def test_killed_anywhere_it_continues_to_the_same_bytes(reference, tmp_path, pal
     assert digest(store) == expected
 
 
-def test_a_full_disk_is_one_line_and_it_continues(reference, tmp_path, palpa_program):
-    store, expected = copied(reference, tmp_path)
-    # No file of more than 2 kB: as on a full disk, a chunk cannot be written to its end.
-    def few_bytes():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
-
-    done = palpa_run(palpa_program, "prepare", store, preexec_fn=few_bytes)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1 and "make room" in done.stderr
-    prepare(palpa_program, store)
-    assert digest(store) == expected
+@pytest.mark.parametrize("command", ["prepare", "convert"])
+def test_a_full_disk_is_one_line_and_it_continues(command, reference, tmp_path, palpa_program):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    used = sum(path.stat().st_size for path in reference[0]["2"].rglob("*") if path.is_file())
+    size = used + 400_000 if command == "prepare" else used // 2
+    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", disk], capture_output=True).returncode:
+        pytest.skip("a small disk is mounted as root only")
+    try:
+        if command == "prepare":
+            store, expected = copied(reference, disk)
+            line = [palpa_program, "prepare", store]
+        else:
+            store, expected = disk / "copy.zarr", reference[1]["2"]
+            line = [palpa_program, "convert", reference[0]["2"].parent / "long.raw", store, "--set", "type=uint16", "--set",
+                    "dims=[4200,40,33]", "--part", "1/1"]
+        done = palpa_run(*line)
+        assert done.returncode == 2, done.stderr
+        assert done.stderr.count("\n") == 1 and "make room" in done.stderr
+        subprocess.run(["mount", "-o", f"remount,size={10 * used}", disk], check=True)
+        assert palpa_run(*line).returncode == 0
+        prepare(palpa_program, store)
+        assert digest(store) | {".zattrs": 0} == expected | {".zattrs": 0}
+    finally:
+        subprocess.run(["umount", disk], check=True)
 
 
 def test_check_names_what_is_wrong(reference, tmp_path, palpa_program):
