@@ -157,10 +157,10 @@ OctavePlaces octave_places(StoreReader& reader) {
   constexpr double much_voxels = 1e-3;
   if (move(places) > much_voxels) {
     places.warnings.emplace_back(places.making == OctaveMaking::means
-                                     ? "places its octaves as if they were every second voxel, where they are means of 2 × 2 × 2 "
-                                       "voxels: they are moved by half a voxel of theirs"
-                                     : "places its octaves as if they were means of 2 × 2 × 2 voxels, where they are every second "
-                                       "voxel: they are moved by half a voxel of theirs");
+                                     ? "places its octaves elsewhere than their voxels are, which are means of 2 × 2 × 2 voxels: "
+                                       "they are moved there"
+                                     : "places its octaves elsewhere than their voxels are, which are every second voxel: they "
+                                       "are moved there");
   }
   return places;
 }

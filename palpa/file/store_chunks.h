@@ -23,7 +23,7 @@ void read_chunks(StoreReader& reader, std::span<const StoreChunk> chunks,
 /// Number of chunks of an octave along i, j, k. Allocates nothing; any thread.
 std::array<std::int64_t, 3> chunks_along(const StoreOctave& octave) noexcept;
 
-/// All numbers in the content of a chunk of the field, raw, components of a voxel together. Copies; any thread.
+/// [raw] All numbers in the content of a chunk of the field, components of a voxel together. Copies; any thread.
 std::vector<double> numbers_in(const StoreField& field, std::span<const std::byte> content);
 
 /// Box of voxels within an octave.
@@ -33,7 +33,7 @@ struct VoxelBox {
   std::int64_t voxels() const noexcept { return count[0] * count[1] * count[2]; }
 };
 
-/// First components of the voxels in a box, raw, i fastest; absent chunks have the fill value. None where a chunk is damaged.
+/// [raw] First components of the voxels in a box, i fastest; absent chunks have the fill value. None where a chunk is damaged.
 /// Blocks. Throws as StoreReader.
 /// \param place  octave, frame and field
 /// \param box    within the octave
