@@ -11,7 +11,7 @@
 #include "palpa/base/input_file.h"
 #include "palpa/base/load_error.h"
 #include "palpa/file/protocol_packed.h"
-#include "palpa/file/store_folder.h"
+#include "palpa/file/store_protocol.h"
 
 namespace palpa::reader {
 

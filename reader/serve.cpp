@@ -20,7 +20,7 @@
 #include "palpa/data/volume.h"
 #include "palpa/file/protocol_memory.h"
 #include "palpa/file/protocol_packed.h"
-#include "palpa/file/store_folder.h"
+#include "palpa/file/store_protocol.h"
 #include "program.h"
 #include "sandbox.h"
 

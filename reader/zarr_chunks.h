@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/file/store_contents.h"
+#include "palpa/file/store_protocol.h"
 #include "zarr_array.h"
 
 namespace palpa::reader {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/file/store_contents.h"
+#include "palpa/file/store_protocol.h"
 #include "zarr_chunks.h"
 #include "zarr_image.h"
 

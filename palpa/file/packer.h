@@ -36,6 +36,7 @@ class Packer {
     const auto* first = reinterpret_cast<const std::byte*>(value.data());
     bytes_.insert(bytes_.end(), first, first + length);
   }
+  /// \param v  [1] in any unit
   void vector(const Vec3& v) { number(v.x), number(v.y), number(v.z); }
   template <class T, class Put>
   void list(const std::vector<T>& values, Put put) {
@@ -82,6 +83,7 @@ class Unpacker {
     }
     return value;
   }
+  /// [1] In any unit.
   Vec3 vector() {
     const auto x = number<double>(), y = number<double>(), z = number<double>();
     return {x, y, z};

@@ -24,7 +24,7 @@
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
-#include "palpa/file/store_folder.h"
+#include "palpa/file/store_protocol.h"
 
 namespace palpa {
 namespace {

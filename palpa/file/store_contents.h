@@ -27,7 +27,7 @@ struct StoreField {
   std::string file_type;                  ///< of the file: "int8"; `type` may be wider
   VoxelType type = VoxelType::uint8;      ///< of delivered voxels
   int components = 1;                     ///< 1 or 3
-  double fill = 0.0;                      ///< raw value of an absent chunk
+  double fill = 0.0;                      ///< [raw] value of an absent chunk
   friend bool operator==(const StoreField&, const StoreField&) = default;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <system_error>
 
 #include "palpa/base/limits.h"
 
@@ -67,6 +68,15 @@ void get(Unpacker& from, StoreChunk& chunk) {
 }
 
 }  // namespace
+
+bool is_store(const std::filesystem::path& path) {
+  std::error_code none;
+  if (!std::filesystem::is_directory(path, none)) return false;
+  for (const char* metadata : {".zarray", ".zgroup", ".zattrs", "zarr.json"}) {
+    if (std::filesystem::is_regular_file(path / metadata, none)) return true;
+  }
+  return false;
+}
 
 const char* problem_with(const StoreContents& contents) noexcept {
   if (contents.fields.empty() || contents.fields.size() > most_store_fields) return "has no field, or more than 256";

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 
 #include "palpa/file/packer.h"
 #include "palpa/file/protocol.h"
@@ -27,6 +28,9 @@ inline constexpr std::int64_t most_side_voxels = std::int64_t{1} << 18;
 inline constexpr std::uint64_t most_chunk_bytes = std::uint64_t{32} << 20;  ///< of the file, and of delivered voxels
 inline constexpr std::int64_t most_facts_side = 64;                         ///< [chunks] of a chunk of facts
 inline constexpr std::int32_t most_slots = 1 << 16;
+
+/// Whether a path is a folder with metadata of Zarr: .zarray, .zgroup, .zattrs or zarr.json. Parses nothing; any thread.
+bool is_store(const std::filesystem::path& path);
 
 /// Fault of a store's content, as a half sentence; nullptr if valid. Allocates nothing; any thread.
 const char* problem_with(const StoreContents& contents) noexcept;
