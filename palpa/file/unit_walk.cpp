@@ -22,6 +22,19 @@ void fill_with(double value, std::vector<std::byte>& voxels) {
 
 }  // namespace
 
+std::vector<std::byte> filled_chunk(const StoreField& field, const VoxelIndex& chunk) {
+  std::vector<std::byte> voxels(static_cast<std::size_t>(chunk[0] * chunk[1] * chunk[2] * field.components) * size_of(field.type));
+  switch (field.type) {
+    case VoxelType::uint8: fill_with<std::uint8_t>(field.fill, voxels); break;
+    case VoxelType::int16: fill_with<std::int16_t>(field.fill, voxels); break;
+    case VoxelType::uint16: fill_with<std::uint16_t>(field.fill, voxels); break;
+    case VoxelType::int32: fill_with<std::int32_t>(field.fill, voxels); break;
+    case VoxelType::float32: fill_with<float>(field.fill, voxels); break;
+    case VoxelType::float64: fill_with<double>(field.fill, voxels); break;
+  }
+  return voxels;
+}
+
 ChunkStream::ChunkStream(StoreReader& reader, std::function<bool()> goes_on) : reader_(reader), goes_on_(std::move(goes_on)) {
   for (int slot = 0; slot < reader.slots(); ++slot) free_.push_back(slot);
 }
@@ -139,8 +152,7 @@ VoxelBlock UnitWalk::gathered(int octave, const VoxelIndex& at) {
       const std::size_t bytes = static_cast<std::size_t>(o.chunk[0] * o.chunk[1] * o.chunk[2]) * kind_.bytes();
       if (read.state == ChunkState::damaged) sink_.damaged(read);
       if (read.state != ChunkState::present) {
-        filled.resize(bytes);
-        fill(filled);
+        if (filled.empty()) filled = filled_chunk(contents_.fields[static_cast<std::size_t>(field_)], o.chunk);
         content = filled;
       } else if (content.size() < bytes) {
         throw LoadError("the reader gave a chunk that is too short; install palpa anew");
@@ -154,18 +166,6 @@ VoxelBlock UnitWalk::gathered(int octave, const VoxelIndex& at) {
     });
   }
   return block;
-}
-
-void UnitWalk::fill(std::vector<std::byte>& voxels) const {
-  const double value = contents_.fields[static_cast<std::size_t>(field_)].fill;
-  switch (kind_.type) {
-    case VoxelType::uint8: return fill_with<std::uint8_t>(value, voxels);
-    case VoxelType::int16: return fill_with<std::int16_t>(value, voxels);
-    case VoxelType::uint16: return fill_with<std::uint16_t>(value, voxels);
-    case VoxelType::int32: return fill_with<std::int32_t>(value, voxels);
-    case VoxelType::float32: return fill_with<float>(value, voxels);
-    case VoxelType::float64: return fill_with<double>(value, voxels);
-  }
 }
 
 void UnitWalk::emit_facts(int octave, const VoxelIndex& at, const VoxelBlock& block) {

@@ -31,6 +31,9 @@ class ChunkStream {
   std::map<StoreChunk, StoreRead> arrived_;
 };
 
+/// Voxels of an absent chunk. \param chunk  [voxels]
+std::vector<std::byte> filled_chunk(const StoreField& field, const VoxelIndex& chunk);
+
 /// Receiver of a walk. Indices are within the octave.
 struct WalkSink {
   /// Voxels of a chunk of an octave above the base.
@@ -66,7 +69,6 @@ class UnitWalk {
                        const VoxelIndex& coarse_at);
   void emit_voxels(int octave, const VoxelIndex& at, const VoxelBlock& block);
   VoxelIndex children(int octave) const noexcept;
-  void fill(std::vector<std::byte>& voxels) const;
 
   const UnitPlan& plan_;
   const StoreContents& contents_;
