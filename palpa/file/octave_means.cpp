@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -127,12 +128,28 @@ struct RowFacts {
   /// \return  [1] numbers that lose something finite
   std::int64_t add_loss(int components, const T* row, const T* means, std::int64_t voxels) noexcept {
     if constexpr (sizeof(T) < 4) {
-      std::int64_t sum = 0;
-      for (std::int64_t i = 0; i < voxels; ++i)
-        for (int c = 0; c < components; ++c) {
-          const std::int32_t lost = std::int32_t{row[i * components + c]} - std::int32_t{means[i / 2 * components + c]};
-          sum += std::int64_t{lost} * lost;
+      std::uint64_t sum = 0;
+      if (components == 1) {
+        // In pieces that a compiler takes several voxels of at once; sums of a piece fit 32 bits where numbers have 8.
+        constexpr std::int64_t piece = 64;
+        T upper[piece];
+        for (std::int64_t first = 0; first < voxels; first += piece) {
+          const std::int64_t count = std::min(piece, voxels - first);
+          for (std::int64_t m = 0; m < (count + 1) / 2; ++m) upper[2 * m] = upper[2 * m + 1] = means[first / 2 + m];
+          std::conditional_t<sizeof(T) == 1, std::uint32_t, std::uint64_t> part = 0;
+          for (std::int64_t i = 0; i < count; ++i) {
+            const auto lost = static_cast<std::uint32_t>(std::abs(std::int32_t{row[first + i]} - std::int32_t{upper[i]}));
+            part += decltype(part){lost} * lost;
+          }
+          sum += part;
         }
+      } else {
+        for (std::int64_t i = 0; i < voxels; ++i)
+          for (int c = 0; c < components; ++c) {
+            const std::int64_t lost = std::int64_t{row[i * components + c]} - std::int64_t{means[i / 2 * components + c]};
+            sum += static_cast<std::uint64_t>(lost * lost);
+          }
+      }
       squares += static_cast<double>(sum);
       return voxels * components;
     } else {

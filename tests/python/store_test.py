@@ -211,7 +211,7 @@ def test_killed_anywhere_it_continues_to_the_same_bytes(reference, tmp_path, pal
 def test_a_full_disk_is_one_line_and_it_continues(command, reference, tmp_path, palpa_program):
     disk = tmp_path / "disk"
     disk.mkdir()
-    used = sum(path.stat().st_size for path in reference[0]["2"].rglob("*") if path.is_file())
+    used = sum(-(-path.stat().st_size // 4096) * 4096 for path in reference[0]["2"].rglob("*") if path.is_file())
     size = used + 400_000 if command == "prepare" else used // 2
     if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", disk], capture_output=True).returncode:
         pytest.skip("a small disk is mounted as root only")
@@ -297,3 +297,113 @@ def test_chunks_of_others(tmp_path, palpa_program):
             np.testing.assert_array_equal(octave[:], expected)
             expected = halved(expected)
         assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+
+
+def test_arrays_of_python_are_those_of_zarr(tmp_path, palpa_program):
+    import palpa
+
+    store = raw_store(palpa_program, tmp_path, "int16")
+    counts = palpa.prepare(store, part=(1, 1))
+    assert counts["units"] == 1 and not counts["finished"]
+    assert palpa.prepare(store)["finished"]
+    assert palpa.prepare(store, check=True)["wrong"] == 0
+    opened, octaves = palpa.open_store(store), octaves_of(store)
+    assert [octave["dims"] for octave in opened.octaves] == [octave.shape[::-1] for octave in octaves]
+    assert opened.prepared and opened.fields[0]["dtype"] == "int16" and opened.length_unit == "m"
+    for n, octave in enumerate(octaves):
+        np.testing.assert_array_equal(opened.read(n, tuple((0, length) for length in octave.shape[::-1])), octave[:])
+    np.testing.assert_array_equal(opened.read(0, ((5, 90), (31, 33), (60, 70))), octaves[0][60:70, 31:33, 5:90])
+    np.testing.assert_array_equal(opened.chunk(0, 9, 1, 4), octaves[0][128:150, 32:64, 288:300])
+    for wrong in (lambda: opened.chunk(0, 10, 0, 0), lambda: opened.read(3, ((0, 1),) * 3), lambda: opened.read(0, ((0, 0),) * 3)):
+        with pytest.raises(IndexError):
+            wrong()
+    with pytest.raises(palpa.LoadError, match="part"):
+        palpa.prepare(store, part=(5, 4))
+
+
+def test_dask_starts_the_parts(reference, tmp_path, palpa_program):
+    pytest.importorskip("distributed", reason="python3-distributed is not installed")
+    script = tmp_path / "parts.py"
+    store, expected = copied(reference, tmp_path)
+    script.write_text(f"""
+import palpa
+from distributed import Client, LocalCluster
+
+def part(number):
+    return palpa.prepare({str(store)!r}, part=(number, 4))["units"]
+
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        print(sum(client.gather(client.map(part, range(1, 5)))), palpa.prepare({str(store)!r})["finished"])
+""")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
+    assert done.stdout == "5 True\n", done.stderr
+    assert digest(store) == expected
+
+
+def test_parts_of_a_map_join_to_the_same_bytes(tmp_path, palpa_program):
+    def run(out, *more, launcher=()):
+        line = [*launcher, palpa_program, "map", root / "scenes/head_phantom.toml", out, "--points", "24", *more]
+        done = subprocess.run(list(map(str, line)), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+    run(tmp_path / "whole.vti")
+    for count in (2, 5):
+        for part in reversed(range(1, count + 1)):
+            run(tmp_path / "parts.vti", "--part", f"{part}/{count}")
+        assert not (tmp_path / "parts.vti").exists()
+        run(tmp_path / "parts.vti")
+        assert (tmp_path / "parts.vti").read_bytes() == (tmp_path / "whole.vti").read_bytes()
+        assert not list(tmp_path.glob("*.part*"))
+        (tmp_path / "parts.vti").unlink()
+    if shutil.which("mpirun"):
+        run(tmp_path / "parts.vti", "--part", "auto", launcher=("mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "4"))
+        run(tmp_path / "parts.vti")
+        assert (tmp_path / "parts.vti").read_bytes() == (tmp_path / "whole.vti").read_bytes()
+
+
+def test_wrong_calls_are_one_line(tmp_path, palpa_program):
+    voxels_of("uint8").tofile(tmp_path / "v.raw")
+    (tmp_path / "empty.zarr").mkdir()
+    for line, words in ((["prepare", tmp_path / "none.zarr"], "none.zarr: "), (["prepare", tmp_path / "empty.zarr"], "empty.zarr: "),
+                        (["prepare", tmp_path, "--part", "3/2"], "--part 3/2: "), (["prepare", tmp_path, "--part", "auto"], "--part auto: "),
+                        (["convert", tmp_path / "v.raw", tmp_path / "v.nrrd", "--part", "1/2", *how("uint8")], "--part")):
+        environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMI_", "SLURM_"))}
+        done = palpa_run(palpa_program, *line, env=environment)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1 and words in done.stderr and "; " in done.stderr, done.stderr
+    store = raw_store(palpa_program, tmp_path, "uint8")
+    again = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, *how("uint8"))
+    assert again.returncode == 2 and "exists already" in again.stderr
+    prepare(palpa_program, store)
+    again = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, "--part", "1/2", *how("uint8"))
+    assert again.returncode == 2 and "is prepared already" in again.stderr
+
+
+@pytest.fixture(scope="module")
+def zarrita(tmp_path_factory):
+    """A folder with the package zarrita of npm and our script, where npm's registry can be reached."""
+    if not shutil.which("npm"):
+        pytest.skip("npm is not installed")
+    folder = tmp_path_factory.mktemp("zarrita")
+    try:
+        done = subprocess.run(["npm", "install", "--no-audit", "--no-fund", "zarrita@0.7"], cwd=folder, capture_output=True, timeout=60)
+    except subprocess.TimeoutExpired:
+        pytest.skip("npm's registry does not answer")
+    if done.returncode != 0:
+        pytest.skip("npm's registry cannot be reached")
+    shutil.copy(pathlib.Path(__file__).with_name("read_store.mjs"), folder)
+    return folder
+
+
+@pytest.mark.parametrize("version", "23")
+def test_zarrita_reads_the_same_voxels(version, zarrita, reference, tmp_path, palpa_program):
+    store, _ = copied(reference, tmp_path, version)
+    prepare(palpa_program, store)
+    paths = [str(n) for n in range(7)]
+    done = subprocess.run(["node", "read_store.mjs", store, *paths], cwd=zarrita, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    expected = np.fromfile(reference[0]["2"].parent / "long.raw", np.uint16).reshape(33, 40, 4200)
+    for n, line in enumerate(done.stdout.splitlines()):
+        assert line.split() == [str(n), "uint16", "x".join(map(str, expected.shape)), hashlib.sha256(expected.tobytes()).hexdigest()]
+        expected = halved(expected)
+    assert n == 6
