@@ -111,7 +111,7 @@ std::string field_words(const StoreFacts& facts) {
   return words + (is_about ? "  of a sample of chunks: the range may be larger\n" : "");
 }
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json store_json(const StoreFacts& facts) {
   const StoreContents& contents = facts.contents;
@@ -131,9 +131,9 @@ Json store_json(const StoreFacts& facts) {
                       {"unit", contents.fields[f].unit},
                       {"components", contents.fields[f].components},
                       {"type", contents.fields[f].file_type},
-                      {"fill", number(contents.fields[f].fill)},
-                      {"min", number(values.min)},
-                      {"max", number(values.max)},
+                      {"fill", json_number(contents.fields[f].fill)},
+                      {"min", json_number(values.min)},
+                      {"max", json_number(values.max)},
                       {"of_sample", values.about}});
   }
   const StoreSurvey& survey = facts.survey;

@@ -128,7 +128,7 @@ TEST_F(StoreReaderTest, AProgramThatTakesNoMessageIsEnded) {
 TEST_F(StoreReaderTest, FactsAreReadInTheirOwnChunks) {
   write_zarr_image(at("a"), 64, 2, "raw", ramp);
   ZarrToWrite facts{.shape = {1, 1, 4, 4, 4, 4}, .chunk = {1, 1, 2, 2, 2, 4}, .type = "float64", .codec = "blosc"};
-  facts.value = [](const std::vector<std::int64_t>& v) { return 1000.0 * v[2] + 100.0 * v[3] + 10.0 * v[4] + v[5]; };
+  facts.value = [](const std::vector<std::int64_t>& v) { return static_cast<double>(1000 * v[2] + 100 * v[3] + 10 * v[4] + v[5]); };
   write_zarr_array(at("a") / "palpa/facts/0", facts);
   StoreReader reader = open(at("a"));
   EXPECT_TRUE(reader.contents().prepared);
