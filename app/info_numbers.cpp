@@ -41,6 +41,10 @@ Unit unit_of(const Facts& facts) {
 
 }  // namespace
 
+std::string line(std::string_view label, const std::string& text) {
+  return text.empty() ? text : fmt::format("  {:<10}{}\n", label, text);
+}
+
 std::string rounded_words(double value) {
   const double size = std::abs(value);
   if (size < 999.95 || size >= 1e9 || !std::isfinite(value)) return fmt::format("{:.4g}", value + 0.0);

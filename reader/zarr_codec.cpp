@@ -3,6 +3,7 @@
 #include <blosc.h>
 #include <zlib.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include <algorithm>
 #include <array>
@@ -71,6 +72,7 @@ std::string inflate_whole(Bytes packed, std::span<std::byte> to, int window_bits
 
 std::string unpack_zstd(Bytes packed, std::span<std::byte> to) {
   const std::size_t got = ZSTD_decompress(to.data(), to.size(), packed.data(), packed.size());
+  if (ZSTD_getErrorCode(got) == ZSTD_error_dstSize_tooSmall) return "holds more bytes than a chunk has";
   if (ZSTD_isError(got) != 0) return "does not decompress (zstd)";
   return got == to.size() ? std::string() : wrong_size(got, to.size());
 }

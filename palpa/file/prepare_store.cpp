@@ -136,7 +136,13 @@ class Preparation {
           std::memcpy(apart.data() + n * number_bytes, chunk.voxels.data() + (n * components + c) * number_bytes, number_bytes);
         voxels = apart;
       }
-      PackedChunk packed{octave, first_channel(plan_, item_.field) + static_cast<int>(c), at, packed_chunk(voxels, number_bytes)};
+      std::vector<std::byte> narrow;
+      if (plan_.is_int8) {
+        for (std::size_t n = 0; n < voxels.size(); n += number_bytes) narrow.push_back(voxels[n]);  // its low byte
+        voxels = narrow;
+      }
+      PackedChunk packed{octave, first_channel(plan_, item_.field) + static_cast<int>(c), at,
+                         packed_chunk(voxels, plan_.is_int8 ? 1 : number_bytes)};
       files_->has_shards(octave) ? worker.packed.push_back(std::move(packed)) : files_->write(item_.frame, packed, worker.batch);
     }
   }

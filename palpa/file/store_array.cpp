@@ -22,20 +22,21 @@ constexpr int effort = 5;
 constexpr const char* codec = "lz4";
 
 std::string type_name(const ArrayPlan& plan) {
+  if (plan.is_int8) return plan.zarr == 2 ? "|i1" : "int8";
   static constexpr const char* second[] = {"|u1", "<i2", "<u2", "<i4", "<f4", "<f8"};
   return plan.zarr == 2 ? second[static_cast<std::size_t>(plan.type)] : name_of(plan.type);
 }
 
-Json blosc_of_3(VoxelType type) {
+Json blosc_of_3(std::size_t number_bytes) {
   return {{"name", "blosc"},
           {"configuration",
-           {{"cname", codec}, {"clevel", effort}, {"shuffle", "bitshuffle"}, {"typesize", size_of(type)}, {"blocksize", 0}}}};
+           {{"cname", codec}, {"clevel", effort}, {"shuffle", "bitshuffle"}, {"typesize", number_bytes}, {"blocksize", 0}}}};
 }
 
 Json bytes_of_3() { return {{"name", "bytes"}, {"configuration", {{"endian", "little"}}}}; }
 
 Json codecs_of_3(const ArrayPlan& plan) {
-  const Json inner = Json::array({bytes_of_3(), blosc_of_3(plan.type)});
+  const Json inner = Json::array({bytes_of_3(), blosc_of_3(plan.is_int8 ? 1 : size_of(plan.type))});
   if (plan.shard.empty()) return inner;
   return Json::array({{{"name", "sharding_indexed"},
                        {"configuration",

@@ -22,6 +22,7 @@ struct ArrayPlan {
   int zarr = 2;      ///< version of Zarr: 2, or 3
   std::string path;  ///< in the store: "0", "palpa/facts/0"
   VoxelType type = VoxelType::uint8;
+  bool is_int8 = false;  ///< int8 in the file, of int16 in memory
   std::vector<std::int64_t> shape, chunk;
   std::vector<std::int64_t> shard{};  ///< a multiple of `chunk`; empty: a file for each chunk
   std::vector<std::string> axes{};    ///< names, of Zarr 3

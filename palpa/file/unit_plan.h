@@ -32,6 +32,7 @@ struct UnitPlan {
   int task = 0;            ///< [octaves] whose blocks are made by one thread
   VoxelIndex unit{};       ///< [voxels] of octave 0
   VoxelIndex units{};      ///< [1]
+  bool is_int8 = false;     ///< in the file
   bool has_shards = false;  ///< as octave 0 has
   std::vector<PlannedOctave> octaves;
 
