@@ -60,7 +60,7 @@ struct ChunkFacts {
   double min = 0.0;   ///< [raw] of all components
   double max = 0.0;   ///< [raw]
   double rms = 0.0;   ///< [raw] root mean square of what the next octave loses
-  double crc32 = 0.0; ///< [1] of the delivered voxels, little-endian; a whole number
+  double crc32 = 0.0; ///< [1] of the delivered voxels within the octave, i fastest, little-endian; a whole number
 };
 
 /// State of a chunk that was read.
