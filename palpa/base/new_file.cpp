@@ -69,10 +69,10 @@ void NewFile::write(const void* data, std::size_t bytes) {
   }
 }
 
-void NewFile::start_sync() noexcept { ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE); }
+bool NewFile::sync_with_others() noexcept { return ::syncfs(descriptor_) == 0; }
 
-void NewFile::finish() {
-  if (::fsync(descriptor_) != 0) fail(errno);
+void NewFile::finish(bool is_synced) {
+  if (!is_synced && ::fsync(descriptor_) != 0) fail(errno);
   const auto link_as = [&](const fs::path& name) {
     const std::string nameless = "/proc/self/fd/" + std::to_string(descriptor_);
     return ::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW);

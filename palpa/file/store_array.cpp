@@ -1,10 +1,13 @@
 #include "palpa/file/store_array.h"
 
 #include <blosc.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <bit>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <thread>
 
 #include "palpa/base/input_file.h"
 #include "palpa/base/load_error.h"
@@ -113,16 +116,25 @@ std::vector<std::byte> packed_chunk(std::span<const std::byte> voxels, std::size
   return packed;
 }
 
+FileBatch::FileBatch() {
+  // Every core may fill a batch; a quarter of the files that a process may open leaves room for others.
+  rlimit open_files{};
+  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t most = ::getrlimit(RLIMIT_NOFILE, &open_files) == 0 ? static_cast<std::size_t>(open_files.rlim_cur) : 256;
+  most_ = std::clamp<std::size_t>(most / (4 * cores), 8, 256);
+}
+
 void FileBatch::add(std::unique_ptr<NewFile> file, const fs::path& name) {
-  file->start_sync();
   files_.emplace_back(std::move(file), name);
   if (files_.size() >= most_) finish();
 }
 
 void FileBatch::finish() {
+  constexpr std::size_t worth_a_sync = 4;  // Fewer: each by itself, so that files of others need not be waited for
+  const bool is_synced = files_.size() >= worth_a_sync && files_.front().first->sync_with_others();
   for (auto& [file, name] : files_) {
     try {
-      file->finish();
+      file->finish(is_synced);
     } catch (const LoadError& error) {
       throw LoadError(name.string() + ": " + error.what());
     }

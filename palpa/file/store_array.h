@@ -41,7 +41,7 @@ std::vector<std::byte> packed_chunk(std::span<const std::byte> voxels, std::size
 /// Files that are written, synced and named together: the disk waits once for many. One thread.
 class FileBatch {
  public:
-  explicit FileBatch(std::size_t most = 32) : most_(most) {}
+  FileBatch();
   /// Takes a file whose bytes are written. Throws LoadError as `finish`, when the batch is full.
   void add(std::unique_ptr<NewFile> file, const std::filesystem::path& name);
   /// Syncs the files and gives them their names. Throws LoadError "NAME: problem; remedy".
