@@ -49,7 +49,7 @@ def pyramid(store, out):
         number += 1
         sums = da.coarsen(np.sum, fine.astype(np.uint16), {0: 2, 1: 2, 2: 2}, trim_excess=True)
         coarse = ((sums + 4) // 8).astype(fine.dtype).rechunk((32, 32, 32))
-        coarse.to_zarr(out, component=str(number), compressor=compressor, dimension_separator="/")
+        coarse.to_zarr(out, component=str(number), compressor=compressor)
         fine = da.from_zarr(out, component=str(number))
 
 
