@@ -52,10 +52,11 @@ std::string lost_words(const StoreFacts& facts) {
   const std::string of = static_cast<double>(survey.looked_at) == survey.chunks
                              ? fmt::format("all {} chunks", survey.looked_at)
                              : fmt::format("{} chunks that were looked at, of {}", survey.looked_at, rounded_words(survey.chunks));
+  if (survey.absent == 0) return "none of " + of;
   if (!survey.can_tell_lost)
     return fmt::format("{} of {} are absent; whether they were lost, a store of one octave does not say", survey.absent, of);
   if (survey.lost == 0)
-    return survey.absent == 0 ? "none of " + of : fmt::format("none of {}: {} are absent, and have the fill value", of, survey.absent);
+    return fmt::format("none of {}: {} are absent, and have the fill value", of, survey.absent);
   return fmt::format("{} of {}: absent, where {} has values; get them again", survey.lost, of,
                      facts.contents.prepared ? "palpa prepare found values or the next octave" : "the next octave");
 }
@@ -82,13 +83,13 @@ std::string common_words(const StoreFacts& facts) {
   if (waste > much_waste) {
     words += line("", fmt::format("a window of 128 × 128 × 128 voxels reads {:.2g} times too much; palpa convert {} NEW.zarr "
                                   "writes chunks of 32 × 32 × 32",
-                                  waste, facts.name));
+                                  waste, for_shell(facts.name)));
   }
   words += line("lost", lost_words(facts));
   if (survey.damaged > 0)
     words += line("damaged", fmt::format("{} of {} chunks that were looked at: {}", survey.damaged, survey.looked_at, survey.damage));
   return words + line("prepared", facts.contents.prepared ? "yes: ranges and checksums of all chunks are known"
-                                                          : "no; palpa prepare " + facts.name + " does it");
+                                                          : "no; palpa prepare " + for_shell(facts.name) + " does it");
 }
 
 std::string end_words(const StoreSurvey::Values& values, double value) {
