@@ -123,9 +123,10 @@ void print_large_store(const StoreFacts& store, const InfoArguments& arguments, 
   const bool asks_for_voxels =
       arguments.scene || !arguments.picture.empty() || !arguments.at_m.empty() || !arguments.places.empty() || arguments.level;
   if (asks_for_voxels) {
-    throw LoadError(store.name +
-                    ": is too large to be read as a whole, which --scene, --picture, --at and --level need; give the folder of a "
-                    "coarser octave of it");
+    throw LoadError(
+        store.name +
+        ": is too large to be read as a whole, which --scene, --picture, --at and --level need; give the folder of a "
+        "coarser octave of it");
   }
   InfoTable table = store_table(store);
   if (arguments.json) {

@@ -58,7 +58,8 @@ void compare(const StoreField& field, const std::vector<double>& coarse, const V
         double sum = 0.0, largest = 0.0;
         for (std::size_t n = 0; n < 8; ++n) {
           Counts at{2 * i, 2 * j, 2 * k};
-          for (std::size_t a = 0; a < 3; ++a) at[a] = std::min(at[a] + static_cast<std::int64_t>((n >> a) & 1), around.count[a] - 1);
+          for (std::size_t a = 0; a < 3; ++a)
+            at[a] = std::min(at[a] + static_cast<std::int64_t>((n >> a) & 1), around.count[a] - 1);
           parts[n] = fine[static_cast<std::size_t>((at[2] * around.count[1] + at[1]) * around.count[0] + at[0])];
           sum += parts[n], largest = std::max(largest, std::abs(parts[n]));
         }
@@ -92,7 +93,8 @@ Misfits measured(StoreReader& reader) {
       around.count[a] = std::min(2 * box.count[a], contents.octaves[0].grid.dims[a] - around.first[a]);
     }
     for (const StoreOctave* octave : {&contents.octaves[0], &contents.octaves[1]})
-      bytes += static_cast<std::uint64_t>(octave->chunk[0] * octave->chunk[1] * octave->chunk[2]) * size_of(contents.fields[0].type);
+      bytes +=
+          static_cast<std::uint64_t>(octave->chunk[0] * octave->chunk[1] * octave->chunk[2]) * size_of(contents.fields[0].type);
     const auto fine = voxels_in(reader, {.octave = 0}, around), coarse = voxels_in(reader, {.octave = 1}, box);
     if (!fine || !coarse) continue;
     const std::int64_t before = misfits.compared;
@@ -156,11 +158,12 @@ OctavePlaces octave_places(StoreReader& reader) {
   if (places.making != OctaveMaking::means && places.making != OctaveMaking::decimation) return places;
   constexpr double much_voxels = 1e-3;
   if (move(places) > much_voxels) {
-    places.warnings.emplace_back(places.making == OctaveMaking::means
-                                     ? "places its octaves elsewhere than their voxels are, which are means of 2 × 2 × 2 voxels: "
-                                       "they are moved there"
-                                     : "places its octaves elsewhere than their voxels are, which are every second voxel: they "
-                                       "are moved there");
+    places.warnings.emplace_back(
+        places.making == OctaveMaking::means
+            ? "places its octaves elsewhere than their voxels are, which are means of 2 × 2 × 2 voxels: "
+              "they are moved there"
+            : "places its octaves elsewhere than their voxels are, which are every second voxel: they "
+              "are moved there");
   }
   return places;
 }

@@ -96,9 +96,14 @@ std::vector<std::string> seeds_of_packets() {
   contents.fields = {{.name = "value", .file_type = "uint8"}};
   contents.octaves = {{.chunk = {32, 32, 32}, .shard = {64, 64, 64}, .codec = "blosc (lz4)", .facts = {4, 4, 4}}};
   contents.octaves.front().grid.dims = {300, 200, 100};
-  const std::vector<Message> messages{header, request, Done{{{"a file", 100, "00"}}, {"late"}, {{}}, true},
-                                      Failure{"is not liked; bring another"}, ReadRequest{{0, 2}, 3}, contents,
-                                      StoreRoom{4, 65536}, ChunkRequest{{.octave = 1}, 2},
+  const std::vector<Message> messages{header,
+                                      request,
+                                      Done{{{"a file", 100, "00"}}, {"late"}, {{}}, true},
+                                      Failure{"is not liked; bring another"},
+                                      ReadRequest{{0, 2}, 3},
+                                      contents,
+                                      StoreRoom{4, 65536},
+                                      ChunkRequest{{.octave = 1}, 2},
                                       ChunkAnswer{{.octave = 1}, 2, ChunkState::damaged, 99, "'0/1': is cut"}};
   std::vector<std::string> seeds;
   for (const Message& message : messages) seeds.push_back(bytes_of(message));

@@ -88,7 +88,8 @@ StoreChunk any_chunk(Choices& choices) {
 }
 
 ChunkAnswer any_answer(Choices& choices) {
-  ChunkAnswer answer{.chunk = any_chunk(choices), .slot = static_cast<std::int32_t>(choices.below(5)) - (choices.one_in(8) ? 1 : 0)};
+  ChunkAnswer answer{.chunk = any_chunk(choices),
+                     .slot = static_cast<std::int32_t>(choices.below(5)) - (choices.one_in(8) ? 1 : 0)};
   answer.state = static_cast<ChunkState>(choices.below(3));
   answer.bytes = UINT64_MAX >> choices.below(64), answer.sentence = choices.bytes(choices.below(30));
   return answer;

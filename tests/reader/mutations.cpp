@@ -65,7 +65,8 @@ void read_store(const fs::path& store, const ReadOptions& options, MutationResul
     if (octave.facts[0] > 0) chunks.push_back({.octave = static_cast<std::int32_t>(n), .facts = true});
     read_chunks(reader, chunks, [&](const StoreRead& read, std::span<const std::byte> content) {
       if ((read.state == ChunkState::present) == content.empty()) result.wrong.push_back("a chunk without content");
-      if ((read.state == ChunkState::damaged) == read.sentence.empty()) result.wrong.push_back("a damaged chunk without a sentence");
+      if ((read.state == ChunkState::damaged) == read.sentence.empty())
+        result.wrong.push_back("a damaged chunk without a sentence");
       if (read.sentence.find('\n') != std::string::npos) result.wrong.push_back(read.sentence);
     });
   }

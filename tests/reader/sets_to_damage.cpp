@@ -249,10 +249,13 @@ SetToDamage store(const std::string& name, int format, bool chunks) {
                       ZarrToWrite array{.format = format, .shape = {side, side, side}, .chunk = {8, 8, 8}, .type = "int16"};
                       array.codec = format == 2 ? "blosc" : n == 0 ? "zstd" : "gzip";
                       if (format == 3) array.shard = {16, 16, 16}, array.index_at_end = n == 0, array.has_checksum = n == 0;
-                      array.value = [](const std::vector<std::int64_t>& at) { return static_cast<double>(at[0] + 20 * at[1] + 300 * at[2]); };
+                      array.value = [](const std::vector<std::int64_t>& at) {
+                        return static_cast<double>(at[0] + 20 * at[1] + 300 * at[2]);
+                      };
                       write_zarr_array(path / std::to_string(n), array);
                     }
-                    ZarrToWrite facts{.format = format, .shape = {1, 1, 2, 2, 2, 4}, .chunk = {1, 1, 2, 2, 2, 4}, .type = "float64"};
+                    ZarrToWrite facts{
+                        .format = format, .shape = {1, 1, 2, 2, 2, 4}, .chunk = {1, 1, 2, 2, 2, 4}, .type = "float64"};
                     facts.value = [](const std::vector<std::int64_t>& at) { return static_cast<double>(at[5]); };
                     write_zarr_array(path / "palpa/facts/0", facts);
                     return path;
