@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/info_kind.h"
+#include "app/info_numbers.h"
 #include "app/info_store.h"
 #include "app/info_table.h"
 #include "app/pictures.h"
@@ -63,15 +64,6 @@ std::vector<Asked> asked_for(const InfoArguments& arguments) {
 Facts read_facts(const Asked& asked, const ReadOptions& read, bool all_frames) {
   const Progress progress("reading " + asked.name);
   return facts_of(asked, read, all_frames);
-}
-
-/// Path in shell syntax, quoted if needed.
-std::string for_shell(const std::string& path) {
-  static constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:+@%";
-  if (!path.empty() && path.find_first_not_of(plain) == std::string::npos) return path;
-  std::string quoted = "'";
-  for (const char c : path) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
 }
 
 /// Writes the first scene to stdout or a new file.
@@ -131,9 +123,10 @@ void print_large_store(const StoreFacts& store, const InfoArguments& arguments, 
   const bool asks_for_voxels =
       arguments.scene || !arguments.picture.empty() || !arguments.at_m.empty() || !arguments.places.empty() || arguments.level;
   if (asks_for_voxels) {
-    throw LoadError(store.name +
-                    ": is too large to be read as a whole, which --scene, --picture, --at and --level need; give the folder of a "
-                    "coarser octave of it");
+    throw LoadError(
+        store.name +
+        ": is too large to be read as a whole, which --scene, --picture, --at and --level need; give the folder of a "
+        "coarser octave of it");
   }
   InfoTable table = store_table(store);
   if (arguments.json) {

@@ -49,13 +49,14 @@ std::string octave_words(const StoreFacts& facts) {
 
 std::string lost_words(const StoreFacts& facts) {
   const StoreSurvey& survey = facts.survey;
-  const std::string of = static_cast<double>(survey.looked_at) == survey.chunks
-                             ? fmt::format("all {} chunks", survey.looked_at)
-                             : fmt::format("{} chunks that were looked at, of {}", survey.looked_at, rounded_words(survey.chunks));
+  const std::string of =
+      static_cast<double>(survey.looked_at) == survey.chunks
+          ? fmt::format("all {} chunks", survey.looked_at)
+          : fmt::format("{} chunks that were looked at, of {}", survey.looked_at, rounded_words(survey.chunks));
+  if (survey.absent == 0) return "none of " + of;
   if (!survey.can_tell_lost)
     return fmt::format("{} of {} are absent; whether they were lost, a store of one octave does not say", survey.absent, of);
-  if (survey.lost == 0)
-    return survey.absent == 0 ? "none of " + of : fmt::format("none of {}: {} are absent, and have the fill value", of, survey.absent);
+  if (survey.lost == 0) return fmt::format("none of {}: {} are absent, and have the fill value", of, survey.absent);
   return fmt::format("{} of {}: absent, where {} has values; get them again", survey.lost, of,
                      facts.contents.prepared ? "palpa prepare found values or the next octave" : "the next octave");
 }
@@ -72,23 +73,25 @@ std::string common_words(const StoreFacts& facts) {
   const StoreSurvey& survey = facts.survey;
   std::string stored;
   if (survey.stored_share > 0.0) {
-    const double present = 1.0 - static_cast<double>(survey.absent) / static_cast<double>(std::max<std::int64_t>(survey.looked_at, 1));
+    const double present =
+        1.0 - static_cast<double>(survey.absent) / static_cast<double>(std::max<std::int64_t>(survey.looked_at, 1));
     stored = fmt::format(", about {} in the store",
                          bytes_words(facts.whole_bytes() * facts.contents.frames * survey.stored_share * present));
   }
   const double waste = waste_of_chunks(facts.contents.octaves.front());
-  std::string words = line("store", facts.contents.format + stored) + line("octaves", octave_words(facts)) +
-                      line("chunks", chunk_words(facts));
+  std::string words =
+      line("store", facts.contents.format + stored) + line("octaves", octave_words(facts)) + line("chunks", chunk_words(facts));
   if (waste > much_waste) {
     words += line("", fmt::format("a window of 128 × 128 × 128 voxels reads {:.2g} times too much; palpa convert {} NEW.zarr "
                                   "writes chunks of 32 × 32 × 32",
-                                  waste, facts.name));
+                                  waste, for_shell(facts.name)));
   }
   words += line("lost", lost_words(facts));
   if (survey.damaged > 0)
-    words += line("damaged", fmt::format("{} of {} chunks that were looked at: {}", survey.damaged, survey.looked_at, survey.damage));
+    words += line("damaged",
+                  fmt::format("{} of {} chunks that were looked at: {}", survey.damaged, survey.looked_at, survey.damage));
   return words + line("prepared", facts.contents.prepared ? "yes: ranges and checksums of all chunks are known"
-                                                          : "no; palpa prepare " + facts.name + " does it");
+                                                          : "no; palpa prepare " + for_shell(facts.name) + " does it");
 }
 
 std::string end_words(const StoreSurvey::Values& values, double value) {
@@ -106,7 +109,8 @@ std::string field_words(const StoreFacts& facts) {
     const StoreSurvey::Values& values = facts.survey.values[f];
     is_about = is_about || values.about;
     words += fmt::format("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit,
-                         field.file_type + (field.components == 3 ? "×3" : ""), end_words(values, values.min), end_words(values, values.max));
+                         field.file_type + (field.components == 3 ? "×3" : ""), end_words(values, values.min),
+                         end_words(values, values.max));
   }
   return words + (is_about ? "  of a sample of chunks: the range may be larger\n" : "");
 }
@@ -191,9 +195,11 @@ InfoTable store_table(const StoreFacts& facts) {
     sizes.push_back(length_words(spacing_m[a] * static_cast<double>(grid.dims[a])));
   }
   InfoTable table{facts.name + "\n", {}};
-  table.words += line("grid", fmt::format("{} voxels of {} × {} × {}", sides(grid.dims), spacings[0], spacings[1], spacings[2]));
-  table.words += line("size", fmt::format("{} × {} × {}{}, {} as a whole", sizes[0], sizes[1], sizes[2],
-                                          contents.length_unit_assumed ? " (micrometres are assumed)" : "", bytes_words(facts.whole_bytes())));
+  table.words +=
+      line("grid", fmt::format("{} voxels of {} × {} × {}", sides(grid.dims), spacings[0], spacings[1], spacings[2]));
+  table.words += line(
+      "size", fmt::format("{} × {} × {}{}, {} as a whole", sizes[0], sizes[1], sizes[2],
+                          contents.length_unit_assumed ? " (micrometres are assumed)" : "", bytes_words(facts.whole_bytes())));
   if (contents.frames > 1) table.words += line("frames", fmt::format("{}", contents.frames));
   table.words += common_words(facts) + field_words(facts);
   table.json["format"] = "zarr";

@@ -213,7 +213,7 @@ class FieldsTable {
   std::string row(const std::string& name) const { return fmt::format("  {:<{}}  ", name, width_); }
 
   /// One end of a field's range; of vectors that of each component: "(-1, 0, 0.5)", [-1, 0, 0.5].
-  static std::pair<std::string, Json> end_of(const std::vector<ValueRange>& value_ranges, double ValueRange::*end) {
+  static std::pair<std::string, Json> end_of(const std::vector<ValueRange>& value_ranges, double ValueRange::* end) {
     double span = 0.0;
     for (const ValueRange& extent : value_ranges) span = std::max(span, extent.max - extent.min);
     std::vector<std::string> words;

@@ -143,7 +143,7 @@ int allow_files(const Folders& folders) {
   if (ruleset.descriptor < 0) return errno;
   const auto allow = [&](const std::string& path, std::uint64_t access) {
     const Closer place{::open(path.c_str(), O_PATH | O_CLOEXEC)};
-    struct stat status {};
+    struct stat status{};
     if (place.descriptor < 0 || ::fstat(place.descriptor, &status) != 0) return;  // missing paths need no rule
     if (S_ISDIR(status.st_mode)) access |= LANDLOCK_ACCESS_FS_READ_DIR;
     const landlock_path_beneath_attr beneath{access, place.descriptor};

@@ -208,7 +208,7 @@ std::int64_t Source::choose_frames(const protocol::Request& request, std::int64_
 }
 
 std::uint64_t file_bytes(const std::string& path) {
-  struct stat status {};
+  struct stat status{};
   if (::stat(path.c_str(), &status) != 0) return 0;
   if (!S_ISDIR(status.st_mode)) return static_cast<std::uint64_t>(std::max<off_t>(status.st_size, 0));
   std::uint64_t bytes = 0;

@@ -20,7 +20,8 @@ constexpr std::uint64_t most_chunk_bytes_of_whole = std::uint64_t{1} << 30;
 class ZarrSource final : public Source {
  public:
   explicit ZarrSource(const protocol::Request& request)
-      : store_(request.path, request.store ? protocol::most_chunk_bytes : std::min(most_chunk_bytes_of_whole, request.max_bytes)),
+      : store_(request.path,
+               request.store ? protocol::most_chunk_bytes : std::min(most_chunk_bytes_of_whole, request.max_bytes)),
         folder_(request.path) {
     const StoreContents& contents = store_.contents();
     if (request.store) {
@@ -76,9 +77,12 @@ class ZarrSource final : public Source {
   void check_count() const {
     const StoreOctave& octave = store_.contents().octaves.front();
     double chunks = static_cast<double>(header.fields.size()) * static_cast<double>(frames_read);
-    for (std::size_t a = 0; a < 3; ++a) chunks *= std::ceil(static_cast<double>(octave.grid.dims[a]) / static_cast<double>(octave.chunk[a]));
+    for (std::size_t a = 0; a < 3; ++a)
+      chunks *= std::ceil(static_cast<double>(octave.grid.dims[a]) / static_cast<double>(octave.chunk[a]));
     if (chunks > most_chunks)
-      throw LoadError("has more chunks than are read into memory as one volume, which is a million; give a coarser octave of it, as STORE/2");
+      throw LoadError(
+          "has more chunks than are read into memory as one volume, which is a million; give a coarser octave of it, as "
+          "STORE/2");
   }
 
   /// Adds the files of all chunks that are there.
@@ -128,7 +132,8 @@ class ZarrSource final : public Source {
   static void fill(const StoreField& field, std::vector<std::byte>& room) {
     protocol::with_type(field.type, [&](auto typed) {
       const auto value = static_cast<decltype(typed)>(field.fill);
-      for (std::size_t at = 0; at + sizeof value <= room.size(); at += sizeof value) std::memcpy(&room[at], &value, sizeof value);
+      for (std::size_t at = 0; at + sizeof value <= room.size(); at += sizeof value)
+        std::memcpy(&room[at], &value, sizeof value);
     });
   }
 

@@ -67,7 +67,8 @@ ZarrType type_of_letters(const ZarrJson& letters, const ZarrMetadata& of) {
 /// Value of an absent chunk. Throws LoadError.
 double fill_of(const ZarrJson* fill, const ZarrType& type, const ZarrMetadata& of) {
   if (fill == nullptr) return 0.0;
-  const bool is_floating = type.delivered == VoxelType::float32 || (type.delivered == VoxelType::float64 && type.raw != RawType::uint32);
+  const bool is_floating =
+      type.delivered == VoxelType::float32 || (type.delivered == VoxelType::float64 && type.raw != RawType::uint32);
   if (fill->is_boolean()) return fill->get<bool>() ? 1.0 : 0.0;
   if (fill->is_string() && is_floating) {
     const auto& word = fill->get_ref<const std::string&>();
@@ -194,7 +195,8 @@ void take_codecs(ZarrArray& to, const ZarrJson& list, const ZarrMetadata& of) {
     } else if (name == "sharding_indexed") {
       throw of.error("with shards within shards, or compressed as a whole, which are not read; write plain shards");
     } else if (!has_bytes) {
-      throw of.error("whose codecs do not begin with 'bytes' but " + detail::in_quotes(name) + ", which is not read; it is needed");
+      throw of.error("whose codecs do not begin with 'bytes' but " + detail::in_quotes(name) +
+                     ", which is not read; it is needed");
     } else {
       add_codec(to, name, settings, of);
     }
@@ -266,7 +268,8 @@ void check_sizes(ZarrArray& array, const ZarrMetadata& of, std::uint64_t most_ch
     }
     if (array.shard[n] % array.chunk[n] != 0) throw of.error("whose shards are no whole number of chunks; write it anew");
     const auto chunks = static_cast<std::uint64_t>(array.shard[n] / array.chunk[n]);
-    if (__builtin_mul_overflow(index_bytes, chunks, &index_bytes) || index_bytes > most_index_bytes) throw of.error("with shards of more than a million chunks; write smaller shards");
+    if (__builtin_mul_overflow(index_bytes, chunks, &index_bytes) || index_bytes > most_index_bytes)
+      throw of.error("with shards of more than a million chunks; write smaller shards");
   }
   const bool is_fortran = array.stride.front() < 0;
   std::int64_t step = 1;

@@ -14,11 +14,11 @@ namespace palpa::reader {
 
 /// Type of an array's numbers.
 struct ZarrType {
-  std::string name;                                       ///< "int16"
-  protocol::RawType raw = protocol::RawType::uint8;       ///< of the file; uint16 for float16
-  bool half = false;                                      ///< float16
-  bool swapped = false;                                   ///< byte order opposite to this machine's
-  VoxelType delivered = VoxelType::uint8;                 ///< the file's, or the next wider one
+  std::string name;                                  ///< "int16"
+  protocol::RawType raw = protocol::RawType::uint8;  ///< of the file; uint16 for float16
+  bool half = false;                                 ///< float16
+  bool swapped = false;                              ///< byte order opposite to this machine's
+  VoxelType delivered = VoxelType::uint8;            ///< the file's, or the next wider one
   std::size_t bytes() const noexcept { return protocol::size_of(raw); }
 };
 
@@ -26,7 +26,7 @@ struct ZarrType {
 enum class ZarrCodec : std::uint8_t { blosc, zlib, gzip, zstd, crc32c };
 
 struct ZarrArray {
-  std::string path{};    ///< in the store; empty: the store itself
+  std::string path{};  ///< in the store; empty: the store itself
   int format = 2;      ///< of Zarr
   std::vector<std::int64_t> shape{};
   std::vector<std::int64_t> chunk{};   ///< [numbers] decoded at once
@@ -34,11 +34,11 @@ struct ZarrArray {
   std::vector<std::int64_t> stride{};  ///< [numbers] within a chunk
   std::vector<std::string> axes{};     ///< names of the indices, by the array itself; empty: none
   ZarrType type{};
-  double fill = 0.0;               ///< value of an absent chunk
-  std::vector<ZarrCodec> codecs{};   ///< of a chunk, in the order of decoding
+  double fill = 0.0;                ///< value of an absent chunk
+  std::vector<ZarrCodec> codecs{};  ///< of a chunk, in the order of decoding
   std::string codec_words = "not compressed";
   bool has_shards = false, index_at_end = true, index_has_checksum = false;
-  std::string prefix{};     ///< of a file's name below `path`: "c/" or empty
+  std::string prefix{};  ///< of a file's name below `path`: "c/" or empty
   char separator = '.';
 
   std::uint64_t chunk_numbers() const noexcept;

@@ -27,7 +27,7 @@ std::uint64_t number_at(const std::byte* bytes) noexcept {
 
 std::shared_ptr<const ZarrChunks::ShardIndex> ZarrChunks::index_of(const ZarrArray& array, const std::string& name,
                                                                    const detail::InputFile& file) const {
-  struct stat status {};
+  struct stat status{};
   ::fstat(file.descriptor(), &status);
   const auto is_of_file = [&](const std::shared_ptr<const ShardIndex>& index) {
     return index->file == name && index->bytes == file.bytes() && index->changed.tv_sec == status.st_mtim.tv_sec &&

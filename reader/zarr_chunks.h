@@ -44,7 +44,8 @@ class ZarrChunks {
     timespec changed{};
     std::vector<Piece> pieces;
   };
-  std::shared_ptr<const ShardIndex> index_of(const ZarrArray& array, const std::string& name, const detail::InputFile& file) const;
+  std::shared_ptr<const ShardIndex> index_of(const ZarrArray& array, const std::string& name,
+                                             const detail::InputFile& file) const;
   Piece piece_of(const ZarrArray& array, std::span<const std::int64_t> at, const std::string& name,
                  const detail::InputFile& file) const;
 

@@ -127,7 +127,8 @@ std::string decode_chunk(const std::vector<ZarrCodec>& codecs, std::span<const s
       if (!take_checksum(packed)) return "has another checksum (crc32c)";
       continue;
     }
-    const auto inner = static_cast<std::size_t>(std::count(codecs.begin() + static_cast<std::ptrdiff_t>(n), codecs.end(), ZarrCodec::crc32c));
+    const auto inner =
+        static_cast<std::size_t>(std::count(codecs.begin() + static_cast<std::ptrdiff_t>(n), codecs.end(), ZarrCodec::crc32c));
     if (inner > 0) room.resize(to.size() + inner * checksum_bytes);
     const std::span<std::byte> into = inner > 0 ? std::span(room) : to;
     if (std::string fault = unpack(codecs[n], packed, into); !fault.empty()) return fault;

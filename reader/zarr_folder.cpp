@@ -29,7 +29,10 @@ int depth_of(std::string_view text, std::string& plain) {
   for (std::size_t n = 0; n < text.size(); ++n) {
     const char c = text[n];
     const std::string_view rest = text.substr(n);
-    const std::string_view word = inside ? "" : rest.starts_with("NaN") ? "NaN" : rest.starts_with("Infinity") ? "Infinity" : "";
+    const std::string_view word = inside                         ? ""
+                                  : rest.starts_with("NaN")      ? "NaN"
+                                  : rest.starts_with("Infinity") ? "Infinity"
+                                                                 : "";
     if (!word.empty()) {
       if (plain.ends_with('-')) plain.pop_back();
       plain += "null";

@@ -41,7 +41,8 @@ ZarrAxes axes_of(const ZarrJson& list, const ZarrMetadata& of) {
     const std::string name = axis.is_string() ? axis.get<std::string>() : ZarrMetadata::text(axis, "name");
     const std::string type = lower(ZarrMetadata::text(axis, "type"));
     if (!take_axis(axes, n, name, type, ZarrMetadata::text(axis, "unit"))) {
-      throw of.error("with an axis " + detail::in_quotes(name) + (type.empty() ? "" : " of the type " + detail::in_quotes(type)) +
+      throw of.error("with an axis " + detail::in_quotes(name) +
+                     (type.empty() ? "" : " of the type " + detail::in_quotes(type)) +
                      ", which is not read; axes are t (time), c (channel), z, y, x (space), each once");
     }
   }
@@ -61,7 +62,9 @@ ZarrAxes axes_of_array(const ZarrArray& array, std::vector<std::string>& warning
   axes.rank = array.shape.size();
   std::vector<std::size_t> left;
   for (std::size_t n = 0; n < axes.rank; ++n) left.push_back(n);
-  const auto take = [&](std::size_t& axis, std::size_t at) { axis = left[at], left.erase(left.begin() + static_cast<std::ptrdiff_t>(at)); };
+  const auto take = [&](std::size_t& axis, std::size_t at) {
+    axis = left[at], left.erase(left.begin() + static_cast<std::ptrdiff_t>(at));
+  };
   if (axes.rank >= 4 && array.shape.back() == 3) {
     take(axes.channel, left.size() - 1);
   } else if (axes.rank >= 4 && array.shape[axes.rank - 4] == 3) {
@@ -71,7 +74,8 @@ ZarrAxes axes_of_array(const ZarrArray& array, std::vector<std::string>& warning
   }
   if (left.size() == 4) take(axes.time, 0);
   if (left.size() < 2 || left.size() > 3)
-    throw LoadError("is an array of " + std::to_string(axes.rank) + " indices; a volume has 3, and up to 2 of channels and time");
+    throw LoadError("is an array of " + std::to_string(axes.rank) +
+                    " indices; a volume has 3, and up to 2 of channels and time");
   for (std::size_t n = 0; n < left.size(); ++n) axes.space[left.size() - 1 - n] = left[n];
   warnings.push_back("says no axes: its last indices are taken for z, y, x");
   return axes;
@@ -173,7 +177,8 @@ ZarrImage image_of(const ZarrFolder& folder, const std::string& where, const Zar
   }
   image.channels = channels_of(attributes);
   const std::string version = ZarrMetadata::text(attributes, "version", ZarrMetadata::text(scales, "version"));
-  image.format = "OME-Zarr" + (version.empty() ? "" : " " + version) + ", Zarr v" + std::to_string(image.levels.front().array.format);
+  image.format =
+      "OME-Zarr" + (version.empty() ? "" : " " + version) + ", Zarr v" + std::to_string(image.levels.front().array.format);
   return image;
 }
 

@@ -26,8 +26,8 @@ struct ZarrLevel {
 };
 
 struct ZarrImage {
-  std::string format{};                 ///< "OME-Zarr 0.4, Zarr v2"
-  std::string folder{};                 ///< of its metadata, in the store
+  std::string format{};  ///< "OME-Zarr 0.4, Zarr v2"
+  std::string folder{};  ///< of its metadata, in the store
   ZarrAxes axes{};
   std::vector<ZarrLevel> levels{};      ///< from the finest
   std::vector<std::string> channels{};  ///< labels of omero

@@ -48,7 +48,8 @@ class Workers {
   Workers(int socket, const ZarrStore& store, const protocol::StoreRoom& room, std::byte* memory)
       : socket_(socket), store_(store), room_(room), memory_(memory) {
     const std::uint64_t fitting = most_scratch_bytes / std::max<std::uint64_t>(store.scratch_bytes(), 1);
-    count_ = std::clamp<std::uint64_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(room.slots)), 1, most_workers);
+    count_ =
+        std::clamp<std::uint64_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(room.slots)), 1, most_workers);
     for (std::uint64_t n = 0; n < count_; ++n) {
       std::thread thread([this, n] { work(busy_[n]); });
       ::pthread_getcpuclockid(thread.native_handle(), &busy_[n].clock);
@@ -107,7 +108,8 @@ class Workers {
     std::byte* const slot = memory_ + static_cast<std::uint64_t>(request.slot) * room_.slot_bytes;
     const std::uint64_t bytes = protocol::content_bytes(store_.contents(), request.chunk);
     ZarrRead read = store_.read(request.chunk, {slot, static_cast<std::size_t>(bytes)}, scratch);
-    if (!protocol::send(socket_, protocol::ChunkAnswer{request.chunk, request.slot, read.state, read.bytes, std::move(read.sentence)}))
+    if (!protocol::send(socket_,
+                        protocol::ChunkAnswer{request.chunk, request.slot, read.state, read.bytes, std::move(read.sentence)}))
       ::_exit(0);  // the caller is gone
   }
 

@@ -23,7 +23,8 @@ std::size_t length_along(const std::vector<std::int64_t>& lengths, std::size_t i
   return index == SIZE_MAX ? 1 : static_cast<std::size_t>(lengths[index]);
 }
 
-std::array<std::int64_t, 3> in_space(const ZarrAxes& axes, const std::vector<std::int64_t>& lengths, std::int64_t otherwise = 1) {
+std::array<std::int64_t, 3> in_space(const ZarrAxes& axes, const std::vector<std::int64_t>& lengths,
+                                     std::int64_t otherwise = 1) {
   std::array<std::int64_t, 3> found{otherwise, otherwise, otherwise};
   for (std::size_t a = 0; a < 3; ++a) {
     if (axes.space[a] != SIZE_MAX) found[a] = lengths[axes.space[a]];
@@ -34,8 +35,8 @@ std::array<std::int64_t, 3> in_space(const ZarrAxes& axes, const std::vector<std
 /// [s] of a unit of time; 0: unknown.
 double seconds_of(const std::string& unit) {
   static constexpr std::pair<std::string_view, double> known[] = {
-      {"second", 1.0},       {"s", 1.0},         {"millisecond", 1e-3}, {"ms", 1e-3},  {"microsecond", 1e-6}, {"us", 1e-6},
-      {"nanosecond", 1e-9},  {"ns", 1e-9},       {"minute", 60.0},      {"hour", 3600.0}, {"day", 86400.0}};
+      {"second", 1.0},      {"s", 1.0},   {"millisecond", 1e-3}, {"ms", 1e-3},     {"microsecond", 1e-6}, {"us", 1e-6},
+      {"nanosecond", 1e-9}, {"ns", 1e-9}, {"minute", 60.0},      {"hour", 3600.0}, {"day", 86400.0}};
   for (const auto& [name, seconds] : known) {
     if (unit == name) return seconds;
   }
@@ -47,8 +48,8 @@ struct Voxels3 {
 };
 
 /// Copies one component of a chunk's voxels.
-void copy_component(const ZarrType& type, const std::byte* from, std::int64_t offset, const Voxels3& of, std::byte* to, int components,
-                    int component) {
+void copy_component(const ZarrType& type, const std::byte* from, std::int64_t offset, const Voxels3& of, std::byte* to,
+                    int components, int component) {
   const auto copy = [&](auto from_value, auto to_value, auto converted) {
     using From = decltype(from_value);
     using To = decltype(to_value);
@@ -137,7 +138,8 @@ void ZarrStore::take_octaves() {
   for (std::size_t a = 0; a < 3; ++a) {
     const std::string& name = image_.axes.length_unit[a];
     const auto unit = detail::length_unit(name);
-    if (!unit && !detail::leaves_length_unit_open(name)) contents_.warnings.push_back("has lengths in " + detail::in_quotes(name) + ", an unknown unit");
+    if (!unit && !detail::leaves_length_unit_open(name))
+      contents_.warnings.push_back("has lengths in " + detail::in_quotes(name) + ", an unknown unit");
     if (!unit) continue;
     axis_unit_m_[a] = unit->metres;
     if (!has_unit) contents_.length_unit = unit->name, unit_m_ = unit->metres;
@@ -163,9 +165,10 @@ void ZarrStore::take_octaves() {
       const std::size_t index = image_.axes.space[a];
       if (index != SIZE_MAX && !level.translation.empty()) *origin[a] = level.translation[index] * axis_unit_m_[a];
     }
-    const bool is_alike = level.array.type.name == finest.array.type.name &&
-                          length_along(level.array.shape, image_.axes.time) == length_along(finest.array.shape, image_.axes.time) &&
-                          length_along(level.array.shape, image_.axes.channel) == length_along(finest.array.shape, image_.axes.channel);
+    const bool is_alike =
+        level.array.type.name == finest.array.type.name &&
+        length_along(level.array.shape, image_.axes.time) == length_along(finest.array.shape, image_.axes.time) &&
+        length_along(level.array.shape, image_.axes.channel) == length_along(finest.array.shape, image_.axes.channel);
     bool is_half = true;
     for (std::size_t a = 0; a < 3; ++a) {
       const std::int64_t whole = contents_.octaves.empty() ? octave.grid.dims[a] : contents_.octaves.front().grid.dims[a];
@@ -175,8 +178,9 @@ void ZarrStore::take_octaves() {
       is_half = is_half && (level.scale.empty() || whole == 1 || std::abs(ratio - 1.0) <= 1e-3 + 1.0 / there);
     }
     if (!is_alike || !is_half) {
-      contents_.warnings.push_back("has an octave '" + level.array.path + "' that is no half of the one before, of the same type: " +
-                                   "it and coarser ones are left out");
+      contents_.warnings.push_back(
+          "has an octave '" + level.array.path +
+          "' that is no half of the one before, of the same type: " + "it and coarser ones are left out");
       break;
     }
     contents_.octaves.push_back(octave);
@@ -234,7 +238,8 @@ ZarrStore::Place ZarrStore::place_of(const ZarrArray& array, const StoreChunk& c
 /// Whether a chunk of the file has the bytes of the delivered one.
 bool ZarrStore::is_as_delivered(const ZarrArray& array, const StoreField& field) const {
   const auto dims = in_space(image_.axes, array.chunk), stride = in_space(image_.axes, array.stride, 0);
-  if (field.components != 1 || array.type.half || array.type.swapped || protocol::size_of(array.type.raw) != size_of(field.type))
+  if (field.components != 1 || array.type.half || array.type.swapped ||
+      protocol::size_of(array.type.raw) != size_of(field.type))
     return false;
   std::uint64_t voxels = 1;
   for (std::size_t a = 0; a < 3; ++a) {

@@ -10,7 +10,7 @@ namespace palpa {
 namespace {
 
 // More of any: slower; less: more stores stay undecided.
-constexpr int boxes_wanted = 16, most_candidates = 128;
+constexpr int boxes_wanted = 16, most_candidates = 1024;
 constexpr std::int64_t box_side = 16;  ///< [voxels] of octave 1
 constexpr std::uint64_t most_bytes = 64'000'000;
 /// Voxels that tell means from decimation. More: sparse stores stay undecided; fewer: chance decides.
@@ -58,7 +58,8 @@ void compare(const StoreField& field, const std::vector<double>& coarse, const V
         double sum = 0.0, largest = 0.0;
         for (std::size_t n = 0; n < 8; ++n) {
           Counts at{2 * i, 2 * j, 2 * k};
-          for (std::size_t a = 0; a < 3; ++a) at[a] = std::min(at[a] + static_cast<std::int64_t>((n >> a) & 1), around.count[a] - 1);
+          for (std::size_t a = 0; a < 3; ++a)
+            at[a] = std::min(at[a] + static_cast<std::int64_t>((n >> a) & 1), around.count[a] - 1);
           parts[n] = fine[static_cast<std::size_t>((at[2] * around.count[1] + at[1]) * around.count[0] + at[0])];
           sum += parts[n], largest = std::max(largest, std::abs(parts[n]));
         }
@@ -79,6 +80,8 @@ Misfits measured(StoreReader& reader) {
   const Counts chunks = chunks_along(contents.octaves[0]);
   std::mt19937_64 random(1);  // equal stores, equal results
   Misfits misfits;
+  const std::uint64_t voxel_bytes =
+      size_of(contents.fields[0].type) * static_cast<std::uint64_t>(contents.fields[0].components);
   std::uint64_t bytes = 0;
   int informative = 0;
   for (int n = 0; n < most_candidates && informative < boxes_wanted && bytes < most_bytes; ++n) {
@@ -91,10 +94,13 @@ Misfits measured(StoreReader& reader) {
       around.first[a] = 2 * box.first[a];
       around.count[a] = std::min(2 * box.count[a], contents.octaves[0].grid.dims[a] - around.first[a]);
     }
+    const auto fine = voxels_in(reader, {.octave = 0}, around);
+    // Most chunks of sparse stores are absent, and cost little.
+    if (!fine || std::ranges::all_of(*fine, [&](double voxel) { return voxel == fine->front(); })) continue;
+    const auto coarse = voxels_in(reader, {.octave = 1}, box);
+    if (!coarse) continue;
     for (const StoreOctave* octave : {&contents.octaves[0], &contents.octaves[1]})
-      bytes += static_cast<std::uint64_t>(octave->chunk[0] * octave->chunk[1] * octave->chunk[2]) * size_of(contents.fields[0].type);
-    const auto fine = voxels_in(reader, {.octave = 0}, around), coarse = voxels_in(reader, {.octave = 1}, box);
-    if (!fine || !coarse) continue;
+      bytes += static_cast<std::uint64_t>(octave->chunk[0] * octave->chunk[1] * octave->chunk[2]) * voxel_bytes;
     const std::int64_t before = misfits.compared;
     compare(contents.fields[0], *coarse, box, *fine, around, misfits);
     informative += misfits.compared > before;
@@ -156,11 +162,12 @@ OctavePlaces octave_places(StoreReader& reader) {
   if (places.making != OctaveMaking::means && places.making != OctaveMaking::decimation) return places;
   constexpr double much_voxels = 1e-3;
   if (move(places) > much_voxels) {
-    places.warnings.emplace_back(places.making == OctaveMaking::means
-                                     ? "places its octaves elsewhere than their voxels are, which are means of 2 × 2 × 2 voxels: "
-                                       "they are moved there"
-                                     : "places its octaves elsewhere than their voxels are, which are every second voxel: they "
-                                       "are moved there");
+    places.warnings.emplace_back(
+        places.making == OctaveMaking::means
+            ? "places its octaves elsewhere than their voxels are, which are means of 2 × 2 × 2 voxels: "
+              "they are moved there"
+            : "places its octaves elsewhere than their voxels are, which are every second voxel: they "
+              "are moved there");
   }
   return places;
 }

@@ -21,9 +21,9 @@ enum class OctaveMaking : std::uint8_t {
 
 struct OctavePlaces {
   OctaveMaking making = OctaveMaking::none;
-  std::array<int, 3> first{};           ///< [voxels] of decimation: the taken voxel of each pair along i, j, k
-  std::vector<StoreOctave> octaves;     ///< of the store, with the places [m] of their voxels; undecided: those of the file
-  std::vector<std::string> warnings;    ///< half sentences: the file contradicts, or neither fits
+  std::array<int, 3> first{};         ///< [voxels] of decimation: the taken voxel of each pair along i, j, k
+  std::vector<StoreOctave> octaves;   ///< of the store, with the places [m] of their voxels; undecided: those of the file
+  std::vector<std::string> warnings;  ///< half sentences: the file contradicts, or neither fits
 };
 
 /// Compares up to 16 boxes of octave 1 with octave 0, in the first frame of the first field, at most 64 MB of chunks. The

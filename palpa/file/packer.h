@@ -54,7 +54,8 @@ class Packer {
   std::vector<std::byte> bytes_;
 };
 
-/// Parses Packer's output, from untrusted bytes. Allocates no more than the bytes hold; one thread. After the first fault all is zero and `ok` is false.
+/// Parses Packer's output, from untrusted bytes. Allocates no more than the bytes hold; one thread. After the first fault all
+/// is zero and `ok` is false.
 class Unpacker {
  public:
   Unpacker(const std::byte* bytes, std::size_t size) : bytes_(bytes), left_(size) {}

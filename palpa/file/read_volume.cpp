@@ -97,7 +97,9 @@ double metres_per_unit(const VolumeRequest& request, const Header& header, Volum
   if (!assumed) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
   volume.length_unit_assumed = true;
   volume.warnings.push_back(std::string("says no unit of length: ") +
-                            (assumed->metres == 1 ? "metres" : assumed->metres == 1e-6 ? "micrometres" : "millimetres") +
+                            (assumed->metres == 1      ? "metres"
+                             : assumed->metres == 1e-6 ? "micrometres"
+                                                       : "millimetres") +
                             " are taken (length_unit takes another, in a scene or by --set)");
   return take(*assumed);
 }

@@ -41,8 +41,10 @@ const char* problem_with(const StoreOctave& octave) noexcept {
   for (std::size_t a = 0; a < 3; ++a) {
     const std::int64_t n = octave.grid.dims[a];
     if (n < 1 || n > most_side_voxels) return "has an octave of no voxel, or of more than 262144, along an axis";
-    if (octave.chunk[a] < 1 || octave.chunk[a] > most_side_voxels) return "has chunks of no voxel, or of more than 262144, along an axis";
-    if (octave.shard[a] < octave.chunk[a] || octave.shard[a] % octave.chunk[a] != 0) return "has shards that are no whole number of chunks";
+    if (octave.chunk[a] < 1 || octave.chunk[a] > most_side_voxels)
+      return "has chunks of no voxel, or of more than 262144, along an axis";
+    if (octave.shard[a] < octave.chunk[a] || octave.shard[a] % octave.chunk[a] != 0)
+      return "has shards that are no whole number of chunks";
     if (octave.facts[a] < 0 || octave.facts[a] > most_facts_side || (octave.facts[a] == 0) != (octave.facts[0] == 0))
       return "has facts of chunks in another layout than palpa prepare writes";
     if (!octave.grid.planes[a].empty()) return "has planes at uneven distances";
@@ -164,7 +166,9 @@ void unpack(Unpacker& from, StoreContents& m) {
 }
 
 void pack(Packer& to, const StoreRoom& m) { to.number(m.slots), to.number(m.slot_bytes); }
-void unpack(Unpacker& from, StoreRoom& m) { m.slots = from.number<std::int32_t>(), m.slot_bytes = from.number<std::uint64_t>(); }
+void unpack(Unpacker& from, StoreRoom& m) {
+  m.slots = from.number<std::int32_t>(), m.slot_bytes = from.number<std::uint64_t>();
+}
 
 void pack(Packer& to, const ChunkRequest& m) { put(to, m.chunk), to.number(m.slot); }
 void unpack(Unpacker& from, ChunkRequest& m) { get(from, m.chunk), m.slot = from.number<std::int32_t>(); }

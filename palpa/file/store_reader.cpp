@@ -45,7 +45,9 @@ std::string sentence_of(const protocol::Failure& failure) {
 class StoreReader::State {
  public:
   State(const std::filesystem::path& store, const ReadOptions& options, int slots)
-      : place_(detail::one_line(store.string())), idle_limit_s_(options.idle_limit_s), pending_(static_cast<std::size_t>(slots)) {
+      : place_(detail::one_line(store.string())),
+        idle_limit_s_(options.idle_limit_s),
+        pending_(static_cast<std::size_t>(slots)) {
     guarded([&] { open(store, options); });
   }
 

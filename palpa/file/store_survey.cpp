@@ -73,7 +73,8 @@ void take_values(const StoreContents& contents, const StoreChunk& chunk, std::sp
   for (std::int64_t k = 0; k < octave.chunk[2]; ++k) {
     for (std::int64_t j = 0; j < octave.chunk[1]; ++j) {
       for (std::int64_t i = 0; i < octave.chunk[0]; ++i, at += static_cast<std::size_t>(field.components)) {
-        const Counts voxel{chunk.at[0] * octave.chunk[0] + i, chunk.at[1] * octave.chunk[1] + j, chunk.at[2] * octave.chunk[2] + k};
+        const Counts voxel{chunk.at[0] * octave.chunk[0] + i, chunk.at[1] * octave.chunk[1] + j,
+                           chunk.at[2] * octave.chunk[2] + k};
         if (voxel[0] >= octave.grid.dims[0] || voxel[1] >= octave.grid.dims[1] || voxel[2] >= octave.grid.dims[2]) continue;
         for (std::size_t c = 0; c < static_cast<std::size_t>(field.components); ++c) {
           if (std::isfinite(numbers[at + c])) widen(of, numbers[at + c], numbers[at + c]);
@@ -165,7 +166,8 @@ std::vector<StoreChunk> places_with_values(const StoreContents& contents, const 
 }
 
 /// Whether the facts of a chunk are of other voxels. False of a chunk with voxels beyond the octave, which have any value.
-bool has_changed(const StoreOctave& octave, const StoreChunk& chunk, const ChunkFacts& facts, std::span<const std::byte> content) {
+bool has_changed(const StoreOctave& octave, const StoreChunk& chunk, const ChunkFacts& facts,
+                 std::span<const std::byte> content) {
   for (std::size_t a = 0; a < 3; ++a) {
     if ((chunk.at[a] + 1) * octave.chunk[a] > octave.grid.dims[a]) return false;
   }
@@ -235,8 +237,8 @@ StoreSurvey survey(StoreReader& reader, double longest_s) {
   }
   const bool has_facts = !facts.of.empty();
   const std::vector<StoreChunk> absent =
-      look_at(reader, has_facts ? places_with_values(contents, facts) : places_among(contents, along, false, most_chunks), facts,
-              go_on, found);
+      look_at(reader, has_facts ? places_with_values(contents, facts) : places_among(contents, along, false, most_chunks),
+              facts, go_on, found);
   found.absent = static_cast<std::int64_t>(absent.size());
   count_lost(reader, absent, has_facts, go_on, found);
   return found;

@@ -65,8 +65,13 @@ TEST_F(StoreReaderTest, RefusesWrongSlotsAndChunks) {
   StoreReader reader = open(at("a"), 2);
   EXPECT_THROW(reader.request({}, 2), std::invalid_argument);
   EXPECT_THROW(reader.request({}, -1), std::invalid_argument);
-  for (const StoreChunk& chunk : {StoreChunk{.octave = 3}, {.octave = -1}, {.frame = 1}, {.field = 1}, {.facts = true},
-                                  {.at = {2, 0, 0}}, {.at = {0, -1, 0}}})
+  for (const StoreChunk& chunk : {StoreChunk{.octave = 3},
+                                  {.octave = -1},
+                                  {.frame = 1},
+                                  {.field = 1},
+                                  {.facts = true},
+                                  {.at = {2, 0, 0}},
+                                  {.at = {0, -1, 0}}})
     EXPECT_THROW(reader.request(chunk, 0), std::invalid_argument);
   reader.request({}, 0);
   EXPECT_THROW(reader.request({}, 0), std::invalid_argument);
@@ -128,7 +133,9 @@ TEST_F(StoreReaderTest, AProgramThatTakesNoMessageIsEnded) {
 TEST_F(StoreReaderTest, FactsAreReadInTheirOwnChunks) {
   write_zarr_image(at("a"), 64, 2, "raw", ramp);
   ZarrToWrite facts{.shape = {1, 1, 4, 4, 4, 4}, .chunk = {1, 1, 2, 2, 2, 4}, .type = "float64", .codec = "blosc"};
-  facts.value = [](const std::vector<std::int64_t>& v) { return static_cast<double>(1000 * v[2] + 100 * v[3] + 10 * v[4] + v[5]); };
+  facts.value = [](const std::vector<std::int64_t>& v) {
+    return static_cast<double>(1000 * v[2] + 100 * v[3] + 10 * v[4] + v[5]);
+  };
   write_zarr_array(at("a") / "palpa/facts/0", facts);
   StoreReader reader = open(at("a"));
   EXPECT_TRUE(reader.contents().prepared);
@@ -168,9 +175,9 @@ class Octaves : public PythonStores {
 
 TEST_F(Octaves, OfScaleAloneArePlacedByTheirVoxels) {
   for (const std::string type : {"u1 ", "f4 "}) {
-    for (const auto& [rule, making, share, warns] :
-         {std::tuple{"means", OctaveMaking::means, 0.5, true}, {"every second", OctaveMaking::decimation, 0.0, false},
-          {"the second of each pair", OctaveMaking::decimation, 1.0, true}}) {
+    for (const auto& [rule, making, share, warns] : {std::tuple{"means", OctaveMaking::means, 0.5, true},
+                                                     {"every second", OctaveMaking::decimation, 0.0, false},
+                                                     {"the second of each pair", OctaveMaking::decimation, 1.0, true}}) {
       SCOPED_TRACE(type + rule);
       const OctavePlaces found = places("octaves " + type + rule);
       EXPECT_EQ(found.making, making);

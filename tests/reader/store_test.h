@@ -12,7 +12,9 @@
 namespace palpa::test {
 
 /// Value of voxels in the stores of write_zarr_stores.py.
-inline double ramp(std::int64_t i, std::int64_t j, std::int64_t k) { return static_cast<double>((7 * i + 5 * j + 3 * k) % 100); }
+inline double ramp(std::int64_t i, std::int64_t j, std::int64_t k) {
+  return static_cast<double>((7 * i + 5 * j + 3 * k) % 100);
+}
 
 /// Tests of stores, in a folder of their own.
 class StoreTest : public ReaderTest {

@@ -46,7 +46,8 @@ std::string encoded(const ZarrToWrite& array, const std::string& bytes) {
   }
   if (array.codec == "blosc") {
     packed.resize(bytes.size() + BLOSC_MAX_OVERHEAD);
-    const int size = blosc_compress_ctx(5, BLOSC_BITSHUFFLE, 2, bytes.size(), bytes.data(), packed.data(), packed.size(), "lz4", 0, 1);
+    const int size =
+        blosc_compress_ctx(5, BLOSC_BITSHUFFLE, 2, bytes.size(), bytes.data(), packed.data(), packed.size(), "lz4", 0, 1);
     packed.resize(static_cast<std::size_t>(size));
   }
   if (array.has_checksum) packed += bytes_of(crc32c(packed));
@@ -107,20 +108,22 @@ std::string metadata(const ZarrToWrite& array) {
     const std::string compressor = array.codec == "raw"     ? "null"
                                    : array.codec == "blosc" ? R"({"id":"blosc","cname":"lz4","clevel":5,"shuffle":2})"
                                                             : R"({"id":")" + array.codec + R"(","level":1})";
-    return R"({"zarr_format":2,"shape":)" + list_of(array.shape) + R"(,"chunks":)" + list_of(array.chunk) + R"(,"dtype":")" + letters +
-           R"(","compressor":)" + compressor + R"(,"fill_value":)" + array.fill +
+    return R"({"zarr_format":2,"shape":)" + list_of(array.shape) + R"(,"chunks":)" + list_of(array.chunk) + R"(,"dtype":")" +
+           letters + R"(","compressor":)" + compressor + R"(,"fill_value":)" + array.fill +
            R"(,"order":"C","filters":null,"dimension_separator":"/"})";
   }
   std::string codecs = codec_list(array);
   if (!array.shard.empty()) {
-    codecs = R"([{"name":"sharding_indexed","configuration":{"chunk_shape":)" + list_of(array.chunk) + R"(,"codecs":)" + codecs +
+    codecs = R"([{"name":"sharding_indexed","configuration":{"chunk_shape":)" + list_of(array.chunk) + R"(,"codecs":)" +
+             codecs +
              R"(,"index_codecs":[{"name":"bytes","configuration":{"endian":"little"}},{"name":"crc32c"}],"index_location":")" +
              (array.index_at_end ? "end" : "start") + "\"}}]";
   }
   return R"({"zarr_format":3,"node_type":"array","shape":)" + list_of(array.shape) + R"(,"data_type":")" + array.type +
-         R"(","chunk_grid":{"name":"regular","configuration":{"chunk_shape":)" + list_of(array.shard.empty() ? array.chunk : array.shard) +
-         R"(}},"chunk_key_encoding":{"name":"default","configuration":{"separator":"/"}},"fill_value":)" + array.fill + R"(,"codecs":)" +
-         codecs + R"(,"attributes":{}})";
+         R"(","chunk_grid":{"name":"regular","configuration":{"chunk_shape":)" +
+         list_of(array.shard.empty() ? array.chunk : array.shard) +
+         R"(}},"chunk_key_encoding":{"name":"default","configuration":{"separator":"/"}},"fill_value":)" + array.fill +
+         R"(,"codecs":)" + codecs + R"(,"attributes":{}})";
 }
 
 std::string shard_bytes(const ZarrToWrite& array, const Index& shard, const Index& in_shard, const Index& chunks) {
@@ -139,7 +142,8 @@ std::string shard_bytes(const ZarrToWrite& array, const Index& shard, const Inde
     is_there = is_there && array.has_chunk(chunk);
     is_empty = is_empty && !is_there;
     const std::string bytes = is_there ? chunk_bytes(array, chunk) : "";
-    index += bytes_of(is_there ? before + data.size() : UINT64_MAX) + bytes_of(is_there ? std::uint64_t{bytes.size()} : UINT64_MAX);
+    index +=
+        bytes_of(is_there ? before + data.size() : UINT64_MAX) + bytes_of(is_there ? std::uint64_t{bytes.size()} : UINT64_MAX);
     data += bytes;
   });
   if (is_empty) return {};
@@ -166,7 +170,7 @@ void write_zarr_array(const fs::path& folder, const ZarrToWrite& array) {
   for_each(files, [&](const Index& at) {
     fs::path file = array.format == 2 ? folder : folder / "c";
     for (const std::int64_t n : at) file /= std::to_string(n);
-    const std::string bytes = !array.shard.empty()     ? shard_bytes(array, at, in_file, chunks)
+    const std::string bytes = !array.shard.empty()  ? shard_bytes(array, at, in_file, chunks)
                               : array.has_chunk(at) ? chunk_bytes(array, at)
                                                     : "";
     if (!bytes.empty()) write_text_file(file, bytes);
@@ -174,9 +178,10 @@ void write_zarr_array(const fs::path& folder, const ZarrToWrite& array) {
 }
 
 std::string multiscales(int octaves, bool halves, const std::string& version) {
-  std::string text = R"("multiscales":[{"version":")" + version +
-                     R"(","axes":[{"name":"z","type":"space","unit":"micrometer"},{"name":"y","type":"space","unit":"micrometer"},)"
-                     R"({"name":"x","type":"space","unit":"micrometer"}],"datasets":[)";
+  std::string text =
+      R"("multiscales":[{"version":")" + version +
+      R"(","axes":[{"name":"z","type":"space","unit":"micrometer"},{"name":"y","type":"space","unit":"micrometer"},)"
+      R"({"name":"x","type":"space","unit":"micrometer"}],"datasets":[)";
   for (int n = 0; n < octaves; ++n) {
     const std::string scale = std::to_string(1 << n), move = std::to_string(0.5 * ((1 << n) - 1));
     text += std::string(n == 0 ? "" : ",") + R"({"path":")" + std::to_string(n) +
@@ -188,7 +193,8 @@ std::string multiscales(int octaves, bool halves, const std::string& version) {
 
 void write_zarr_group(const fs::path& folder, const std::string& attributes, int format) {
   if (format == 3) {
-    write_text_file(folder / "zarr.json", R"({"zarr_format":3,"node_type":"group","attributes":{"ome":{"version":"0.5",)" + attributes + "}}}");
+    write_text_file(folder / "zarr.json",
+                    R"({"zarr_format":3,"node_type":"group","attributes":{"ome":{"version":"0.5",)" + attributes + "}}}");
     return;
   }
   write_text_file(folder / ".zgroup", R"({"zarr_format":2})");
@@ -200,7 +206,8 @@ void write_zarr_image(const fs::path& folder, std::int64_t side, int format, con
   write_zarr_group(folder, multiscales(3, true), format);
   for (int n = 0; n < 3; ++n) {
     const std::int64_t step = std::int64_t{1} << n, length = side / step;
-    ZarrToWrite array{.format = format, .shape = {length, length, length}, .chunk = {16, 16, 16}, .type = "int16", .codec = codec};
+    ZarrToWrite array{
+        .format = format, .shape = {length, length, length}, .chunk = {16, 16, 16}, .type = "int16", .codec = codec};
     if (format == 3) array.shard = {32, 32, 32};
     array.value = [&](const Index& at) {
       double sum = 0.0;

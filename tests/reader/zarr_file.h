@@ -19,7 +19,7 @@ struct ZarrToWrite {
   std::string codec = "raw";          ///< or "gzip", "zlib" (version 2), "zstd", "blosc"
   bool has_checksum = false;          ///< crc32c of each chunk; version 3 only
   bool index_at_end = true;
-  std::string fill = "0";             ///< JSON
+  std::string fill = "0";  ///< JSON
   std::function<double(const std::vector<std::int64_t>& at)> value;
   std::function<bool(const std::vector<std::int64_t>& chunk)> has_chunk = [](const auto&) { return true; };
 };

@@ -53,7 +53,8 @@ TEST_F(HostileStore, MetadataOfVersion2AreRefusedInOneLine) {
   EXPECT_THAT(with("v2/0/.zarray", "[32,32,32]", "[1,1,1,1,1,1,1,1,1]"), HasSubstr("up to 8"));
   EXPECT_THAT(with("v2/0/.zarray", "[16,16,16]", "[16,16]"), HasSubstr("different numbers of indices"));
   EXPECT_THAT(with("v2/0/.zarray", "[16,16,16]", "[16,0,16]"), HasSubstr("'chunks'"));
-  EXPECT_THAT(with("v2/0/.zarray", "[16,16,16]", "[99999999999,99999999999,99999999999]"), HasSubstr("chunks of more than 33.6 MB"));
+  EXPECT_THAT(with("v2/0/.zarray", "[16,16,16]", "[99999999999,99999999999,99999999999]"),
+              HasSubstr("chunks of more than 33.6 MB"));
   EXPECT_THAT(with("v2/0/.zarray", "[16,16,16]", "[1000,1000,17]"), HasSubstr("chunks of more than"));
   EXPECT_THAT(with("v2/0/.zarray", "<u2", "<m8[ns]"), HasSubstr("of the type '<m8[ns]'"));
   EXPECT_THAT(with("v2/0/.zarray", "\"<u2\"", "[[\"r\",\"|u1\"]]"), HasSubstr("with parts"));
@@ -65,7 +66,8 @@ TEST_F(HostileStore, MetadataOfVersion2AreRefusedInOneLine) {
   EXPECT_THAT(with("v2/0/.zarray", "\"zarr_format\":2", "\"zarr_format\":7"), HasSubstr("'zarr_format' is not 2"));
   EXPECT_THAT(with("v2/0/.zarray", "{", "["), HasSubstr("no JSON object"));
   for (const char* path : {"../v3/0", "/etc", "..", "0/../../v3/0", "0//", "a\\u0000b", ""})
-    EXPECT_THAT(with("v2/.zattrs", "\"path\":\"0\"", std::string("\"path\":\"") + path + "\""), HasSubstr("no plain path")) << path;
+    EXPECT_THAT(with("v2/.zattrs", "\"path\":\"0\"", std::string("\"path\":\"") + path + "\""), HasSubstr("no plain path"))
+        << path;
   EXPECT_THAT(with("v2/.zattrs", "\"scale\":[1,1,1]", "\"scale\":[1,0,1]"), HasSubstr("not above 0"));
   EXPECT_THAT(with("v2/.zattrs", "\"scale\":[1,1,1]", "\"scale\":[1,1]"), HasSubstr("no list of 3 numbers"));
   EXPECT_THAT(with("v2/.zattrs", "\"scale\":[1,1,1]", "\"scale\":[1e308,1e308,1e308]"), HasSubstr("; "));
@@ -75,14 +77,18 @@ TEST_F(HostileStore, MetadataOfVersion2AreRefusedInOneLine) {
 
 TEST_F(HostileStore, MetadataOfVersion3AreRefusedInOneLine) {
   EXPECT_THAT(with("v3/0/zarr.json", "\"bytes\"", "\"transpose\""), HasSubstr("C order"));
-  EXPECT_THAT(with("v3/0/zarr.json", "\"chunk_shape\":[16,16,16]", "\"chunk_shape\":[5,16,16]"), HasSubstr("no whole number of chunks"));
-  EXPECT_THAT(with("v3/0/zarr.json", "\"chunk_shape\":[32,32,32]", "\"chunk_shape\":[16000000,16000000,16]"), HasSubstr("million chunks"));
-  EXPECT_THAT(with("v3/0/zarr.json", "\"chunk_shape\":[32,32,32]", "\"chunk_shape\":[1099511627776,1099511627776,1099511627776]"),
+  EXPECT_THAT(with("v3/0/zarr.json", "\"chunk_shape\":[16,16,16]", "\"chunk_shape\":[5,16,16]"),
+              HasSubstr("no whole number of chunks"));
+  EXPECT_THAT(with("v3/0/zarr.json", "\"chunk_shape\":[32,32,32]", "\"chunk_shape\":[16000000,16000000,16]"),
               HasSubstr("million chunks"));
+  EXPECT_THAT(
+      with("v3/0/zarr.json", "\"chunk_shape\":[32,32,32]", "\"chunk_shape\":[1099511627776,1099511627776,1099511627776]"),
+      HasSubstr("million chunks"));
   EXPECT_THAT(with("v3/0/zarr.json", "\"regular\"", "\"rectangular\""), HasSubstr("no regular grid"));
   EXPECT_THAT(with("v3/0/zarr.json", "\"uint16\"", "\"int64\""), HasSubstr("convert it to int32 or float64"));
   EXPECT_THAT(with("v3/0/zarr.json", "\"crc32c\"", "\"gzip\""), HasSubstr("index that is compressed"));
-  EXPECT_THAT(with("v3/0/zarr.json", "\"index_location\":\"end\"", "\"index_location\":\"middle\""), HasSubstr("neither at the end"));
+  EXPECT_THAT(with("v3/0/zarr.json", "\"index_location\":\"end\"", "\"index_location\":\"middle\""),
+              HasSubstr("neither at the end"));
   EXPECT_THAT(with("v3/0/zarr.json", "\"name\":\"blosc\"", "\"name\":\"sharding_indexed\""), HasSubstr("shards within shards"));
   EXPECT_THAT(with("v3/0/zarr.json", "\"node_type\":\"array\"", "\"node_type\":\"group\""), HasSubstr("of a group"));
   EXPECT_THAT(with("v3/zarr.json", "\"multiscales\":[{", "\"multiscales\":[4,{"), HasSubstr("'datasets'"));
@@ -126,7 +132,9 @@ TEST_F(HostileStore, DamagedChunksNameTheirFile) {
     write_text_file(chunk, bytes);
     return damage("v2");
   };
-  const auto changed = [&](std::size_t place, const std::string& to) { return std::string(sound).replace(place, to.size(), to); };
+  const auto changed = [&](std::size_t place, const std::string& to) {
+    return std::string(sound).replace(place, to.size(), to);
+  };
   EXPECT_THAT(after(""), HasSubstr("'0/0/0/0': has an invalid header of blosc"));
   EXPECT_THAT(after(sound.substr(0, sound.size() / 2)), HasSubstr("'0/0/0/0': "));
   EXPECT_THAT(after(changed(4, bytes_of<std::uint32_t>(4096))), HasSubstr("'0/0/0/0': "));
@@ -140,7 +148,8 @@ TEST_F(HostileStore, DamagedChunksNameTheirFile) {
   fs::remove(chunk);
   fs::create_symlink("0", chunk);
   EXPECT_THAT(damage("v2"), HasSubstr("'0/0/0/0': cannot be read"));
-  EXPECT_THAT(error_of([&] { read(at("v2")); }), AllOf(HasSubstr("holds a damaged chunk: '0/0/0/0'"), HasSubstr("; get the whole store")));
+  EXPECT_THAT(error_of([&] { read(at("v2")); }),
+              AllOf(HasSubstr("holds a damaged chunk: '0/0/0/0'"), HasSubstr("; get the whole store")));
 }
 
 TEST_F(HostileStore, ChunksOfOtherCodecsThatAreCutOrTooLongAreDamaged) {
@@ -177,8 +186,11 @@ TEST_F(HostileStore, IndicesOfShardsThatAreWrongAreDamage) {
   const std::size_t checksum = metadata.find(",{\"name\":\"crc32c\"}");
   write_text_file(at("v3/0/zarr.json"), metadata.erase(checksum, 18));
   const std::size_t index = sound.size() - 4 - 8 * 16;
-  for (const auto& [offset, bytes] : {std::pair{std::uint64_t{sound.size()}, std::uint64_t{10}}, {0, 1ull << 62}, {1ull << 63, 1ull << 63},
-                                      {UINT64_MAX, 1}, {UINT64_MAX - 4, 8}}) {
+  for (const auto& [offset, bytes] : {std::pair{std::uint64_t{sound.size()}, std::uint64_t{10}},
+                                      {0, 1ull << 62},
+                                      {1ull << 63, 1ull << 63},
+                                      {UINT64_MAX, 1},
+                                      {UINT64_MAX - 4, 8}}) {
     std::string lying = sound.substr(0, sound.size() - 4);
     lying.replace(index, 16, bytes_of(offset) + bytes_of(bytes));
     write_text_file(shard, lying);
@@ -200,8 +212,9 @@ TEST_F(HostileStore, AHugeStoreOpensAtOnceAndWithoutMemory) {
 
 TEST_F(HostileStore, ManyTinyChunksAreRefusedAsOneVolume) {
   write_zarr_group(at("tiny"), multiscales(1, false));
-  write_text_file(at("tiny/0/.zarray"), R"({"zarr_format":2,"shape":[200,200,200],"chunks":[1,1,1],"dtype":"|u1","compressor":null,)"
-                                        R"("fill_value":1,"order":"C","filters":null})");
+  write_text_file(at("tiny/0/.zarray"),
+                  R"({"zarr_format":2,"shape":[200,200,200],"chunks":[1,1,1],"dtype":"|u1","compressor":null,)"
+                  R"("fill_value":1,"order":"C","filters":null})");
   EXPECT_THAT(error_of([&] { read(at("tiny")); }), HasSubstr("a million"));
 }
 

@@ -45,9 +45,12 @@ TEST_F(PythonStores, EveryTypeCodecAndLayoutGivesItsVoxels) {
 }
 
 TEST_F(PythonStores, NarrowTypesWidenAndOthersStay) {
-  for (const auto& [name, type, of_file] : {std::tuple{"i1", VoxelType::int16, "int8"}, {"lu4", VoxelType::float64, "uint32"},
-                                            {"lf2", VoxelType::float32, "float16"}, {"b1", VoxelType::uint8, "bool"},
-                                            {"bi4", VoxelType::int32, "int32"}, {"lu2", VoxelType::uint16, "uint16"}}) {
+  for (const auto& [name, type, of_file] : {std::tuple{"i1", VoxelType::int16, "int8"},
+                                            {"lu4", VoxelType::float64, "uint32"},
+                                            {"lf2", VoxelType::float32, "float16"},
+                                            {"b1", VoxelType::uint8, "bool"},
+                                            {"bi4", VoxelType::int32, "int32"},
+                                            {"lu2", VoxelType::uint16, "uint16"}}) {
     const StoreReader reader = open(stores() / (std::string("type ") + name));
     EXPECT_EQ(reader.contents().fields[0].type, type) << name;
     EXPECT_EQ(reader.contents().fields[0].file_type, of_file) << name;
@@ -126,10 +129,12 @@ TEST_F(PythonStores, AbsentChunksHaveTheFillValue) {
 }
 
 TEST_F(PythonStores, WhatIsNotReadIsRefusedInOneLine) {
-  EXPECT_THAT(error_of_store(stores() / "refused int64"), HasSubstr("int64, which is not read; convert it to int32 or float64"));
+  EXPECT_THAT(error_of_store(stores() / "refused int64"),
+              HasSubstr("int64, which is not read; convert it to int32 or float64"));
   EXPECT_THAT(error_of_store(stores() / "refused complex64"), HasSubstr("magnitude"));
   EXPECT_THAT(error_of_store(stores() / "refused filters"), HasSubstr("filters, which are not read"));
-  EXPECT_THAT(error_of_store(stores() / "refused lzma"), HasSubstr("'lzma', which is not read; blosc, zstd, gzip and zlib are"));
+  EXPECT_THAT(error_of_store(stores() / "refused lzma"),
+              HasSubstr("'lzma', which is not read; blosc, zstd, gzip and zlib are"));
   EXPECT_THAT(error_of([&] { read(stores() / "refused int64"); }), HasSubstr("'0/.zarray'"));
 }
 
