@@ -88,7 +88,9 @@ void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   CLI::App* command =
       app.add_subcommand("convert", "Write data as NRRD, NIfTI, VTI or OME-Zarr: whole, a part, coarser, or on another grid");
   command->add_option("IN", given->in, "a file or folder of data")->required()->type_name("");
-  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr, .nii, .nii.gz or .vti; or a new folder .zarr")->required()->type_name("");
+  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr, .nii, .nii.gz or .vti; or a new folder .zarr")
+      ->required()
+      ->type_name("");
   command->add_option("--crop", given->convert.crop, "only these voxels, first and last of each axis")
       ->type_name("I0:I1,J0:J1,K0:K1");
   command->add_option("--downsample", given->convert.options.downsample, "the mean of N x N x N voxels becomes one")
@@ -141,7 +143,9 @@ void add_prepare(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   add_part(command, given->part, "make only these units of 1024 x 1024 x 1024 voxels; a last call without it makes the rest");
   command->add_option("--into", prepare.options.into, "write beside a store that must not be changed, into this folder")
       ->type_name("MINE.zarr");
-  command->add_flag("--check", prepare.check, "write nothing: is each chunk there, whole, as it was, and the mean of those below it?")
+  command
+      ->add_flag("--check", prepare.check,
+                 "write nothing: is each chunk there, whole, as it was, and the mean of those below it?")
       ->excludes("--into");
   command->add_option("--threads", prepare.options.threads, "number of cores to use (all, of one part one)")
       ->check(CLI::Range(1, 256))

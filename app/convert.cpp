@@ -74,8 +74,8 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   if (!to_store) return tell(wrote_words(arguments.out, grid)), 0;
   if (arguments.options.shares_store) {
     const WorkPart& part = arguments.options.part;
-    tell("Wrote part " + std::to_string(part.number) + " of " + std::to_string(part.of) + " of " + arguments.out.string() + ": " +
-         grid + "; after the last part: palpa prepare " + arguments.out.string() + "\n");
+    tell("Wrote part " + std::to_string(part.number) + " of " + std::to_string(part.of) + " of " + arguments.out.string() +
+         ": " + grid + "; after the last part: palpa prepare " + arguments.out.string() + "\n");
     return 0;
   }
   tell("Wrote " + arguments.out.string() + ": " + grid + "\n");

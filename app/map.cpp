@@ -119,8 +119,8 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   }
   if (arguments.is_part && is_felt(map, arguments.part)) {
     keep_map(map, identity, kept);
-    tell("part " + std::to_string(arguments.part.number) + " of " + std::to_string(arguments.part.of) + " is in " + kept.string() +
-         "; the same command without --part joins all parts\n");
+    tell("part " + std::to_string(arguments.part.number) + " of " + std::to_string(arguments.part.of) + " is in " +
+         kept.string() + "; the same command without --part joins all parts\n");
     return 0;
   }
   if (!map.is_whole()) {

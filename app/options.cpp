@@ -24,7 +24,8 @@ void add_plugins(CLI::App* command, std::vector<std::filesystem::path>& plugins)
 }
 
 void add_part(CLI::App* command, std::string& part, const std::string& sentence) {
-  command->add_option("--part", part, sentence + "; number and count, as in 3/64, or auto: by mpirun or Slurm")->type_name("I/N");
+  command->add_option("--part", part, sentence + "; number and count, as in 3/64, or auto: by mpirun or Slurm")
+      ->type_name("I/N");
 }
 
 void add_force(CLI::App* command, bool& force) {

@@ -1,10 +1,9 @@
-#include "palpa/file/prepare_store.h"
-
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "palpa/base/printed.h"
+#include "palpa/file/prepare_store.h"
 
 namespace palpa::app {
 namespace {
@@ -24,8 +23,8 @@ std::string octaves_words(const PreparedStore& prepared) {
 std::string speed_words(const PreparedStore& prepared) {
   if (prepared.voxels == 0) return "";
   const double seconds = std::max(prepared.seconds, 1e-9);
-  return detail::text(", in %.1f s on %d %s: %.2f ns a voxel", seconds, prepared.threads, prepared.threads == 1 ? "core" : "cores",
-                      1e9 * seconds / static_cast<double>(prepared.voxels));
+  return detail::text(", in %.1f s on %d %s: %.2f ns a voxel", seconds, prepared.threads,
+                      prepared.threads == 1 ? "core" : "cores", 1e9 * seconds / static_cast<double>(prepared.voxels));
 }
 
 Json summary_of(const PreparedStore& prepared) {
@@ -49,8 +48,8 @@ Json summary_of(const PreparedStore& prepared) {
 std::string prepared_words(const std::filesystem::path& store, const PreparedStore& prepared) {
   const auto& unit = prepared.unit;
   std::string words = "Prepared " + store.string() + ": " + count_of(prepared.units, "unit", "units") + " of " +
-                      detail::text("%lld x %lld x %lld voxels", static_cast<long long>(unit[0]), static_cast<long long>(unit[1]),
-                                   static_cast<long long>(unit[2]));
+                      detail::text("%lld x %lld x %lld voxels", static_cast<long long>(unit[0]),
+                                   static_cast<long long>(unit[1]), static_cast<long long>(unit[2]));
   if (prepared.units_before > 0) words += ", " + detail::grouped(std::to_string(prepared.units_before)) + " of them before";
   words += "; " + octaves_words(prepared) + ", " + count_of(prepared.chunks_written, "chunk", "chunks") + " written" +
            speed_words(prepared) + "\n";

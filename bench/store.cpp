@@ -51,7 +51,8 @@ int make(const char* out, std::int64_t side, int zarr) {
           double value = 120.0;
           for (std::size_t n = 0; n < 2; ++n) {
             const Waves& w = waves_of[n];
-            value += amplitudes[n] / 1.5 * static_cast<double>(w.sine[x] * w.cosine[y] + w.sine[y] * w.cosine[z] + w.sine[z] * w.cosine[x]);
+            value += amplitudes[n] / 1.5 *
+                     static_cast<double>(w.sine[x] * w.cosine[y] + w.sine[y] * w.cosine[z] + w.sine[z] * w.cosine[x]);
           }
           value += hashed(static_cast<std::uint64_t>((k * side + j) * side + i)) % noise;
           values[j * side + i] = std::clamp(std::floor(value), 0.0, 255.0);
@@ -72,7 +73,8 @@ int make(const char* out, std::int64_t side, int zarr) {
 int main(int argc, char** argv) {
   std::int64_t side = 0;
   const bool good = argc >= 4 && argc <= 5 && std::strcmp(argv[1], "make") == 0 &&
-                    std::from_chars(argv[3], argv[3] + std::strlen(argv[3]), side).ec == std::errc{} && side > 0 && side <= 16384;
+                    std::from_chars(argv[3], argv[3] + std::strlen(argv[3]), side).ec == std::errc{} && side > 0 &&
+                    side <= 16384;
   if (!good) {
     std::fputs("bench_store make OUT.zarr SIDE [2|3]: SIDE voxels along each axis, up to 16384; version of Zarr\n", stderr);
     return 2;

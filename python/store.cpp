@@ -37,8 +37,8 @@ class PythonStore {
       const Mat3& m = octave.grid.index_to_world_m;
       const Vec3& o = octave.grid.origin_m;
       octaves.append(py::dict(py::arg("dims") = py::tuple(py::cast(octave.grid.dims)),
-                              py::arg("chunk") = py::tuple(py::cast(octave.chunk)), py::arg("shard") = py::tuple(py::cast(octave.shard)),
-                              py::arg("codec") = octave.codec,
+                              py::arg("chunk") = py::tuple(py::cast(octave.chunk)),
+                              py::arg("shard") = py::tuple(py::cast(octave.shard)), py::arg("codec") = octave.codec,
                               py::arg("spacing_m") = py::make_tuple(m.row[0].x, m.row[1].y, m.row[2].z),
                               py::arg("origin_m") = py::make_tuple(o.x, o.y, o.z)));
     }
@@ -51,7 +51,8 @@ class PythonStore {
   py::array read(int octave, const VoxelIndex& first, const VoxelIndex& end, int frame, int field) {
     const StoreContents& c = reader_.contents();
     if (octave < 0 || octave >= static_cast<int>(c.octaves.size()))
-      throw py::index_error("no octave " + std::to_string(octave) + "; they go from 0 to " + std::to_string(c.octaves.size() - 1));
+      throw py::index_error("no octave " + std::to_string(octave) + "; they go from 0 to " +
+                            std::to_string(c.octaves.size() - 1));
     if (frame < 0 || frame >= c.frames)
       throw py::index_error("no frame " + std::to_string(frame) + "; they go from 0 to " + std::to_string(c.frames - 1));
     if (field < 0 || field >= static_cast<int>(c.fields.size()))

@@ -26,7 +26,8 @@ void with_type(VoxelType type, const Act& act) {
 
 /// Number in which eight of a type are summed: exact for whole numbers.
 template <class T>
-using Sum = std::conditional_t<std::is_floating_point_v<T>, double, std::conditional_t<sizeof(T) == 4, std::int64_t, std::int32_t>>;
+using Sum =
+    std::conditional_t<std::is_floating_point_v<T>, double, std::conditional_t<sizeof(T) == 4, std::int64_t, std::int32_t>>;
 
 /// \param halvings  [1] the sum is of 2^halvings numbers
 template <class T>
@@ -205,7 +206,8 @@ ChunkFacts facts_of(const VoxelKind& kind, const VoxelBlock& block, const VoxelI
   ChunkFacts facts;
   VoxelIndex count{};
   for (std::size_t a = 0; a < 3; ++a) count[a] = std::clamp<std::int64_t>(block.valid[a] - low[a], 0, size[a]);
-  with_type(kind.type, [&](auto number) { facts = facts_as<decltype(number)>(kind.components, block, low, count, coarse, at); });
+  with_type(kind.type,
+            [&](auto number) { facts = facts_as<decltype(number)>(kind.components, block, low, count, coarse, at); });
   return facts;
 }
 
@@ -215,9 +217,9 @@ void copy_voxels(std::size_t voxel_bytes, const std::byte* from, const VoxelInde
   const std::size_t row = static_cast<std::size_t>(count[0]) * voxel_bytes;
   for (std::int64_t k = 0; k < count[2]; ++k)
     for (std::int64_t j = 0; j < count[1]; ++j) {
-      std::memcpy(to + static_cast<std::size_t>(place(to_size, to_low[0], to_low[1] + j, to_low[2] + k)) * voxel_bytes,
-                  from + static_cast<std::size_t>(place(from_size, from_low[0], from_low[1] + j, from_low[2] + k)) * voxel_bytes,
-                  row);
+      std::memcpy(
+          to + static_cast<std::size_t>(place(to_size, to_low[0], to_low[1] + j, to_low[2] + k)) * voxel_bytes,
+          from + static_cast<std::size_t>(place(from_size, from_low[0], from_low[1] + j, from_low[2] + k)) * voxel_bytes, row);
     }
 }
 

@@ -30,9 +30,9 @@ struct VoxelKind {
 /// A block of zeros.
 VoxelBlock zero_block(const VoxelKind& kind, const VoxelIndex& size, const VoxelIndex& valid);
 
-/// Writes the means of a block into a coarser one: a mean over the voxels that exist, of whole numbers rounded half up, of others
-/// in double, not finite where any voxel is. Allocates nothing; any thread.
-/// \param at  [voxels] of the coarser block, of the first mean
+/// Writes the means of a block into a coarser one: a mean over the voxels that exist, of whole numbers rounded half up, of
+/// others in double, not finite where any voxel is. Allocates nothing; any thread. \param at  [voxels] of the coarser block, of
+/// the first mean
 void halve(const VoxelKind& kind, const VoxelBlock& fine, VoxelBlock& coarse, const VoxelIndex& at) noexcept;
 
 /// Facts of a part of a block. Voxels that are not finite have neither range nor loss; min and max are NaN where no voxel is

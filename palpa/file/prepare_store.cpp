@@ -21,8 +21,8 @@ constexpr std::size_t most_named = 20;  // wrong chunks of a check. More: pages 
 static_assert(sizeof(ChunkFacts) == 4 * sizeof(double), "facts are stored as they lie");
 
 std::string name_of_chunk(int octave, const StoreChunk& chunk) {
-  return "octave " + std::to_string(octave) + ", chunk " + std::to_string(chunk.at[2]) + "/" + std::to_string(chunk.at[1]) + "/" +
-         std::to_string(chunk.at[0]) +
+  return "octave " + std::to_string(octave) + ", chunk " + std::to_string(chunk.at[2]) + "/" + std::to_string(chunk.at[1]) +
+         "/" + std::to_string(chunk.at[0]) +
          (chunk.frame > 0 || chunk.field > 0
               ? " of frame " + std::to_string(chunk.frame) + ", field " + std::to_string(chunk.field)
               : "");
@@ -87,7 +87,8 @@ class Preparation {
     std::error_code error;
     if (!options_.into.empty()) {
       fs::create_directories(target_, error);
-      if (error) throw LoadError(target_.string() + ": cannot be made (" + error.message() + "); name a folder that may be written to");
+      if (error)
+        throw LoadError(target_.string() + ": cannot be made (" + error.message() + "); name a folder that may be written to");
       const fs::path group = target_ / ".zgroup";
       if (plan_.image.zarr == 2 && !InputFile(group).is_open()) write_whole(group, group_metadata(2), Existing::replaced);
       if (fs::equivalent(store_, target_, error))
@@ -143,7 +144,8 @@ class Preparation {
       }
       PackedChunk packed{octave, first_channel(plan_, item_.field) + static_cast<int>(c), at,
                          packed_chunk(voxels, plan_.is_int8 ? 1 : number_bytes)};
-      files_->has_shards(octave) ? worker.packed.push_back(std::move(packed)) : files_->write(item_.frame, packed, worker.batch);
+      files_->has_shards(octave) ? worker.packed.push_back(std::move(packed))
+                                 : files_->write(item_.frame, packed, worker.batch);
     }
   }
 
@@ -166,9 +168,11 @@ class Preparation {
     const StoreChunk place{.octave = octave, .frame = item_.frame, .field = item_.field, .at = at};
     const StoreRead read = read_again(*worker.compared, place);
     if (read.state == ChunkState::absent) return add_wrong(name_of_chunk(octave, place) + " is missing");
-    if (read.state == ChunkState::damaged) return add_wrong(name_of_chunk(octave, place) + " is damaged (" + read.sentence + ")");
+    if (read.state == ChunkState::damaged)
+      return add_wrong(name_of_chunk(octave, place) + " is damaged (" + read.sentence + ")");
     const std::span<const std::byte> content = worker.compared->content(0);
-    const std::size_t bytes = static_cast<std::size_t>(plan_.components[static_cast<std::size_t>(item_.field)]) * size_of(plan_.kind.type);
+    const std::size_t bytes =
+        static_cast<std::size_t>(plan_.components[static_cast<std::size_t>(item_.field)]) * size_of(plan_.kind.type);
     const std::size_t row = static_cast<std::size_t>(chunk.valid[0]) * bytes;
     for (std::int64_t k = 0; k < chunk.valid[2]; ++k)
       for (std::int64_t j = 0; j < chunk.valid[1]; ++j) {
@@ -284,7 +288,8 @@ class Preparation {
       ready.emplace(tasks[static_cast<std::size_t>(n)], std::move(block));
       for_shards.emplace(n, std::move(own.packed));
       own.packed.clear();
-      for (auto turn = for_shards.begin(); turn != for_shards.end() && turn->first == next; turn = for_shards.erase(turn), ++next)
+      for (auto turn = for_shards.begin(); turn != for_shards.end() && turn->first == next;
+           turn = for_shards.erase(turn), ++next)
         for (const PackedChunk& chunk : turn->second) files_->append(item_.frame, chunk);
       show(static_cast<double>(++done) / static_cast<double>(tasks.size()));
     });
@@ -323,7 +328,8 @@ class Preparation {
     const std::string text = image_metadata_with(store_, added);
     const InputFile there(name);
     std::string bytes(text.size(), '\0');
-    if (there.is_open() && there.bytes() == text.size() && there.read(0, bytes.data(), bytes.size()) == bytes.size() && bytes == text)
+    if (there.is_open() && there.bytes() == text.size() && there.read(0, bytes.data(), bytes.size()) == bytes.size() &&
+        bytes == text)
       return;
     write_whole(name, text, Existing::replaced);
   }
@@ -332,8 +338,10 @@ class Preparation {
     const int from = std::max(plan_.base, plan_.top);
     const bool beside = !options_.into.empty() && plan_.base < plan_.top;
     workers_.clear();
-    if (plan_.base > plan_.top) workers_.push_back(new_worker(store_, 0));
-    else workers_.push_back(new_worker(target_, beside ? plan_.base + 1 : 0));
+    if (plan_.base > plan_.top)
+      workers_.push_back(new_worker(store_, 0));
+    else
+      workers_.push_back(new_worker(target_, beside ? plan_.base + 1 : 0));
     UnitWorker& own = *workers_[0];
     done_items_ = 0, items_ = static_cast<std::size_t>(plan_.frames) * plan_.components.size();
     for (int frame = 0; frame < plan_.frames; ++frame)

@@ -84,8 +84,8 @@ void PreparedFiles::finish_shards(FileBatch& batch) {
   shards_.clear();
 }
 
-void PreparedFiles::write_facts(int octave, int frame, int field, const VoxelIndex& first, const VoxelIndex& end, FactsBox& facts,
-                                FileBatch& batch) {
+void PreparedFiles::write_facts(int octave, int frame, int field, const VoxelIndex& first, const VoxelIndex& end,
+                                FactsBox& facts, FileBatch& batch) {
   const PlannedOctave& o = plan_.octaves[static_cast<std::size_t>(octave)];
   // The first one is written last: where it is there, all are.
   std::vector<VoxelIndex> order;
@@ -131,7 +131,8 @@ int reader_slots(const UnitPlan& plan) {
   constexpr std::int64_t bytes_ahead = std::int64_t{8} << 20;  // More: memory; less: the reader pauses
   std::int64_t largest = 1;
   for (const PlannedOctave& octave : plan.octaves)
-    largest = std::max(largest, octave.chunk[0] * octave.chunk[1] * octave.chunk[2] * static_cast<std::int64_t>(plan.kind.bytes()));
+    largest =
+        std::max(largest, octave.chunk[0] * octave.chunk[1] * octave.chunk[2] * static_cast<std::int64_t>(plan.kind.bytes()));
   return static_cast<int>(std::clamp<std::int64_t>(bytes_ahead / largest, 2, 64));
 }
 

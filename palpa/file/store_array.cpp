@@ -102,8 +102,8 @@ std::string array_metadata(const ArrayPlan& plan) {
 }
 
 std::string group_metadata(int zarr) {
-  const Json json = zarr == 2 ? Json{{"zarr_format", 2}}
-                              : Json{{"zarr_format", 3}, {"node_type", "group"}, {"attributes", Json::object()}};
+  const Json json =
+      zarr == 2 ? Json{{"zarr_format", 2}} : Json{{"zarr_format", 3}, {"node_type", "group"}, {"attributes", Json::object()}};
   return json.dump(2) + "\n";
 }
 

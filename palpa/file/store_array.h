@@ -33,9 +33,8 @@ std::string array_metadata(const ArrayPlan& plan);
 /// Text of .zgroup, or of a zarr.json without attributes. Allocates; any thread.
 std::string group_metadata(int zarr);
 
-/// Voxels of a chunk, packed by blosc (lz4, bitshuffle). Equal voxels give equal bytes. Allocates; any thread. Throws LoadError,
-/// without a place, if blosc fails.
-/// \param number_bytes  of one number
+/// Voxels of a chunk, packed by blosc (lz4, bitshuffle). Equal voxels give equal bytes. Allocates; any thread. Throws
+/// LoadError, without a place, if blosc fails. \param number_bytes  of one number
 std::vector<std::byte> packed_chunk(std::span<const std::byte> voxels, std::size_t number_bytes);
 
 /// Files that are written, synced and named together: the disk waits once for many. One thread.

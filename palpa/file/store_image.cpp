@@ -124,13 +124,14 @@ std::string image_metadata(const NewImage& image) {
   const std::size_t before = image.channels.size() > 1;
   if (before == 1) axes.push_back({{"name", "c"}, {"type", "channel"}});
   for (const char* name : {"z", "y", "x"}) axes.push_back({{"name", name}, {"type", "space"}, {"unit", image.length_unit}});
-  Json scale{{"name", image.name},
-             {"axes", axes},
-             {"datasets", Json::array({{{"path", "0"},
-                                        {"coordinateTransformations",
-                                         Json::array({transform("scale", before, image.spacing, 1.0),
-                                                      transform("translation", before, image.origin, 0.0)})}}})},
-             {"type", "mean"}};
+  Json scale{
+      {"name", image.name},
+      {"axes", axes},
+      {"datasets",
+       Json::array({{{"path", "0"},
+                     {"coordinateTransformations", Json::array({transform("scale", before, image.spacing, 1.0),
+                                                                transform("translation", before, image.origin, 0.0)})}}})},
+      {"type", "mean"}};
   Json channels = Json::array(), units = Json::array();
   for (std::size_t c = 0; c < image.channels.size(); ++c) {
     const auto& [low, high] = image.window;
@@ -189,7 +190,8 @@ std::string image_metadata_with(const fs::path& store, const AddedOctaves& added
   const Json finest = scales["datasets"][0];
   if (!finest.is_object()) refuse(store, "has a dataset that is no object");
   Json datasets = Json::array();
-  for (int n = 0; n < added.first && added.beside.empty(); ++n) datasets.push_back(scales["datasets"][static_cast<std::size_t>(n)]);
+  for (int n = 0; n < added.first && added.beside.empty(); ++n)
+    datasets.push_back(scales["datasets"][static_cast<std::size_t>(n)]);
   for (std::size_t n = 0; n < added.paths.size(); ++n)
     datasets.push_back(dataset_after(finest, added.paths[n], added.first + static_cast<int>(n), axes));
   scales["datasets"] = datasets;

@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 using detail::ArrayFiles, detail::ArrayPlan, detail::FileBatch, detail::NewImage, detail::ShardFile;
 using Index = std::array<std::int64_t, 3>;
 
-constexpr std::int64_t side = 32;           // [voxels] of a chunk
-constexpr std::int64_t shard_side = 512;    // [voxels]
-constexpr double chunks_for_shards = 1e6;   // More: millions of files; less: shards where nothing needs them
+constexpr std::int64_t side = 32;                          // [voxels] of a chunk
+constexpr std::int64_t shard_side = 512;                   // [voxels]
+constexpr double chunks_for_shards = 1e6;                  // More: millions of files; less: shards where nothing needs them
 constexpr std::int64_t most_side = std::int64_t{1} << 18;  // [voxels] that stores are read with
 
 std::int64_t rows(std::int64_t voxels, std::int64_t each) { return (voxels + each - 1) / each; }
@@ -44,8 +44,9 @@ std::array<int, 3> directions(const GridGeometry& grid) {
     const double own = parts[a];
     for (int b = 0; b < 3; ++b) {
       if (b == a ? !(std::abs(own) > 0.0) : std::abs(parts[b]) > 1e-6 * std::abs(own)) {
-        throw LoadError("has a grid that is turned or sheared, and OME-Zarr 0.4 and 0.5 hold scale and place alone; resample "
-                        "it (--resample-m M)");
+        throw LoadError(
+            "has a grid that is turned or sheared, and OME-Zarr 0.4 and 0.5 hold scale and place alone; resample "
+            "it (--resample-m M)");
       }
     }
     result[static_cast<std::size_t>(a)] = own > 0.0 ? 1 : -1;
@@ -114,7 +115,8 @@ class Source {
       const auto numbers = static_cast<std::size_t>(dims()[0] * dims()[1] * field.components);
       slices_[f].resize(numbers * static_cast<std::size_t>(count));
       for (std::int64_t k = 0; k < count; ++k)
-        field.slice(way_[2] > 0 ? from + k : dims()[2] - 1 - from - k, slices_[f].data() + static_cast<std::size_t>(k) * numbers);
+        field.slice(way_[2] > 0 ? from + k : dims()[2] - 1 - from - k,
+                    slices_[f].data() + static_cast<std::size_t>(k) * numbers);
     }
   }
 
@@ -283,7 +285,8 @@ void check_store(const fs::path& store, const StoreWriting& how) {
   if (!fs::exists(fs::symlink_status(store, none))) return;
   if (!fs::is_directory(store, none)) throw LoadError("exists already and is no folder; name a new store");
   if (fs::exists(store / "palpa", none))
-    throw LoadError("is prepared already, and its octaves would be those of other voxels; name a new store, or remove this one");
+    throw LoadError(
+        "is prepared already, and its octaves would be those of other voxels; name a new store, or remove this one");
   if (fs::is_empty(store, none) || how.shares_store) return;
   if (how.existing == detail::Existing::refused)
     throw LoadError("exists already; name a new store, or have its chunks written again (--force)");

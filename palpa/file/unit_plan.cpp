@@ -9,9 +9,9 @@
 namespace palpa::detail {
 namespace {
 
-constexpr std::int64_t chunk_side = 32;     // [voxels] of own chunks, unless those of others ask for another
-constexpr int unit_octaves = 5;             // of a unit of 32 chunks a side: octave 5 is one chunk
-constexpr std::int64_t coarsest_side = 128;  // [voxels] of a window, so that the coarsest octave is in memory as a whole
+constexpr std::int64_t chunk_side = 32;       // [voxels] of own chunks, unless those of others ask for another
+constexpr int unit_octaves = 5;               // of a unit of 32 chunks a side: octave 5 is one chunk
+constexpr std::int64_t coarsest_side = 128;   // [voxels] of a window, so that the coarsest octave is in memory as a whole
 constexpr std::int64_t most_facts_side = 64;  // [chunks] that a reader takes
 constexpr double chunks_for_shards = 1e6;
 constexpr std::int64_t most_own_chunk_bytes = std::int64_t{8} << 20;
@@ -63,7 +63,8 @@ void check(const UnitPlan& plan) {
   }
   const VoxelIndex& own = plan.octaves.back().chunk;
   if (plan.last > plan.base && own[0] * own[1] * own[2] * static_cast<std::int64_t>(plan.kind.bytes()) > most_own_chunk_bytes)
-    throw LoadError("has chunks whose sides are far from powers of two; write it anew with others (palpa convert of its source)");
+    throw LoadError(
+        "has chunks whose sides are far from powers of two; write it anew with others (palpa convert of its source)");
 }
 
 }  // namespace
@@ -139,8 +140,9 @@ UnitPlan unit_plan(const StoreContents& contents, const StoreImage& image) {
   const std::string& file_type = contents.fields.front().file_type;
   plan.is_int8 = file_type == "int8";
   if (!plan.is_int8 && file_type != name_of(plan.kind.type)) {
-    throw LoadError("has voxels of " + file_type +
-                    ", of which no octaves are written; write it anew as int8, uint8, int16, uint16, int32, float32 or float64");
+    throw LoadError(
+        "has voxels of " + file_type +
+        ", of which no octaves are written; write it anew as int8, uint8, int16, uint16, int32, float32 or float64");
   }
   const int there = static_cast<int>(contents.octaves.size());
   plan.base = image.own_from > 0 ? std::min(image.own_from, there) - 1 : there - 1;

@@ -23,7 +23,8 @@ void fill_with(double value, std::vector<std::byte>& voxels) {
 }  // namespace
 
 std::vector<std::byte> filled_chunk(const StoreField& field, const VoxelIndex& chunk) {
-  std::vector<std::byte> voxels(static_cast<std::size_t>(chunk[0] * chunk[1] * chunk[2] * field.components) * size_of(field.type));
+  std::vector<std::byte> voxels(static_cast<std::size_t>(chunk[0] * chunk[1] * chunk[2] * field.components) *
+                                size_of(field.type));
   switch (field.type) {
     case VoxelType::uint8: fill_with<std::uint8_t>(field.fill, voxels); break;
     case VoxelType::int16: fill_with<std::int16_t>(field.fill, voxels); break;

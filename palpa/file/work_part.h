@@ -17,9 +17,7 @@ struct WorkPart {
   friend bool operator==(const WorkPart&, const WorkPart&) = default;
 
  private:
-  std::int64_t split(std::int64_t count, std::int64_t at) const noexcept {
-    return count / of * at + count % of * at / of;
-  }
+  std::int64_t split(std::int64_t count, std::int64_t at) const noexcept { return count / of * at + count % of * at / of; }
 };
 
 /// Parses "3/64"; or "auto": number and count of the processes from the environment of Open MPI, PMI (MPICH, Intel MPI), Slurm

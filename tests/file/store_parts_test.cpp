@@ -88,7 +88,8 @@ T number_of(const VoxelBlock& block, std::size_t n) {
 TEST(OctaveMeans, HalvesOfWholeNumbersGoUpAlsoBelowZero) {
   const VoxelKind kind{VoxelType::int16, 1};
   for (const auto& [low, high, mean] : {std::array{1, 2, 2}, {-1, -2, -1}, {0, -1, 0}, {-32768, -32767, -32767}}) {
-    const VoxelBlock fine = block_of<std::int16_t>(kind, {2, 1, 1}, {static_cast<std::int16_t>(low), static_cast<std::int16_t>(high)});
+    const VoxelBlock fine =
+        block_of<std::int16_t>(kind, {2, 1, 1}, {static_cast<std::int16_t>(low), static_cast<std::int16_t>(high)});
     VoxelBlock coarse = zero_block(kind, {1, 1, 1}, {1, 1, 1});
     halve(kind, fine, coarse, {});
     EXPECT_EQ(number_of<std::int16_t>(coarse, 0), mean) << low << " " << high;

@@ -407,3 +407,40 @@ def test_zarrita_reads_the_same_voxels(version, zarrita, reference, tmp_path, pa
         assert line.split() == [str(n), "uint16", "x".join(map(str, expected.shape)), hashlib.sha256(expected.tobytes()).hexdigest()]
         expected = halved(expected)
     assert n == 6
+
+
+def test_vectors_are_three_channels(tmp_path, palpa_program):
+    values = np.random.default_rng(5).normal(size=(*shape, 3)).astype(np.float32)
+    values.tofile(tmp_path / "v.raw")
+    store = tmp_path / "v.zarr"
+    done = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, *how("float32"), "--set", "components=last")
+    assert done.returncode == 0, done.stderr
+    for octave in octaves_of(store):
+        np.testing.assert_array_equal(octave[:], np.moveaxis(values, -1, 0))
+        values = np.stack([halved(values[..., c]) for c in range(3)], -1)
+    assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+    import palpa
+
+    opened = palpa.open_store(store)
+    assert [(field["name"], field["components"]) for field in opened.fields] == [("vector", 3)]
+    np.testing.assert_array_equal(opened.chunk(0, 1, 1, 1), np.moveaxis(octaves_of(store)[0][:, 32:64, 32:64, 32:64], 0, -1))
+
+
+def test_octaves_of_int8_are_int8_and_of_uint32_refused(tmp_path, palpa_program):
+    for kind in ("int8", "uint32"):
+        store = tmp_path / f"{kind}.zarr"
+        values = (voxels_of("uint16") % 256 - 128).astype(kind)
+        group = zarr.open_group(str(store), "w")
+        group.create_dataset("0", data=values, chunks=(64, 64, 64), dimension_separator="/")
+        group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
+                                       "datasets": [{"path": "0"}]}]
+        done = palpa_run(palpa_program, "prepare", store)
+        if kind == "uint32":
+            assert done.returncode == 2 and "uint32" in done.stderr
+            continue
+        assert done.returncode == 0, done.stderr
+        for octave in octaves_of(store):
+            assert octave.dtype == np.int8
+            np.testing.assert_array_equal(octave[:], values)
+            values = halved(values)
+        assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
