@@ -124,6 +124,14 @@ FileBatch::FileBatch() {
   most_ = std::clamp<std::size_t>(most / (4 * cores), 8, 256);
 }
 
+void allow_open_files(std::size_t count) noexcept {
+  constexpr std::size_t of_others = 512;  // readers, batches, libraries
+  rlimit open_files{};
+  if (::getrlimit(RLIMIT_NOFILE, &open_files) != 0 || open_files.rlim_cur >= count + of_others) return;
+  open_files.rlim_cur = std::min<rlim_t>(count + of_others, open_files.rlim_max);
+  ::setrlimit(RLIMIT_NOFILE, &open_files);
+}
+
 void FileBatch::add(std::unique_ptr<NewFile> file, const fs::path& name) {
   files_.emplace_back(std::move(file), name);
   if (files_.size() >= most_) finish();

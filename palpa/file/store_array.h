@@ -51,6 +51,9 @@ class FileBatch {
   std::vector<std::pair<std::unique_ptr<NewFile>, std::filesystem::path>> files_;
 };
 
+/// Raises this process's limit of open files to `count` and a few more, as far as the system allows. Any thread.
+void allow_open_files(std::size_t count) noexcept;
+
 /// Array in a store's folder. Any thread, a batch for each.
 class ArrayFiles {
  public:

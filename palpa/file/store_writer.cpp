@@ -16,7 +16,7 @@ namespace palpa {
 namespace {
 
 namespace fs = std::filesystem;
-using detail::ArrayFiles, detail::ArrayPlan, detail::FileBatch, detail::NewImage, detail::ShardFile;
+using detail::allow_open_files, detail::ArrayFiles, detail::ArrayPlan, detail::FileBatch, detail::NewImage, detail::ShardFile;
 using Index = std::array<std::int64_t, 3>;
 
 constexpr std::int64_t side = 32;                          // [voxels] of a chunk
@@ -180,6 +180,9 @@ class StoreWriter {
   void write() {
     const Index& d = source_.dims();
     const std::int64_t row = files_.plan().shard.empty() ? side : shard_side;
+    if (row == shard_side) {  // those of a row of shards are written at once
+      allow_open_files(static_cast<std::size_t>(rows(d[0], row) * rows(d[1], row)) * source_.channels().size());
+    }
     const std::int64_t units = rows(d[2], row), first = how_.part.first(units), end = how_.part.end(units);
     for (std::int64_t unit = first; unit < end; ++unit) {
       for (std::int64_t k = unit * row; k < std::min((unit + 1) * row, d[2]); k += side) {
