@@ -77,7 +77,7 @@ namespace {
 struct ConvertLine {
   ConvertArguments convert;
   bool force = false;
-  std::string in;
+  std::string in, part;
   HowToRead how;
 };
 
@@ -86,9 +86,11 @@ struct ConvertLine {
 void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<ConvertLine>();
   CLI::App* command =
-      app.add_subcommand("convert", "Write data as NRRD, NIfTI or VTI: whole, a part, coarser, or on another grid");
+      app.add_subcommand("convert", "Write data as NRRD, NIfTI, VTI or OME-Zarr: whole, a part, coarser, or on another grid");
   command->add_option("IN", given->in, "a file or folder of data")->required()->type_name("");
-  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr, .nii, .nii.gz or .vti")->required()->type_name("");
+  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr, .nii, .nii.gz or .vti; or a new folder .zarr")
+      ->required()
+      ->type_name("");
   command->add_option("--crop", given->convert.crop, "only these voxels, first and last of each axis")
       ->type_name("I0:I1,J0:J1,K0:K1");
   command->add_option("--downsample", given->convert.options.downsample, "the mean of N x N x N voxels becomes one")
@@ -101,6 +103,12 @@ void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
       ->type_name("M");
   command->add_flag("--int16", given->convert.options.int16, "round to whole numbers of 16 bits");
   command->add_option("--field", given->convert.options.field, "only this field")->type_name("NAME");
+  add_part(command, given->part, "of a .zarr write only these slices; 'palpa prepare' then makes the coarser octaves");
+  command
+      ->add_option("--zarr", given->convert.options.zarr,
+                   "version of a .zarr: 2 (OME-Zarr 0.4), or 3 (0.5, with shards); by itself 3 from a million chunks on")
+      ->check(CLI::IsMember({2, 3}))
+      ->type_name("V");
   add_force(command, given->force);
   add_how_to_read(command, given->how);
   add_reader(command, given->convert.read);
@@ -109,9 +117,46 @@ void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
     work = [=, &stop] {
       ConvertArguments& convert = given->convert;
       convert.options.existing = existing(given->force);
+      if (!given->part.empty()) convert.options.part = work_part(given->part), convert.options.shares_store = true;
       convert.request = request_of(given->how);
       convert.request.files.insert(convert.request.files.begin(), given->in);
       return run_convert(std::move(convert), stop);
+    };
+  });
+}
+
+namespace {
+
+struct PrepareLine {
+  PrepareArguments prepare;
+  std::string part;
+};
+
+}  // namespace
+
+void add_prepare(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<PrepareLine>();
+  PrepareArguments& prepare = given->prepare;
+  CLI::App* command =
+      app.add_subcommand("prepare", "Make an OME-Zarr store ready: its coarser octaves, and range and checksum of each chunk");
+  command->add_option("STORE", prepare.store, "folder of an OME-Zarr image")->required()->type_name("");
+  add_part(command, given->part, "make only these units of 1024 x 1024 x 1024 voxels; a last call without it makes the rest");
+  command->add_option("--into", prepare.options.into, "write beside a store that must not be changed, into this folder")
+      ->type_name("MINE.zarr");
+  command
+      ->add_flag("--check", prepare.check,
+                 "write nothing: is each chunk there, whole, as it was, and the mean of those below it?")
+      ->excludes("--into");
+  command->add_option("--threads", prepare.options.threads, "number of cores to use (all, of one part one)")
+      ->check(CLI::Range(1, 256))
+      ->type_name("N");
+  command->add_flag("--json", prepare.json, "print the summary as JSON");
+  add_reader(command, prepare.options.read);
+  command->footer("Example:\n  mpirun -n 64 palpa prepare BIG.zarr --part auto && palpa prepare BIG.zarr");
+  command->callback([=, &work, &stop] {
+    work = [=, &stop] {
+      if (!given->part.empty()) given->prepare.options.part = work_part(given->part), given->prepare.options.is_one_part = true;
+      return run_prepare(std::move(given->prepare), stop);
     };
   });
 }

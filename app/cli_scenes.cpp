@@ -45,6 +45,7 @@ namespace {
 struct MapLine {
   MapArguments map;
   bool force = false;
+  std::string part;
   std::vector<std::string> sets;
 };
 
@@ -72,6 +73,7 @@ void add_map(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
       ->excludes("--grid")
       ->type_name("FILE.png");
   command->add_option("--threads", map.threads, "number of cores to use (all)")->check(CLI::Range(1, 1024))->type_name("N");
+  add_part(command, given->part, "compute only this part of the map, into OUT.part-I; without it all parts are joined");
   command->add_flag("--json", map.json, "print the summary as JSON");
   add_force(command, given->force);
   add_repeated(command, "--data", map.scene_options.data_folders, "folder with the files of the scene")->type_name("DIR");
@@ -84,6 +86,7 @@ void add_map(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
     work = [=, &stop] {
       given->map.existing = existing(given->force);
       given->map.scene_options.sets = split_sets(given->sets);
+      if (!given->part.empty()) given->map.part = work_part(given->part), given->map.is_part = true;
       return run_map(given->map, stop);
     };
   });

@@ -110,7 +110,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       {"demo", [&] { add_demo(app, work, stop); }},       {"run", [&] { add_run(app, work, argc, argv, stop); }},
       {"check", [&] { add_check(app, work); }},           {"devices", [&] { add_devices(app, work, stop); }},
       {"explore", [&] { add_explore(app, work); }},       {"info", [&] { add_info(app, work); }},
-      {"convert", [&] { add_convert(app, work, stop); }}, {"replay", [&] { add_replay(app, work, stop); }},
+      {"convert", [&] { add_convert(app, work, stop); }}, {"prepare", [&] { add_prepare(app, work, stop); }},
+      {"replay", [&] { add_replay(app, work, stop); }},
       {"report", [&] { add_report(app, work); }},         {"export", [&] { add_export(app, work); }},
       {"map", [&] { add_map(app, work, stop); }},         {"modes", [&] { add_modes(app, work); }}};
   // Building the options of all commands takes a millisecond: if a command is named, only its options are built. A file may

@@ -22,6 +22,7 @@ void add_explore(CLI::App& app, Work& work);
 
 void add_info(CLI::App& app, Work& work);
 void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop);
+void add_prepare(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 
 void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 void add_report(CLI::App& app, Work& work);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "palpa/file/convert.h"
+#include "palpa/file/prepare_store.h"
 #include "palpa/study/run.h"
 
 namespace palpa::app {
@@ -62,12 +63,22 @@ int run_explore(const ExploreArguments& arguments);
 
 struct ConvertArguments {
   VolumeRequest request;      ///< one volume
-  std::filesystem::path out;  ///< .nrrd, .nhdr, .nii, .nii.gz or .vti; a new file
+  std::filesystem::path out;  ///< .nrrd, .nhdr, .nii, .nii.gz or .vti, a new file; or .zarr, a folder
   std::string crop;           ///< from the command line; empty: none
   ConvertOptions options;     ///< all but the crop
   ReadOptions read;
 };
 int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop);
+
+struct PrepareArguments {
+  std::filesystem::path store;
+  PrepareOptions options;
+  bool check = false;  ///< read everything anew instead
+  bool json = false;
+};
+int run_prepare(PrepareArguments arguments, const std::atomic<bool>& stop);
+/// Last line of a preparation.
+std::string prepared_words(const std::filesystem::path& store, const PreparedStore& prepared);
 
 struct ExportArguments {
   std::filesystem::path trace;
@@ -108,6 +119,8 @@ struct MapArguments {
   double size_mm = 180.0;
   int points = 0;   ///< [1] along each side; 0: 256 of a slice, 64 of a grid
   int threads = 0;  ///< [1] 0: one per core
+  WorkPart part;    ///< of the paths
+  bool is_part = false;  ///< felt into a file of its own, which a call without parts joins
   bool json = false;
   detail::Existing existing = detail::Existing::refused;
   SceneOptions scene_options;

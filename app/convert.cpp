@@ -5,6 +5,7 @@
 #include "app/commands.h"
 #include "app/output_names.h"
 #include "app/terminal.h"
+#include "palpa/file/store_writer.h"
 #include "palpa/file/write_volume.h"
 
 namespace palpa::app {
@@ -40,6 +41,11 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   if (!arguments.crop.empty()) arguments.options.crop = range_of(arguments.crop);
   const std::string& in = arguments.request.files.front().string();
   arguments.read.checksums = false;
+  const bool to_store = is_store(arguments.out);
+  if (!to_store && (arguments.options.shares_store || arguments.options.zarr != 0))
+    throw LoadError("--part, --zarr: are of stores alone; name OUT.zarr");
+  // Bare numbers are mapped then, so that each process reads its own part alone.
+  arguments.read.preview = to_store && !arguments.request.layout.type.empty();
   VolumeFile file;
   {
     const Progress progress("reading " + in);
@@ -65,8 +71,17 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   warnings.insert(warnings.end(), lost.begin(), lost.end());
   for (std::string& warning : warnings) warning = in + ": " + warning;
   print_warnings(warnings);
-  tell(wrote_words(arguments.out, grid));
-  return 0;
+  if (!to_store) return tell(wrote_words(arguments.out, grid)), 0;
+  if (arguments.options.shares_store) {
+    const WorkPart& part = arguments.options.part;
+    tell("Wrote part " + std::to_string(part.number) + " of " + std::to_string(part.of) + " of " + arguments.out.string() +
+         ": " + grid + "; after the last part: palpa prepare " + arguments.out.string() + "\n");
+    return 0;
+  }
+  tell("Wrote " + arguments.out.string() + ": " + grid + "\n");
+  PrepareArguments prepare{.store = arguments.out};
+  prepare.options.read = arguments.read;
+  return run_prepare(std::move(prepare), stop);
 }
 
 }  // namespace palpa::app

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "app/info_kind.h"
+#include "app/info_numbers.h"
+#include "app/info_store.h"
 #include "app/info_table.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
@@ -64,15 +66,6 @@ Facts read_facts(const Asked& asked, const ReadOptions& read, bool all_frames) {
   return facts_of(asked, read, all_frames);
 }
 
-/// Path in shell syntax, quoted if needed.
-std::string for_shell(const std::string& path) {
-  static constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:+@%";
-  if (!path.empty() && path.find_first_not_of(plain) == std::string::npos) return path;
-  std::string quoted = "'";
-  for (const char c : path) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 /// Writes the first scene to stdout or a new file.
 void suggest_scene(const Asked& asked, const Facts& facts, const InfoArguments& arguments) {
   if (asked.is_series) {
@@ -125,6 +118,30 @@ void make_files(Asked asked, Facts facts, const InfoArguments& arguments) {
   }
 }
 
+/// Prints a store that is too large to be read as a whole, or adds it to the list of JSON objects.
+void print_large_store(const StoreFacts& store, const InfoArguments& arguments, bool is_further, nlohmann::ordered_json& list) {
+  const bool asks_for_voxels =
+      arguments.scene || !arguments.picture.empty() || !arguments.at_m.empty() || !arguments.places.empty() || arguments.level;
+  if (asks_for_voxels) {
+    throw LoadError(
+        store.name +
+        ": is too large to be read as a whole, which --scene, --picture, --at and --level need; give the folder of a "
+        "coarser octave of it");
+  }
+  InfoTable table = store_table(store);
+  if (arguments.json) {
+    list.push_back(std::move(table.json));
+    return;
+  }
+  if (is_further) print("\n");
+  print(table.words);
+  std::fflush(stdout);
+  std::vector<std::string> warnings;
+  for (const auto* all : {&store.contents.warnings, &store.places.warnings})
+    for (const std::string& warning : *all) warnings.push_back(store.name + ": " + warning);
+  print_warnings(warnings);
+}
+
 }  // namespace
 
 int run_info(const InfoArguments& arguments) {
@@ -141,11 +158,17 @@ int run_info(const InfoArguments& arguments) {
   places.insert(places.end(), arguments.places.begin(), arguments.places.end());
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Asked& asked : all) {
+    const std::optional<StoreFacts> store = store_facts_of(asked, arguments.read);
+    if (store && store->is_large()) {
+      print_large_store(*store, arguments, &asked != &all.front(), list);
+      continue;
+    }
     const Facts facts = read_facts(asked, arguments.read, !arguments.scene);
     for (const AskedPlace& place : places) world_of(place, facts);  // throws on unknown positions before anything is printed
     if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
     if (arguments.scene) continue;
     InfoTable table = info_table(facts, places, arguments.level);
+    if (store) add_store(table, *store);
     if (arguments.json) {
       list.push_back(std::move(table.json));
       continue;
@@ -157,6 +180,9 @@ int run_info(const InfoArguments& arguments) {
     std::fflush(stdout);
     std::vector<std::string> warnings;
     for (const std::string& warning : facts.file.volume.warnings) warnings.push_back(asked.name + ": " + warning);
+    if (store) {
+      for (const std::string& warning : store->places.warnings) warnings.push_back(asked.name + ": " + warning);
+    }
     print_warnings(warnings);
   }
   if (arguments.json && !arguments.scene) {

@@ -41,6 +41,18 @@ Unit unit_of(const Facts& facts) {
 
 }  // namespace
 
+std::string line(std::string_view label, const std::string& text) {
+  return text.empty() ? text : fmt::format("  {:<10}{}\n", label, text);
+}
+
+std::string for_shell(const std::string& path) {
+  static constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:+@%";
+  if (!path.empty() && path.find_first_not_of(plain) == std::string::npos) return path;
+  std::string quoted = "'";
+  for (const char c : path) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
 std::string rounded_words(double value) {
   const double size = std::abs(value);
   if (size < 999.95 || size >= 1e9 || !std::isfinite(value)) return fmt::format("{:.4g}", value + 0.0);

@@ -2,11 +2,16 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "app/info_facts.h"
 
 namespace palpa::app {
 
+/// "  label     text" and a line's end; nothing without text.
+std::string line(std::string_view label, const std::string& text);
+/// Path in shell syntax, quoted if needed.
+std::string for_shell(const std::string& path);
 /// Four digits, or as many as stand before the point, in groups of three: "16.43", "7 026 340".
 std::string rounded_words(double value);
 /// The same for one value among others over a span (in the same unit): a value that is only rounding beside the span is 0.

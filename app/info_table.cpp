@@ -22,11 +22,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t histogram_classes = 64;  // [1] More: longer output; fewer: coarser. Programs may count on it
 constexpr std::size_t bar_classes = 48;        // [1] More: longer line; fewer: coarser
 
-/// "  label     text", nothing without text.
-std::string line(std::string_view label, const std::string& text) {
-  return text.empty() ? text : fmt::format("  {:<10}{}\n", label, text);
-}
-
 /// A number that JSON can hold; null for one that is not finite.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -56,6 +51,7 @@ std::string format_words(const std::string& format) {
                                     {"plot3d", "PLOT3D"},
                                     {"openfoam", "OpenFOAM"},
                                     {"hdf5", "HDF5"},
+                                    {"zarr", "Zarr"},
                                     {"raw", "bare numbers"}}) {
     if (format == name) return words;
   }
@@ -217,7 +213,7 @@ class FieldsTable {
   std::string row(const std::string& name) const { return fmt::format("  {:<{}}  ", name, width_); }
 
   /// One end of a field's range; of vectors that of each component: "(-1, 0, 0.5)", [-1, 0, 0.5].
-  static std::pair<std::string, Json> end_of(const std::vector<ValueRange>& value_ranges, double ValueRange::*end) {
+  static std::pair<std::string, Json> end_of(const std::vector<ValueRange>& value_ranges, double ValueRange::* end) {
     double span = 0.0;
     for (const ValueRange& extent : value_ranges) span = std::max(span, extent.max - extent.min);
     std::vector<std::string> words;

@@ -1,5 +1,6 @@
 #include "palpa/study/map.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
@@ -63,6 +64,24 @@ std::string format_summary(const Json& summary) {
   return words;
 }
 
+/// Adds what earlier runs and other parts kept.
+void take_kept(ForceMap& map, const std::string& identity, const fs::path& kept, const std::vector<fs::path>& parts) {
+  std::vector<fs::path> files = parts;
+  files.push_back(kept);
+  for (const fs::path& file : files) {
+    const KeptMap found = take_kept_map(map, identity, file);
+    if (found == KeptMap::another)
+      print_warnings({file.string() + ": belongs to another map or is damaged; its places are computed from the start"});
+    if (found == KeptMap::taken) tell("going on with the map in " + file.string() + "\n");
+  }
+}
+
+bool is_felt(const ForceMap& map, const WorkPart& part) {
+  const auto ways = static_cast<std::int64_t>(map.done.size());
+  return std::all_of(map.done.begin() + part.first(ways), map.done.begin() + part.end(ways),
+                     [](std::uint8_t is_done) { return is_done == 1; });
+}
+
 }  // namespace
 
 int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
@@ -84,11 +103,9 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
 
   ForceMap map(lattice);
   const std::string identity = identity_of_map(loaded.scene, arguments.plugins, lattice);
-  const fs::path kept = kept_map_file(arguments.out);
-  const KeptMap found = take_kept_map(map, identity, kept);
-  if (found == KeptMap::another)
-    print_warnings({kept.string() + ": belongs to another map or is damaged; the map is computed from the start"});
-  if (found == KeptMap::taken) tell("going on with the map in " + kept.string() + "\n");
+  const fs::path kept = arguments.is_part ? map_part_file(arguments.out, arguments.part.number) : kept_map_file(arguments.out);
+  const std::vector<fs::path> parts = arguments.is_part ? std::vector<fs::path>() : map_part_files(arguments.out);
+  take_kept(map, identity, kept, parts);
 
   MapWork work;
   {
@@ -96,8 +113,15 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
     work = feel_map(loaded.scene, map,
                     {.threads = arguments.threads,
                      .stop = &stop,
+                     .part = arguments.part,
                      .progress = [&](double share) { progress.show(share); },
                      .keep = [&](const ForceMap& so_far) { keep_map(so_far, identity, kept); }});
+  }
+  if (arguments.is_part && is_felt(map, arguments.part)) {
+    keep_map(map, identity, kept);
+    tell("part " + std::to_string(arguments.part.number) + " of " + std::to_string(arguments.part.of) + " is in " +
+         kept.string() + "; the same command without --part joins all parts\n");
+    return 0;
   }
   if (!map.is_whole()) {
     keep_map(map, identity, kept);
@@ -113,6 +137,7 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   }
   std::error_code none;
   fs::remove(kept, none);
+  for (const fs::path& part : parts) fs::remove(part, none);
 
   const Json summary = summary_of(map, work);
   print(arguments.json ? summary.dump(2) + "\n" : format_summary(summary));

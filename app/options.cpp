@@ -23,6 +23,11 @@ void add_plugins(CLI::App* command, std::vector<std::filesystem::path>& plugins)
   add_repeated(command, "--plugin", plugins, "load modes from this shared library, which you trust")->type_name("FILE");
 }
 
+void add_part(CLI::App* command, std::string& part, const std::string& sentence) {
+  command->add_option("--part", part, sentence + "; number and count, as in 3/64, or auto: by mpirun or Slurm")
+      ->type_name("I/N");
+}
+
 void add_force(CLI::App* command, bool& force) {
   command->add_flag("--force", force, "replace files that have these names already");
 }

@@ -9,6 +9,7 @@
 
 #include "palpa/base/new_file.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/file/work_part.h"
 
 namespace palpa::app {
 
@@ -24,6 +25,8 @@ CLI::Option* add_repeated(CLI::App* command, const std::string& name, std::vecto
 }
 
 void add_plugins(CLI::App* command, std::vector<std::filesystem::path>& plugins);
+/// Part of a job, for `work_part`.
+void add_part(CLI::App* command, std::string& part, const std::string& sentence);
 void add_force(CLI::App* command, bool& force);
 detail::Existing existing(bool force);
 void add_reader(CLI::App* command, ReadOptions& read);

@@ -14,6 +14,7 @@
 #include "pickling.h"
 #include "scene.h"
 #include "session.h"
+#include "store.h"
 #include "study.h"
 
 namespace palpa::python {
@@ -33,6 +34,7 @@ PYBIND11_MODULE(_palpa, module) {
   bind_modes(module);
   bind_session(module);
   bind_study(module);
+  bind_store(module);
   bind_pickling(module);
   bind_devices(module);
   bind_live(module);

@@ -11,6 +11,7 @@
 #include "palpa/base/input_file.h"
 #include "palpa/base/load_error.h"
 #include "palpa/file/protocol_packed.h"
+#include "palpa/file/store_protocol.h"
 
 namespace palpa::reader {
 
@@ -104,6 +105,17 @@ std::string word_after(std::string_view text, std::string_view key) {
 }
 
 bool Beginning::is_folder() const { return std::filesystem::is_directory(path_); }
+
+bool Beginning::is_store() const { return protocol::is_store(path_); }
+
+bool Beginning::is_folder_with(const char* file) const {
+  std::error_code none;
+  return is_folder() && std::filesystem::is_regular_file(std::filesystem::path(path_) / file, none);
+}
+
+bool Beginning::info_says(std::string_view bytes) const {
+  return first_bytes(path_ + "/info").find(bytes) != std::string::npos;
+}
 
 bool Beginning::is_named(std::initializer_list<std::string_view> ends) const noexcept {
   return std::ranges::any_of(ends, [&](std::string_view end) { return path_.ends_with(end); });

@@ -29,6 +29,11 @@ class Beginning {
 
   const std::string& path() const noexcept { return path_; }
   bool is_folder() const;
+  /// Folder with metadata of Zarr.
+  bool is_store() const;
+  bool is_folder_with(const char* file) const;
+  /// Folder whose file "info" contains these bytes near its begin.
+  bool info_says(std::string_view bytes) const;
   bool is_named(std::initializer_list<std::string_view> ends) const noexcept;
   bool has(std::size_t at, std::string_view bytes) const;
   /// These bytes follow a user block of 512, 1024, 2048 … bytes.

@@ -37,6 +37,8 @@ void become_reader(int socket) {
   const protocol::Request request = receive_request(socket, false);
   enter_cage(request);
   const Reader reader = reader_of(Beginning(request.path));
+  if (request.store && reader.format != std::string_view("zarr"))
+    throw LoadError("is no OME-Zarr, whose chunks are read one by one; name the folder of one, or make one by palpa convert");
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").replace_filename(reader.program);
   ::execl(program.c_str(), reader.program, reader.format, nullptr);
   throw LoadError("cannot be opened: the program " + std::string(reader.program) + " beside palpa-read does not start (" +

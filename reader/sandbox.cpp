@@ -143,7 +143,7 @@ int allow_files(const Folders& folders) {
   if (ruleset.descriptor < 0) return errno;
   const auto allow = [&](const std::string& path, std::uint64_t access) {
     const Closer place{::open(path.c_str(), O_PATH | O_CLOEXEC)};
-    struct stat status {};
+    struct stat status{};
     if (place.descriptor < 0 || ::fstat(place.descriptor, &status) != 0) return;  // missing paths need no rule
     if (S_ISDIR(status.st_mode)) access |= LANDLOCK_ACCESS_FS_READ_DIR;
     const landlock_path_beneath_attr beneath{access, place.descriptor};
@@ -189,7 +189,8 @@ void close_cage() {}
 #else
 std::string enter_cage(const protocol::Request& request) {
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  limit(RLIMIT_CPU, most_cpu_s + request.max_bytes / cpu_bytes_per_s);
+  // A store is served as long as its caller lives, with a limit for each chunk (zarr_serve.cpp, store_reader.cpp).
+  if (!request.store) limit(RLIMIT_CPU, most_cpu_s + request.max_bytes / cpu_bytes_per_s);
   limit(RLIMIT_FSIZE, request.max_bytes);  // memory for voxels is files, too
   const std::uint64_t memory_bytes = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGESIZE);
   limit(RLIMIT_AS, std::min(request.max_bytes, UINT64_MAX / 2) + most_memories * memory_bytes);

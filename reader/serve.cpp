@@ -20,6 +20,7 @@
 #include "palpa/data/volume.h"
 #include "palpa/file/protocol_memory.h"
 #include "palpa/file/protocol_packed.h"
+#include "palpa/file/store_protocol.h"
 #include "program.h"
 #include "sandbox.h"
 
@@ -149,11 +150,13 @@ void answer(int socket, Open open, bool unpacks) {
   protocol::Request request = receive_request(socket, true, &for_unpacked);
   close_cage();
   if (!unpacks) unpack_request(request, for_unpacked);
-  std::uint64_t bytes = file_bytes(request.path);
+  // The files of a store are many, and its header needs none of them.
+  std::uint64_t bytes = protocol::is_store(request.path) ? 0 : file_bytes(request.path);
   for (const std::string& partner : request.partners) bytes += file_bytes(partner);
   limit_memory(header_bytes(request, bytes));
 
   const std::unique_ptr<Source> source = open(request);
+  if (request.store) return source->serve_chunks(socket);
   check_request(request, *source);
   if (!protocol::send(socket, source->header)) return;
   Checksums checks(*source, request);
@@ -177,7 +180,13 @@ void answer(int socket, Open open, bool unpacks) {
 
 }  // namespace
 
+void allow_memory(std::uint64_t bytes) { limit_memory(bytes); }
+
 void allow_memory(const protocol::Request& request, std::uint64_t bytes) { limit_memory(header_bytes(request, bytes)); }
+
+void Source::serve_chunks(int) {
+  throw LoadError("is no OME-Zarr, whose chunks are read one by one; name the folder of one, or make one by palpa convert");
+}
 
 std::int64_t Source::choose_frames(const protocol::Request& request, std::int64_t frames) {
   header.frames = static_cast<std::int32_t>(std::min<std::int64_t>(frames, INT32_MAX));
@@ -199,7 +208,7 @@ std::int64_t Source::choose_frames(const protocol::Request& request, std::int64_
 }
 
 std::uint64_t file_bytes(const std::string& path) {
-  struct stat status {};
+  struct stat status{};
   if (::stat(path.c_str(), &status) != 0) return 0;
   if (!S_ISDIR(status.st_mode)) return static_cast<std::uint64_t>(std::max<off_t>(status.st_size, 0));
   std::uint64_t bytes = 0;

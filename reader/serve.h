@@ -19,6 +19,9 @@ struct Format {
 /// Allows memory for further files of `bytes`, which the request's file names and whose content is read with its header.
 void allow_memory(const protocol::Request& request, std::uint64_t bytes);
 
+/// Allows memory for further `bytes`.
+void allow_memory(std::uint64_t bytes);
+
 /// Answers one request for a file of the format that palpa-read has named; returns the exit code.
 int serve(const char* format, std::initializer_list<Format> formats);
 

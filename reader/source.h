@@ -44,6 +44,9 @@ class Source {
   /// LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
 
+  /// Answers requests for chunks until the caller leaves. Throws LoadError with a sentence, also for a format without chunks.
+  virtual void serve_chunks(int socket);
+
   /// Checks for damage that the library does not detect: complete but wrong voxels. Runs in another thread during `read`, so it
   /// must not use data that changes there. Throws LoadError with a sentence.
   virtual void check_files() const {}

@@ -69,8 +69,10 @@ void NewFile::write(const void* data, std::size_t bytes) {
   }
 }
 
-void NewFile::finish() {
-  if (::fsync(descriptor_) != 0) fail(errno);
+bool NewFile::sync_with_others() noexcept { return ::syncfs(descriptor_) == 0; }
+
+void NewFile::finish(bool is_synced) {
+  if (!is_synced && ::fsync(descriptor_) != 0) fail(errno);
   const auto link_as = [&](const fs::path& name) {
     const std::string nameless = "/proc/self/fd/" + std::to_string(descriptor_);
     return ::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW);
@@ -84,6 +86,8 @@ void NewFile::finish() {
     if (errno == EEXIST) refuse_as_taken();
     fail(errno);
   }
+  // Most names are free: then one link gives the name.
+  if (hidden_.empty() && link_as(name_) == 0) return;
   if (hidden_.empty()) {
     fs::path hidden = hidden_name();
     if (link_as(hidden) != 0) fail(errno);

@@ -27,9 +27,13 @@ class NewFile {
   void write(const void* data, std::size_t bytes);
   void write(std::string_view text) { write(text.data(), text.size()); }
 
+  /// Syncs all files of the file system to disk: of many files at once that waits less than a sync of each. False: it failed.
+  bool sync_with_others() noexcept;
+
   /// Syncs the file to disk and gives it its name. Throws LoadError with a sentence, also if the name was taken meanwhile.
   /// Once.
-  void finish();
+  /// \param is_synced  all was written before a `sync_with_others` of a file of the same file system
+  void finish(bool is_synced = false);
 
  private:
   std::filesystem::path hidden_name() const;

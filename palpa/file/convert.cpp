@@ -6,6 +6,7 @@
 
 #include "palpa/data/grid_base.h"
 #include "palpa/data/volume.h"
+#include "palpa/file/store_writer.h"
 #include "palpa/file/write_volume.h"
 
 namespace palpa {
@@ -196,7 +197,10 @@ WrittenField written(const VolumeField& field, const ConvertOptions& options, Gr
   VoxelType type = kept_type(*view, step.computed);
   if (options.int16) step = as_int16(step, field, components), type = VoxelType::int16;
   grid = step.grid;
-  return {field.name, field.unit, type, components, step.slice};
+  const bool as_it_is = !options.crop && !step.computed && !options.int16 && type == view->voxels.type && view->scale == 1.0 &&
+                        view->offset == 0.0;
+  return {field.name, field.unit, type, components, step.slice,
+          as_it_is ? static_cast<const std::byte*>(view->voxels.data.get()) : nullptr};
 }
 
 }  // namespace
@@ -232,6 +236,8 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
     lost.push_back("NIfTI has medical frames only: x, y and z are written as left, back and head of a patient");
   if (to_nifti && !result.fields.front().unit.empty())
     lost.push_back("NIfTI has no units: field '" + result.fields.front().name + "' is in " + result.fields.front().unit);
+  if (is_store(out) && volume.medical_frame)
+    lost.push_back("OME-Zarr has no medical frame: x to the patient's left, y to the back and z to the head are x, y and z");
   if (out.extension() == ".vti") {
     if (volume.medical_frame)
       lost.push_back("VTI has no medical frame: x to the patient's left, y to the back and z to the head are x, y and z");
@@ -241,7 +247,12 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
   }
   if (volume.frames > 1)
     lost.push_back("one of " + std::to_string(volume.frames) + " frames is written (frame = N takes another)");
-  write_volume(result, out, options.existing, options.progress);
+  if (is_store(out)) {
+    if (!volume.length_unit.empty()) result.length_unit = volume.length_unit;
+    write_store(result, out, {options.part, options.shares_store, options.existing, options.zarr, options.progress});
+  } else {
+    write_volume(result, out, options.existing, options.progress);
+  }
   if (options.written) options.written(result);
   return lost;
 }

@@ -7,110 +7,22 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
-#include <type_traits>
 
 #include "palpa/base/limits.h"
 #include "palpa/base/printed.h"
 #include "palpa/data/volume.h"
+#include "palpa/file/packer.h"
+#include "palpa/file/store_protocol.h"
 
 namespace palpa::protocol {
 namespace {
 
 constexpr std::uint32_t magic = 0x50'4C'50'52;  // "PLPR"
 constexpr std::uint64_t alignment_bytes = 64;   // of each field's voxels: a cache line
-// Limits of a message, checked at both ends. Larger: a damaged file can cost more memory; smaller: long texts are cut, and long
-// lists or facts are refused.
-constexpr std::size_t max_text_bytes = 4096;
-constexpr std::size_t max_entries = 1024;
+/// Of a fact's words. More: a damaged file can say more about a person; less: facts are refused.
 constexpr std::size_t max_fact_bytes = 96;
-
-class Packer {
- public:
-  template <class T>
-  void number(T value) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    const std::size_t at = bytes_.size();
-    bytes_.resize(at + sizeof value);
-    std::memcpy(bytes_.data() + at, &value, sizeof value);
-  }
-  void text(const std::string& value) {
-    const std::size_t length = std::min(value.size(), max_text_bytes);
-    number(static_cast<std::uint32_t>(length));
-    const auto* first = reinterpret_cast<const std::byte*>(value.data());
-    bytes_.insert(bytes_.end(), first, first + length);
-  }
-  void vector(const Vec3& v) { number(v.x), number(v.y), number(v.z); }
-  template <class T, class Put>
-  void list(const std::vector<T>& values, Put put) {
-    number(static_cast<std::uint32_t>(values.size()));
-    for (const T& value : values) put(value);
-  }
-  template <class T, class Put>
-  void optional(const std::optional<T>& value, Put put) {
-    number(static_cast<std::uint8_t>(value.has_value()));
-    if (value) put(*value);
-  }
-  std::vector<std::byte> take() { return std::move(bytes_); }
-
- private:
-  std::vector<std::byte> bytes_;
-};
-
-/// Parses Packer's output, from untrusted bytes. After the first fault all is zero and `ok` is false.
-class Unpacker {
- public:
-  Unpacker(const std::byte* bytes, std::size_t size) : bytes_(bytes), left_(size) {}
-
-  template <class T>
-  T number() {
-    T value{};
-    if (!ok_ || left_ < sizeof value) return ok_ = false, T{};
-    std::memcpy(&value, bytes_, sizeof value);
-    bytes_ += sizeof value, left_ -= sizeof value;
-    return value;
-  }
-  /// Byte by byte: a path with one byte changed is that of another file.
-  std::string path() {
-    const auto length = number<std::uint32_t>();
-    if (!ok_ || length > max_text_bytes || length > left_) return ok_ = false, std::string();
-    std::string value(reinterpret_cast<const char*>(bytes_), length);
-    bytes_ += length, left_ -= length;
-    return value;
-  }
-  /// Control characters become spaces: text of a file must not break a line or colour a terminal.
-  std::string text() {
-    std::string value = path();
-    for (char& c : value) {
-      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-    }
-    return value;
-  }
-  Vec3 vector() {
-    const auto x = number<double>(), y = number<double>(), z = number<double>();
-    return {x, y, z};
-  }
-  template <class T, class Get>
-  std::vector<T> list(Get get) {
-    std::vector<T> values;
-    const auto count = number<std::uint32_t>();
-    if (count > max_entries) ok_ = false;
-    for (std::uint32_t i = 0; ok_ && i < count; ++i) values.push_back(get());
-    return values;
-  }
-  template <class T, class Get>
-  std::optional<T> optional(Get get) {
-    return truth() ? std::optional<T>(get()) : std::nullopt;
-  }
-  bool truth() { return number<std::uint8_t>() != 0; }
-  bool at_end() const noexcept { return ok_ && left_ == 0; }
-  void refuse() noexcept { ok_ = false; }
-
- private:
-  const std::byte* bytes_;
-  std::size_t left_;
-  bool ok_ = true;
-};
 
 void pack(Packer& to, const ArrayLayout& m) {
   to.text(m.type), to.text(m.byte_order), to.text(m.axes), to.text(m.components);
@@ -136,6 +48,7 @@ void pack(Packer& to, const Request& m) {
   to.optional(m.time_s, [&](double t) { to.number(t); });
   to.optional(m.crop, [&](const Box& b) { to.vector(b.low_m), to.vector(b.high_m); });
   to.number(static_cast<std::uint8_t>(m.checksums)), to.number(static_cast<std::uint8_t>(m.listing));
+  to.number(static_cast<std::uint8_t>(m.store));
 }
 void unpack(Unpacker& from, Request& m) {
   m.path = from.path(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
@@ -150,7 +63,7 @@ void unpack(Unpacker& from, Request& m) {
     box.low_m = from.vector(), box.high_m = from.vector();
     return box;
   });
-  m.checksums = from.truth(), m.listing = from.truth();
+  m.checksums = from.truth(), m.listing = from.truth(), m.store = from.truth();
 }
 
 void pack(Packer& to, const FieldHeader& f) {
@@ -375,8 +288,8 @@ bool send(int socket, const Message& message, int descriptor, int second_descrip
 
 std::optional<Received> receive(int socket, bool& garbled, bool take) {
   garbled = false;
-  std::vector<std::byte> bytes(max_packet_bytes);
-  iovec part{bytes.data(), bytes.size()};
+  const auto bytes = std::make_unique_for_overwrite<std::byte[]>(max_packet_bytes);
+  iovec part{bytes.get(), max_packet_bytes};
   alignas(cmsghdr) char control[CMSG_SPACE(8 * sizeof(int))] = {};
   msghdr packet{};
   packet.msg_iov = &part, packet.msg_iovlen = 1;
@@ -401,7 +314,7 @@ std::optional<Received> receive(int socket, bool& garbled, bool take) {
     }
   }
   std::optional<Message> message;
-  if ((packet.msg_flags & MSG_TRUNC) == 0) message = unpacked(bytes.data(), static_cast<std::size_t>(size));
+  if ((packet.msg_flags & MSG_TRUNC) == 0) message = unpacked(bytes.get(), static_cast<std::size_t>(size));
   if (!message) {
     garbled = true;
     for (const int descriptor : descriptors) {

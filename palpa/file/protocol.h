@@ -12,6 +12,7 @@
 #include "palpa/data/grid.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/file/store_contents.h"
 
 /// Sequence over one SOCK_SEQPACKET pair, one message per packet:
 ///
@@ -23,11 +24,13 @@
 ///                                    ◄──  Done (files and their checksums; several, where they
 ///                                         are too many for a packet)         or Failure
 ///
+/// A store (`Request::store`) is answered by its StoreContents instead of a Header; store_protocol.h has the sequence.
+///
 /// Both ends check every message: a child that parses a damaged file is untrusted, and a child started by hand has no caller.
 /// Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 6;               ///< differs: incompatible programs
+inline constexpr std::uint16_t version = 7;               ///< differs: incompatible programs
 inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive allocates this
 inline constexpr int socket_descriptor = 3;               ///< palpa-read's end of the pair
 
@@ -45,6 +48,7 @@ struct Request {
   std::optional<Box> crop{};            ///< in the file's unit of length: region to resample
   bool checksums = true;                ///< request the files' checksums
   bool listing = false;                 ///< a file of which one array has to be named is answered by a header without fields
+  bool store = false;                   ///< chunks are requested one by one (store_protocol.h); only of an OME-Zarr store
 
   /// Not sent: source file of `path`, unpacked by the reader; empty: none.
   std::string packed{};
@@ -95,7 +99,28 @@ struct Failure {
   std::string sentence;  ///< "fault; remedy", without the file's name
 };
 
-using Message = std::variant<Request, Header, ReadRequest, Done, Failure>;
+/// Memory for chunks of a store, sent with one or two file descriptors: `slots` pieces of `slot_bytes`.
+struct StoreRoom {
+  std::int32_t slots = 1;
+  std::uint64_t slot_bytes = 0;
+};
+
+/// Request for a chunk of a store.
+struct ChunkRequest {
+  StoreChunk chunk;
+  std::int32_t slot = 0;  ///< of the room, with no request pending
+};
+
+/// Chunk that was read, or found absent or damaged.
+struct ChunkAnswer {
+  StoreChunk chunk;
+  std::int32_t slot = 0;
+  ChunkState state = ChunkState::present;
+  std::uint64_t bytes = 0;  ///< read from the store
+  std::string sentence{};   ///< of a damaged chunk
+};
+
+using Message = std::variant<Request, Header, ReadRequest, Done, Failure, StoreContents, StoreRoom, ChunkRequest, ChunkAnswer>;
 
 /// Bytes of a field's voxels; nullopt if dims, components or the product are invalid.
 std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept;

@@ -24,6 +24,7 @@
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
+#include "palpa/file/store_protocol.h"
 
 namespace palpa {
 namespace {
@@ -47,9 +48,10 @@ void check_file(const std::filesystem::path& path) {
   if (file.bytes() == 0) throw LoadError("is empty; get the whole file");
 }
 
-/// Bytes of a file, or of all files in a folder.
+/// Bytes of a file, or of all files in a folder; 0 for a store, whose files are too many to be counted.
 std::uint64_t bytes_of(const std::filesystem::path& file) {
   std::error_code problem;
+  if (protocol::is_store(file)) return 0;
   if (!std::filesystem::is_directory(file, problem)) return std::filesystem::file_size(file);
   std::uint64_t bytes = 0;
   for (std::filesystem::recursive_directory_iterator entry(file, problem), end; !problem && entry != end;
@@ -94,7 +96,10 @@ double metres_per_unit(const VolumeRequest& request, const Header& header, Volum
   const auto assumed = detail::length_unit(header.default_unit);
   if (!assumed) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
   volume.length_unit_assumed = true;
-  volume.warnings.push_back(std::string("says no unit of length: ") + (assumed->metres == 1 ? "metres" : "millimetres") +
+  volume.warnings.push_back(std::string("says no unit of length: ") +
+                            (assumed->metres == 1      ? "metres"
+                             : assumed->metres == 1e-6 ? "micrometres"
+                                                       : "millimetres") +
                             " are taken (length_unit takes another, in a scene or by --set)");
   return take(*assumed);
 }

@@ -10,8 +10,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <sstream>
 
@@ -36,6 +38,9 @@ bool can_be_run(const std::filesystem::path& program) {
   std::error_code none;
   return std::filesystem::is_regular_file(program, none) && ::access(program.c_str(), X_OK) == 0;
 }
+
+/// Longest wait for the end of a killed reader. Longer: a frozen mount holds the caller; shorter: zombies on a busy machine.
+constexpr auto longest_end = std::chrono::seconds(3);
 
 std::string seconds(double s) { return detail::text("%g s", s); }
 
@@ -131,18 +136,32 @@ int ReaderProcess::end() noexcept {
   ::kill(pid_, SIGKILL);
   int status = -1;
   pid_t reaped = 0;
-  do reaped = ::waitpid(pid_, &status, 0);
-  while (reaped < 0 && errno == EINTR);
+  // The system holds a killed process that waits for a frozen mount: the caller must not wait with it.
+  const Clock::time_point latest = Clock::now() + longest_end;
+  for (unsigned wait_us = 50; (reaped = ::waitpid(pid_, &status, WNOHANG)) <= 0; wait_us = std::min(2 * wait_us, 10'000U)) {
+    if ((reaped < 0 && errno != EINTR) || Clock::now() > latest) break;
+    ::usleep(wait_us);
+  }
   pid_ = -1;
-  return reaped < 0 ? -1 : status;
+  return reaped <= 0 ? -1 : status;
 }
 
-void ReaderProcess::send(const protocol::Message& message, const protocol::MemoryFiles& with) {
-  protocol::send(socket_, message, with.first, with.second);
+bool ReaderProcess::send(const protocol::Message& message, const protocol::MemoryFiles& with) {
+  pollfd ready{socket_, POLLOUT, 0};
+  const auto latest = Clock::now() + std::chrono::duration<double>(idle_limit_s_);
+  while (::poll(&ready, 1, static_cast<int>(look_every.count())) <= 0) {
+    if (stop_.stop_requested()) throw LoadError("was not read: it was cancelled; open it again");
+    if (Clock::now() > latest) {
+      end();
+      throw LoadError("cannot be read: palpa-read took no message for " + seconds(idle_limit_s_) +
+                      " and was ended; check that the disk answers");
+    }
+  }
+  return protocol::send(socket_, message, with.first, with.second);
 }
 
 protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t memory_bytes) {
-  last_progress_ = Clock::now();
+  begin_work();
   while (true) {
     pollfd ready{socket_, POLLIN, 0};
     const int events = ::poll(&ready, 1, static_cast<int>(look_every.count()));
@@ -151,6 +170,28 @@ protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t
     if (stop_.stop_requested()) throw LoadError("was not read: it was cancelled; open it again");
     watch(work_bytes, memory_bytes);
   }
+  return take();
+}
+
+std::optional<protocol::Message> ReaderProcess::receive_within(double timeout_s) {
+  pollfd ready{socket_, POLLIN, 0};
+  const timespec longest{static_cast<std::time_t>(timeout_s), static_cast<long>(1e9 * (timeout_s - std::floor(timeout_s)))};
+  const int events = ::ppoll(&ready, 1, &longest, nullptr);
+  if (events < 0 && errno != EINTR) report_end();
+  if (events <= 0) return std::nullopt;
+  return take();
+}
+
+void ReaderProcess::begin_work() {
+  last_progress_ = begin_of_work_ = Clock::now();
+  is_new_work_ = true;
+}
+
+double ReaderProcess::working_s() const noexcept {
+  return std::chrono::duration<double>(Clock::now() - begin_of_work_).count();
+}
+
+protocol::Message ReaderProcess::take() {
   bool garbled = false;
   auto received = protocol::receive(socket_, garbled);
   for (const int descriptor : {received ? received->descriptor : -1, received ? received->second_descriptor : -1}) {
@@ -161,7 +202,6 @@ protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t
   return std::move(received->message);
 }
 
-/// Ends a reader without progress for too long, or too large.
 void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) {
   const std::string process = "/proc/" + std::to_string(pid_);
 
@@ -187,7 +227,8 @@ void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) 
   const bool has_worked = cpu_ticks != last_cpu_ticks_;
   last_bytes_read_ = bytes_read;
   last_cpu_ticks_ = cpu_ticks;
-  if (has_read) cpu_ticks_at_read_ = cpu_ticks;
+  if (has_read || is_new_work_) cpu_ticks_at_read_ = cpu_ticks;
+  is_new_work_ = false;
   if (has_read || has_worked) last_progress_ = Clock::now();
 
   const double idle_s = std::chrono::duration<double>(Clock::now() - last_progress_).count();

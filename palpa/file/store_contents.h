@@ -16,6 +16,7 @@ struct StoreOctave {
   std::array<std::int64_t, 3> chunk{};    ///< [voxels] of a chunk along i, j, k
   std::array<std::int64_t, 3> shard{};    ///< [voxels] of a shard; equal to `chunk` without shards
   std::string codec;                      ///< in words: "blosc (lz4, bitshuffle)"
+  std::array<std::int64_t, 3> facts{};    ///< [chunks] of a chunk of facts along i, j, k; 0: the octave has none
   friend bool operator==(const StoreOctave&, const StoreOctave&) = default;
 };
 
@@ -26,7 +27,7 @@ struct StoreField {
   std::string file_type;                  ///< of the file: "int8"; `type` may be wider
   VoxelType type = VoxelType::uint8;      ///< of delivered voxels
   int components = 1;                     ///< 1 or 3
-  double fill = 0.0;                      ///< raw value of an absent chunk
+  double fill = 0.0;                      ///< [raw] value of an absent chunk
   friend bool operator==(const StoreField&, const StoreField&) = default;
 };
 
@@ -59,7 +60,7 @@ struct ChunkFacts {
   double min = 0.0;   ///< [raw] of all components
   double max = 0.0;   ///< [raw]
   double rms = 0.0;   ///< [raw] root mean square of what the next octave loses
-  double crc32 = 0.0; ///< [1] of the delivered voxels, little-endian; a whole number
+  double crc32 = 0.0; ///< [1] of the delivered voxels within the octave, i fastest, little-endian; a whole number
 };
 
 /// State of a chunk that was read.

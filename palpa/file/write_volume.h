@@ -22,13 +22,15 @@ struct WrittenField {
   /// finite without data (for types with fractions).
   using Slice = std::function<void(std::int64_t, double*)>;
   Slice slice;
+  /// All values in memory, in `type`, i fastest, the components of a voxel together, if the slices are these; else nullptr.
+  const std::byte* voxels = nullptr;
 };
 
 /// Content of a file beside its voxels.
 struct WrittenVolume {
   GridGeometry grid;
   bool medical_frame = false;        ///< stored in NRRD; VTI has no key for it, NIfTI no other frame
-  std::string length_unit = "m";     ///< of NRRD: "m" or "mm"; VTI is in metres, NIfTI in millimetres
+  std::string length_unit = "m";     ///< of NRRD: "m" or "mm"; of OME-Zarr also others; VTI is in metres, NIfTI in millimetres
   std::vector<WrittenField> fields;  ///< at least one; of NRRD and NIfTI exactly one
 };
 

@@ -117,7 +117,11 @@ class MapFeeler {
 class Progress {
  public:
   Progress(ForceMap& map, const MapOptions& options)
-      : map_(map), options_(options), ways_done_(std::count(map.done.begin(), map.done.end(), 1)) {}
+      : map_(map),
+        options_(options),
+        ways_(options.part.end(map.lattice.ways()) - options.part.first(map.lattice.ways())),
+        ways_done_(std::count(map.done.begin() + options.part.first(map.lattice.ways()),
+                              map.done.begin() + options.part.end(map.lattice.ways()), 1)) {}
 
   bool goes_on() const noexcept { return !problem_is_known_ && !(options_.stop && *options_.stop); }
 
@@ -126,7 +130,7 @@ class Progress {
     map_.done[static_cast<std::size_t>(way)] = 1;
     ++ways_done_;
     try {
-      if (options_.progress) options_.progress(static_cast<double>(ways_done_) / static_cast<double>(map_.done.size()));
+      if (options_.progress) options_.progress(static_cast<double>(ways_done_) / static_cast<double>(ways_));
       if (options_.keep && Clock::now() >= next_keeping_) keep();
     } catch (...) {
       problem_ = std::current_exception();
@@ -149,7 +153,7 @@ class Progress {
 
   ForceMap& map_;
   const MapOptions& options_;
-  std::int64_t ways_done_;
+  std::int64_t ways_, ways_done_;
   Clock::time_point next_keeping_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(least_between_keeping);
   std::mutex mutex_;
   std::exception_ptr problem_;
@@ -200,7 +204,8 @@ MapWork feel_map(const Scene& given, ForceMap& map, const MapOptions& options) {
   const Clock::time_point begin = Clock::now();
   const Scene scene = at_rest(given);
   std::vector<int> ways;
-  for (int way = 0; way < map.lattice.ways(); ++way) {
+  const int end = static_cast<int>(options.part.end(map.lattice.ways()));
+  for (int way = static_cast<int>(options.part.first(map.lattice.ways())); way < end; ++way) {
     if (map.done[static_cast<std::size_t>(way)] == 0) ways.push_back(way);
   }
   MapWork work;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <vector>
 
+#include "palpa/file/work_part.h"
 #include "palpa/scene/scene.h"
 #include "palpa/solver/vec3.h"
 
@@ -64,7 +65,8 @@ struct ForceMap {
 struct MapOptions {
   int threads = 0;                          ///< [1] sampling threads; 0: one per core
   const std::atomic<bool>* stop = nullptr;  ///< set from any thread: no further path begins
-  /// Called with the share of finished paths, 0…1, by one of the threads; may be empty.
+  WorkPart part{};                          ///< contiguous paths, x fastest; the others stay as they are
+  /// Called with the share of finished paths of the part, 0…1, by one of the threads; may be empty.
   std::function<void(double)> progress{};
   /// Called every few seconds with the map so far, by one of the threads while the others continue; an exception ends the map
   /// and is rethrown. May be empty.

@@ -1,7 +1,9 @@
 #include "palpa/study/map_file.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
+#include <system_error>
 
 #include "palpa/base/input_file.h"
 #include "palpa/base/printed.h"
@@ -40,6 +42,27 @@ std::string identity_of_map(const Scene& scene, const std::vector<fs::path>& plu
 }
 
 fs::path kept_map_file(const fs::path& map) { return fs::path(map) += ".part"; }
+
+fs::path map_part_file(const fs::path& map, int part) { return fs::path(map) += ".part-" + std::to_string(part); }
+
+std::vector<fs::path> map_part_files(const fs::path& map) {
+  const std::string begin = map.filename().string() + ".part-";
+  std::vector<std::pair<int, fs::path>> found;
+  std::error_code error;
+  for (fs::directory_iterator entry(map.has_parent_path() ? map.parent_path() : fs::path("."), error), end;
+       !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with(begin)) continue;
+    int part = 0;
+    const auto [rest, problem] = std::from_chars(name.data() + begin.size(), name.data() + name.size(), part);
+    if (problem == std::errc{} && rest == name.data() + name.size() && part > 0)
+      found.emplace_back(part, map_part_file(map, part));
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<fs::path> files;
+  for (auto& [part, file] : found) files.push_back(std::move(file));
+  return files;
+}
 
 void keep_map(const ForceMap& map, const std::string& identity, const fs::path& file) {
   std::string bytes = header(identity);
@@ -86,7 +109,7 @@ KeptMap take_kept_map(ForceMap& map, const std::string& identity, const fs::path
       map.points[map.lattice.number(i, j, k)] = point_of(numbers);
     }
   }
-  map.done = done;
+  for (std::size_t way = 0; way < done.size(); ++way) map.done[way] |= done[way];
   return KeptMap::taken;
 }
 
@@ -103,7 +126,7 @@ void write_map(const ForceMap& map, const Similarity& hand_to_world, const fs::p
                                for (const MapPoint* point = first; point != first + slice; ++point) to = put(*point, to);
                              }});
   };
-  const auto force = [&hand_to_world](Vec3 MapPoint::*member) {
+  const auto force = [&hand_to_world](Vec3 MapPoint::* member) {
     return [&hand_to_world, member](const MapPoint& point, double* to) {
       const Vec3 world_n = hand_to_world.turned_to_world(point.*member);
       to[0] = world_n.x, to[1] = world_n.y, to[2] = world_n.z;

@@ -18,6 +18,11 @@ std::string identity_of_map(const Scene& scene, const std::vector<std::filesyste
 /// File of an unfinished map's paths: the map's name with the suffix `.part`.
 std::filesystem::path kept_map_file(const std::filesystem::path& map);
 
+/// File of a part of a map: the map's name with the suffix `.part-3`.
+std::filesystem::path map_part_file(const std::filesystem::path& map, int part);
+/// Files of parts of a map that are there, by their numbers. Allocates; reads the folder.
+std::vector<std::filesystem::path> map_part_files(const std::filesystem::path& map);
+
 /// Writes the finished paths, replacing the previous file. Throws LoadError.
 void keep_map(const ForceMap& map, const std::string& identity, const std::filesystem::path& file);
 
@@ -27,7 +32,7 @@ enum class KeptMap : std::uint8_t {
   another,  ///< other scene, data or positions, or truncated: may be replaced
   taken,    ///< its paths are now in the map
 };
-/// Loads kept paths into a map of an equal lattice and identity. Throws LoadError on a file not written by `keep_map`: it
+/// Adds kept paths to a map of an equal lattice and identity. Throws LoadError on a file not written by `keep_map`: it
 /// belongs to others.
 KeptMap take_kept_map(ForceMap& map, const std::string& identity, const std::filesystem::path& file);
 

@@ -81,6 +81,7 @@ from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneHand, SceneMode,
 from ._parameters import Named as _Named, say_what_cannot_be_set as _say_what_cannot_be_set
 from ._renamed import keep_old_names as _keep_old_names, old_names_of as _old_names_of
 from ._session import Ticks, modes as _modes_of_session, not_pickled as _not_pickled, rollout, ticks as _ticks
+from ._store import Store, open_store, prepare
 from ._trace import LawComparison, Replay, Trace, compare_laws, run
 from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_pyvista, to_vtk
 

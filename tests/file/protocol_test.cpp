@@ -11,6 +11,7 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/file/protocol_memory.h"
+#include "palpa/file/store_protocol.h"
 
 namespace palpa::protocol {
 namespace protocol_test {
@@ -49,6 +50,80 @@ TEST(Protocol, EveryMessageComesBackAsItWas) {
     EXPECT_EQ(again->index(), message.index());
     EXPECT_EQ(packed(*again), bytes);
   }
+}
+
+StoreContents sample_contents() {
+  StoreContents contents;
+  contents.format = "OME-Zarr 0.4, Zarr v2", contents.length_unit = "um", contents.length_unit_assumed = true;
+  contents.fields = {{"p", "Pa", "int8", VoxelType::int16, 1, -3.0}, {"u", "", "float32", VoxelType::float32, 3, 0.0}};
+  for (const std::int64_t side : {200, 100}) {
+    StoreOctave octave{.chunk = {32, 16, 8}, .shard = {64, 64, 64}, .codec = "blosc (lz4, bitshuffle)", .facts = {4, 4, 4}};
+    octave.grid.dims = {side, side, side};
+    octave.grid.index_to_world_m = {{{1e-6, 0, 0}, {0, 2e-6, 0}, {0, 0, 3e-6}}};
+    octave.grid.origin_m = {1, 2, 3};
+    contents.octaves.push_back(octave);
+  }
+  contents.frames = 5, contents.period_s = 0.25, contents.prepared = true, contents.warnings = {"one", "two"};
+  return contents;
+}
+
+TEST(Protocol, MessagesOfStoresComeBackAsTheyWere) {
+  const StoreContents contents = sample_contents();
+  const auto packet = packed(contents);
+  const auto back = unpacked(packet.data(), packet.size());
+  ASSERT_TRUE(back && std::holds_alternative<StoreContents>(*back));
+  EXPECT_EQ(std::get<StoreContents>(*back), contents);
+  const StoreChunk chunk{1, 4, 1, true, {-1, 1LL << 40, 3}};
+  for (const Message& message : {Message(StoreRoom{16, 65536}), Message(ChunkRequest{chunk, 7}),
+                                 Message(ChunkAnswer{chunk, 7, ChunkState::damaged, 99, "'0/1': is cut"})}) {
+    const auto bytes = packed(message);
+    const auto again = unpacked(bytes.data(), bytes.size());
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->index(), message.index());
+    EXPECT_EQ(packed(*again), bytes);
+  }
+  auto bytes = packed(ChunkAnswer{chunk, 7, static_cast<ChunkState>(3), 99, ""});
+  EXPECT_FALSE(unpacked(bytes.data(), bytes.size()));
+}
+
+TEST(Protocol, ContentsOfStoresAreChecked) {
+  EXPECT_EQ(problem_with(sample_contents()), nullptr);
+  const auto is_refused = [](const auto& change) {
+    StoreContents contents = sample_contents();
+    change(contents);
+    return problem_with(contents) != nullptr;
+  };
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.fields.clear(); }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.fields[1].components = 2; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves.clear(); }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves.resize(25, c.octaves[0]); }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[0].grid.dims[1] = 0; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[0].grid.dims[1] = (1 << 18) + 1; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[1].chunk[2] = -1; }));
+  EXPECT_TRUE(is_refused(
+      [](StoreContents& c) { c.octaves[1].chunk = {1 << 18, 1 << 18, 1 << 18}, c.octaves[1].shard = c.octaves[1].chunk; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[1].shard[2] = 12; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[1].facts = {65, 65, 65}; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[1].facts = {0, 4, 4}; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[0].grid.origin_m.x = std::numeric_limits<double>::quiet_NaN(); }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.octaves[0].grid.index_to_world_m.row[1] = {}; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.frames = 0; }));
+  EXPECT_TRUE(is_refused([](StoreContents& c) { c.period_s = -1.0; }));
+}
+
+TEST(Protocol, SlotsHoldEveryChunkThatHasAPlace) {
+  const StoreContents contents = sample_contents();
+  EXPECT_EQ(content_bytes(contents, {}), 32u * 16 * 8 * 2);
+  EXPECT_EQ(content_bytes(contents, {.field = 1}), 32u * 16 * 8 * 12);
+  EXPECT_EQ(content_bytes(contents, {.facts = true}), 64u * 32);
+  EXPECT_EQ(slot_bytes(contents), 65536u);
+  EXPECT_TRUE(has_place(contents, {.octave = 1, .frame = 4, .field = 1, .at = {3, 6, 12}}));
+  EXPECT_FALSE(has_place(contents, {.octave = 1, .at = {4, 0, 0}}));
+  EXPECT_TRUE(has_place(contents, {.facts = true, .at = {1, 3, 6}}));
+  EXPECT_FALSE(has_place(contents, {.facts = true, .at = {2, 3, 6}}));
+  for (const StoreChunk& chunk :
+       {StoreChunk{.octave = 2}, {.octave = -1}, {.frame = 5}, {.frame = -1}, {.field = 2}, {.at = {0, 0, -1}}})
+    EXPECT_FALSE(has_place(contents, chunk));
 }
 
 TEST(Protocol, ListsOfPartsAreCutWhereAPacketHoldsNoMore) {

@@ -11,6 +11,52 @@
 #include <vector>
 
 #include "palpa/file/protocol.h"
+#include "palpa/file/protocol_memory.h"
+#include "palpa/file/store_protocol.h"
+
+namespace {
+
+/// Store of 2 × 2 × 2 chunks, whose voxels have the number of their request.
+int serve_store(const std::string& part, int socket) {
+  using namespace palpa;
+  using namespace palpa::protocol;
+  StoreContents contents;
+  contents.format = "stand-in";
+  contents.fields = {{.name = "value", .file_type = "uint8"}};
+  contents.octaves = {{.chunk = {4, 4, 4}, .shard = {4, 4, 4}, .codec = "raw"}};
+  contents.octaves[0].grid.dims = {8, 8, 8};
+  if (part == "huge store") contents.octaves[0].grid.dims[0] = INT64_MAX;
+  if (part == "no field of a store") contents.fields.clear();
+  send(socket, contents);
+  bool garbled = false;
+  const auto room = receive(socket, garbled);
+  if (!room || !std::holds_alternative<StoreRoom>(room->message)) return 1;
+  const auto& slots = std::get<StoreRoom>(room->message);
+  const std::uint64_t bytes = slots.slot_bytes * static_cast<std::uint64_t>(slots.slots);
+  const Memory memory = mapped({room->descriptor, room->second_descriptor}, bytes, true);
+  if (part == "shrink" && ::ftruncate(room->descriptor, 1) == 0) return 3;
+  if (part == "unasked chunk") send(socket, ChunkAnswer{{}, 0});
+  for (unsigned char n = 1;; ++n) {
+    const auto asked = receive(socket, garbled);
+    if (!asked || !std::holds_alternative<ChunkRequest>(asked->message)) return 0;
+    const auto request = std::get<ChunkRequest>(asked->message);
+    ChunkAnswer answer{request.chunk, request.slot, ChunkState::present, 64};
+    std::memset(memory.all.get() + static_cast<std::uint64_t>(request.slot) * slots.slot_bytes, n, 64);
+    if (part == "another slot") answer.slot = 1;
+    if (part == "slot beyond") answer.slot = 1'000'000;
+    if (part == "another chunk") answer.chunk.at[0] = 1;
+    if (part == "two answers") send(socket, answer);
+    if (part == "hang with a chunk") ::pause();
+    if (part == "spin with a chunk")
+      for (volatile bool goes_on = true; goes_on;) continue;
+    if (part == "killed with a chunk") std::raise(SIGKILL);
+    if (part == "words") answer.state = ChunkState::damaged, answer.sentence = "a\nb\x9b[31m" + std::string(4000, 'x');
+    if (part == "refuse a chunk") send(socket, Failure{"has enough; ask no more"});
+    send(socket, answer);
+  }
+}
+
+}  // namespace
 
 int main() {
   using namespace palpa;
@@ -30,8 +76,7 @@ int main() {
     ::pthread_attr_setstacksize(&small, 1 << 16);
     pthread_t thread{};
     for (int made = 0; made < 3000; ++made)  // bounded, so that the test is harmless
-      ::pthread_create(
-          &thread, &small, [](void*) -> void* { return ::pause(), nullptr; }, nullptr);
+      ::pthread_create(&thread, &small, [](void*) -> void* { return ::pause(), nullptr; }, nullptr);
     ::pause();
   }
   auto request = receive(socket, garbled);
@@ -60,6 +105,9 @@ int main() {
     send(socket, Failure{"is not liked; " + std::string(4000, 'x')});
     return 1;
   }
+
+  if (const auto* asked = std::get_if<Request>(&request->message); asked != nullptr && asked->store)
+    return serve_store(part, socket);
 
   Header header;
   header.format = "nrrd", header.default_unit = "mm";

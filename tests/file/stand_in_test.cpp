@@ -16,6 +16,7 @@
 #include "palpa/data/grid.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/file/store_reader.h"
 
 namespace palpa {
 namespace stand_in_test {
@@ -87,6 +88,66 @@ TEST_F(StandIn, AWellBehavedReaderGivesAVolumeThatStays) {
   EXPECT_EQ(volume.warnings.back(), "a late warning");
   ::setenv("STAND_IN", "stay", 1);
   EXPECT_NEAR(read().fields[0].field->scalar({1e-3, 1e-3, 1e-3}).value, 21.0, 1e-9);
+}
+
+class StoreStandIn : public StandIn {
+ protected:
+  /// Reads two chunks of a store that its reader serves so; returns the error, without the file's name.
+  std::string store_error(const char* part) {
+    ::setenv("STAND_IN", part, 1);
+    try {
+      StoreReader store(file_, options_, 4);
+      store.request({}, 0);
+      for (int n = 0; n < 100; ++n) {
+        if (const auto read = store.next(0.1)) sentence_ = read->sentence;
+      }
+    } catch (const LoadError& problem) {
+      const std::string text = problem.what();
+      EXPECT_EQ(text.rfind(file_.string() + ": ", 0), 0U) << text;
+      EXPECT_NE(text.find("; "), std::string::npos) << text;
+      return text.substr(file_.string().size() + 2);
+    }
+    return {};
+  }
+  void expect_store_error(const char* part, const std::string& of) {
+    const std::string text = store_error(part);
+    EXPECT_NE(text.find(of), std::string::npos) << part << ": " << text;
+  }
+  std::string sentence_;
+};
+
+TEST_F(StoreStandIn, AWellBehavedReaderFillsSlotsAsLongAsItIsAsked) {
+  StoreReader store(file_, options_, 3);
+  EXPECT_EQ(store.contents().format, "stand-in");
+  for (int n = 1; n < 50; ++n) {
+    store.request({.at = {1, 0, 1}}, n % 3);
+    const auto read = store.next(10.0);
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->bytes, 64U);
+    EXPECT_EQ(store.content(n % 3).size(), 64U);
+    EXPECT_EQ(static_cast<int>(store.content(n % 3)[63]), n);
+  }
+}
+
+TEST_F(StoreStandIn, ReadersThatSayWhatCannotBe) {
+  expect_store_error("huge store", "has an octave of no voxel, or of more than 262144, along an axis");
+  expect_store_error("no field of a store", "has no field, or more than 256");
+  for (const char* part : {"unasked chunk", "another slot", "slot beyond", "another chunk", "two answers", "wrong turn"})
+    expect_store_error(part, "answered out of turn");
+  expect_store_error("nonsense", "does not speak as this program does");
+  expect_store_error("failure", "is not liked; bring another");
+  expect_store_error("refuse a chunk", "has enough; ask no more");
+  EXPECT_EQ(store_error("words"), "");
+  EXPECT_LE(sentence_.size(), 2000U);
+  EXPECT_EQ(sentence_.find_first_of("\n\x9b"), std::string::npos);
+}
+
+TEST_F(StoreStandIn, ReadersThatEndOrGoOnForEver) {
+  expect_store_error("exit at once", "code 7");
+  expect_store_error("killed with a chunk", "signal 9");
+  expect_store_error("hang with a chunk", "made no progress for 0.5 s");
+  expect_store_error("spin with a chunk", "computed for 0.5 s without reading on");
+  EXPECT_EQ(store_error("shrink"), "");  // which the seal refuses
 }
 
 TEST_F(StandIn, ReadersThatEndEarly) {

@@ -14,6 +14,7 @@
 #include "palpa/base/sanitized.h"
 #include "palpa/base/toml_problem.h"
 #include "palpa/device/hand.h"
+#include "palpa/file/store_protocol.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
 
@@ -63,6 +64,22 @@ std::string broken_by_header(const Header& header) {
   return {};
 }
 
+/// Sizes of a valid store are small, and its last chunk has a place.
+std::string broken_by_contents(const StoreContents& contents) {
+  if (problem_with(contents) != nullptr) return {};
+  const std::uint64_t most_bytes = slot_bytes(contents);
+  if (most_bytes > most_chunk_bytes + (std::uint64_t{1} << 24)) return "a slot is no larger than a chunk";
+  for (std::size_t n = 0; n < contents.octaves.size(); ++n) {
+    const StoreOctave& octave = contents.octaves[n];
+    StoreChunk last{.octave = static_cast<std::int32_t>(n), .frame = contents.frames - 1};
+    for (std::size_t a = 0; a < 3; ++a) last.at[a] = (octave.grid.dims[a] - 1) / octave.chunk[a];
+    if (!has_place(contents, last) || content_bytes(contents, last) > most_bytes) return "a chunk has a place in a slot";
+    ++last.at[0];
+    if (has_place(contents, last)) return "there is no chunk beyond the last";
+  }
+  return {};
+}
+
 std::vector<std::string> seeds_of_packets() {
   FieldHeader field;
   field.name = "value", field.unit = "HU";
@@ -75,8 +92,19 @@ std::vector<std::string> seeds_of_packets() {
   header.scan.emplace_back(), header.fields = {field, planes};
   Request request{.path = "a folder/a.nrrd", .as = "vector", .frame = 2, .max_bytes = 1000};
   request.partners = {"b"}, request.time_s = 0.5, request.crop = Box{{0, 0, 0}, {1, 1, 1}};
-  const std::vector<Message> messages{header, request, Done{{{"a file", 100, "00"}}, {"late"}, {{}}, true},
-                                      Failure{"is not liked; bring another"}, ReadRequest{{0, 2}, 3}};
+  StoreContents contents{.format = "OME-Zarr 0.4, Zarr v2", .length_unit = "um", .warnings = {"a warning"}};
+  contents.fields = {{.name = "value", .file_type = "uint8"}};
+  contents.octaves = {{.chunk = {32, 32, 32}, .shard = {64, 64, 64}, .codec = "blosc (lz4)", .facts = {4, 4, 4}}};
+  contents.octaves.front().grid.dims = {300, 200, 100};
+  const std::vector<Message> messages{header,
+                                      request,
+                                      Done{{{"a file", 100, "00"}}, {"late"}, {{}}, true},
+                                      Failure{"is not liked; bring another"},
+                                      ReadRequest{{0, 2}, 3},
+                                      contents,
+                                      StoreRoom{4, 65536},
+                                      ChunkRequest{{.octave = 1}, 2},
+                                      ChunkAnswer{{.octave = 1}, 2, ChunkState::damaged, 99, "'0/1': is cut"}};
   std::vector<std::string> seeds;
   for (const Message& message : messages) seeds.push_back(bytes_of(message));
   return seeds;
@@ -290,6 +318,7 @@ std::string broken_by_packet(std::string_view bytes, const fs::path&) {
   const std::vector<std::byte> packet = packed(*message);
   const auto again = unpacked(packet.data(), packet.size());
   if (!again || packed(*again) != packet) return "a message that was unpacked is packed and unpacked to the same";
+  if (const auto* contents = std::get_if<StoreContents>(&*message)) return broken_by_contents(*contents);
   const Header* header = std::get_if<Header>(&*message);
   return header ? broken_by_header(*header) : std::string();
 }

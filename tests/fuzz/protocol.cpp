@@ -10,6 +10,7 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/file/store_reader.h"
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/hostile_acts.h"
 #include "tests/fuzz/parsers.h"
@@ -51,8 +52,55 @@ Header any_header(Choices& choices) {
   return header;
 }
 
+StoreContents any_contents(Choices& choices) {
+  StoreContents contents;
+  contents.format = "OME-Zarr", contents.length_unit = choices.bytes(choices.below(4));
+  contents.warnings.assign(choices.below(3), choices.bytes(choices.below(20)));
+  for (std::uint64_t n = 1 + choices.below(2); n > 0; --n) {
+    StoreField field{.name = "f", .type = static_cast<VoxelType>(choices.below(6)), .components = choices.one_in(3) ? 3 : 1};
+    if (choices.one_in(8)) field.components = static_cast<std::int32_t>(choices.below(7)) - 2;
+    contents.fields.push_back(field);
+  }
+  constexpr std::array<std::int64_t, 6> odd_sides{0, -1, INT64_MAX, INT64_MIN, std::int64_t{1} << 32, 3'000'000};
+  for (std::uint64_t n = 1 + choices.below(2); n > 0; --n) {
+    StoreOctave octave{.chunk = {4, 4, 4}, .shard = {8, 8, 8}, .codec = "raw"};
+    octave.grid.dims = {16, 16, 1 + static_cast<std::int64_t>(choices.below(20))};
+    if (choices.one_in(4)) octave.facts = {2, 2, 2};
+    for (auto* sides : {&octave.grid.dims, &octave.chunk, &octave.shard, &octave.facts})
+      if (choices.one_in(16)) (*sides)[choices.below(3)] = choices.one_of(odd_sides);
+    if (choices.one_in(16)) octave.grid.origin_m.x = odd_number(choices, 1.0);
+    if (choices.one_in(16)) octave.grid.index_to_world_m.row[choices.below(3)].y = odd_number(choices, 1.0);
+    contents.octaves.push_back(octave);
+  }
+  if (choices.one_in(8)) contents.frames = static_cast<std::int32_t>(choices.below(1 << 20)) - 5;
+  if (choices.one_in(8)) contents.period_s = odd_number(choices, 1.0);
+  return contents;
+}
+
+StoreChunk any_chunk(Choices& choices) {
+  StoreChunk chunk;
+  if (choices.one_in(4)) chunk.octave = static_cast<std::int32_t>(choices.below(4)) - 1;
+  if (choices.one_in(8)) chunk.frame = static_cast<std::int32_t>(choices.below(4)) - 1;
+  if (choices.one_in(8)) chunk.field = static_cast<std::int32_t>(choices.below(4)) - 1;
+  if (choices.one_in(4)) chunk.facts = true;
+  for (std::int64_t& at : chunk.at) at = static_cast<std::int64_t>(choices.below(3)) - (choices.one_in(16) ? 1 : 0);
+  return chunk;
+}
+
+ChunkAnswer any_answer(Choices& choices) {
+  ChunkAnswer answer{.chunk = any_chunk(choices),
+                     .slot = static_cast<std::int32_t>(choices.below(5)) - (choices.one_in(8) ? 1 : 0)};
+  answer.state = static_cast<ChunkState>(choices.below(3));
+  answer.bytes = UINT64_MAX >> choices.below(64), answer.sentence = choices.bytes(choices.below(30));
+  return answer;
+}
+
 Message any_message(Choices& choices) {
-  switch (choices.below(5)) {
+  switch (choices.below(9)) {
+    case 5: return any_contents(choices);
+    case 6: return StoreRoom{static_cast<std::int32_t>(choices.below(9)) - 2, UINT64_MAX >> choices.below(64)};
+    case 7: return ChunkRequest{any_chunk(choices), static_cast<std::int32_t>(choices.below(9)) - 2};
+    case 8: return any_answer(choices);
     case 0: return any_header(choices);
     case 1: return Done{{{"a file", choices.below(100), "00"}}, {choices.bytes(choices.below(10))}, {}, choices.one_in(3)};
     case 2: return Failure{choices.bytes(choices.below(60))};
@@ -120,6 +168,50 @@ Tried hostile_reader(Choices& choices, const fs::path& folder) {
   return result;
 }
 
+/// For any reader of a store the caller gets chunks or a one-line error, in time, and leaks nothing.
+Tried hostile_store(Choices& choices, const fs::path& folder) {
+  fs::create_directories(folder / "a.zarr");
+  std::ofstream(folder / "a.zarr" / ".zgroup") << "{}";
+  {
+    std::ofstream acts(folder / "acts", std::ios::binary);
+    const auto packet = [&](const Message& message) {
+      put_act(acts, {Act::send, choices.one_in(4) ? damaged(choices, bytes_of(message)) : bytes_of(message)});
+    };
+    put_act(acts, {Act::receive});
+    packet(choices.one_in(8) ? any_message(choices) : Message(any_contents(choices)));
+    put_act(acts, {Act::receive});
+    for (int n = 0; n < 4; ++n) {
+      put_act(acts, {Act::receive});
+      for (const Act::Kind kind : {Act::shrink, Act::crash, Act::hang, Act::spin, Act::close})
+        if (choices.one_in(20)) put_act(acts, {kind});
+      ChunkAnswer answer{.slot = n, .state = static_cast<ChunkState>(choices.below(3))};
+      packet(choices.one_in(8) ? any_message(choices) : choices.one_in(4) ? Message(any_answer(choices)) : Message(answer));
+    }
+    if (choices.one_in(3)) put_act(acts, {Act::hang});
+  }
+  ::setenv("PALPA_HOSTILE", (folder / "acts").c_str(), 1);
+  ReadOptions options;
+  options.reader = PALPA_HOSTILE_READER;
+  options.idle_limit_s = 0.3;
+  options.max_bytes = 400'000'000;
+  const std::size_t descriptors = open_descriptors();
+  Tried result;
+  try {
+    StoreReader store(folder / "a.zarr", options, 4);
+    for (int slot = 0; slot < 4; ++slot) store.request({}, slot);
+    for (int n = 0; n < 4; ++n) {
+      if (const auto read = store.next(1.0); read && (read->slot < 0 || read->slot > 3 || store.content(read->slot).empty()))
+        result.broken = "a chunk is in a slot";
+    }
+  } catch (const LoadError& error) {
+    result.broken = broken_by_refusal(error.what());
+    result.refused = 1;
+  }
+  if (open_descriptors() != descriptors) result.broken = "no descriptor is left";
+  if (::waitpid(-1, nullptr, WNOHANG) != -1) result.broken = "no child is left";
+  return result;
+}
+
 }  // namespace
 
 void add_protocol(std::vector<Campaign>& to) {
@@ -129,7 +221,12 @@ void add_protocol(std::vector<Campaign>& to) {
   to.push_back({.name = "reader",
                 .of = "readers",
                 .long_tries = 20'000,
-                .begin = [](const fs::path&) { return Attempt(hostile_reader); },
+                .begin =
+                    [](const fs::path&) {
+                      return Attempt([](Choices& choices, const fs::path& folder) {
+                        return choices.one_in(2) ? hostile_store(choices, folder) : hostile_reader(choices, folder);
+                      });
+                    },
                 .patience_s = 120.0});  // a reader may compute for seconds, which a busy machine makes a minute
   for (const Parser& parser : parsers()) {
     if (parser.name == "packet") continue;  // which has its own campaign, of messages with any content

@@ -24,6 +24,7 @@
 #include "palpa/data/grid.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/file/store_reader.h"
 
 namespace palpa {
 namespace cage_test {
@@ -54,9 +55,14 @@ class Caged : public ::testing::Test {
     std::ofstream(file, std::ios::binary) << bytes;
     return file;
   }
-  static std::string error_of(const fs::path& file, const ReadOptions& options = {}) {
+  /// \param as_store  opens it for its chunks, by palpa-read-zarr
+  static std::string error_of(const fs::path& file, const ReadOptions& options = {}, bool as_store = false) {
     try {
-      read_volume(file, options);
+      if (as_store) {
+        const StoreReader store(file, options, 1);
+      } else {
+        read_volume(file, options);
+      }
     } catch (const LoadError& problem) {
       return problem.what();
     }
@@ -67,7 +73,8 @@ class Caged : public ::testing::Test {
   fs::path folder_;
 };
 
-class Escapes : public Caged {
+/// Of a reader of files, and of one that serves the chunks of a store.
+class Escapes : public Caged, public testing::WithParamInterface<bool> {
  protected:
   void SetUp() override {
     Caged::SetUp();
@@ -92,12 +99,12 @@ class Escapes : public Caged {
     ::setenv("CAGE", caged ? "" : "none", 1);
     ReadOptions options;
     options.reader = ESCAPING_READER;
-    const fs::path file = inside() / "a.nrrd";
+    const fs::path file = GetParam() ? inside() : inside() / "a.nrrd";
     // The reader gets this program's standard output, which is a file meanwhile.
     std::fflush(stdout);
     const int console = ::dup(STDOUT_FILENO), output = ::creat((outside() / "output").c_str(), 0600);
     ::dup2(output, STDOUT_FILENO);
-    const std::string error = error_of(file, options);
+    const std::string error = error_of(file, options, GetParam());
     ::dup2(console, STDOUT_FILENO);
     for (const int descriptor : {console, output}) ::close(descriptor);
     EXPECT_THAT(error, StartsWith(file.string() + ": "));
@@ -155,7 +162,9 @@ bool needs_landlock(const std::string& escape) {
          escape == "read the parent's environment" || escape == "read the caller's memory as a file";
 }
 
-TEST_F(Escapes, AreAllRefused) {
+INSTANTIATE_TEST_SUITE_P(OfFilesAndStores, Escapes, testing::Bool());
+
+TEST_P(Escapes, AreAllRefused) {
   const std::string lacking = tried("which parts are lacking?", true);
   if (lacking.find("sanitizer") != std::string::npos) GTEST_SKIP() << "this build has no cage: " << lacking;
   const std::vector<std::string> escapes = lines_of(std::string("'") + ESCAPING_READER + "' --list");
@@ -179,7 +188,7 @@ TEST_F(Escapes, AreAllRefused) {
 }
 
 // Else the test above could not fail.
-TEST_F(Escapes, SucceedWithoutTheCage) {
+TEST_P(Escapes, SucceedWithoutTheCage) {
   for (const std::string& escape : lines_of(std::string("'") + ESCAPING_READER + "' --list")) {
     const std::string how = tried(escape, false);
     const bool became = escape.find("become a program") == 0;

@@ -11,6 +11,9 @@
 #include "files.h"
 #include "palpa/data/read_series.h"
 #include "palpa/data/volume.h"
+#include "palpa/file/octave_places.h"
+#include "palpa/file/store_chunks.h"
+#include "palpa/file/store_survey.h"
 
 namespace palpa::test {
 namespace {
@@ -46,11 +49,43 @@ struct Outcome {
   double spent_s = 0.0;
 };
 
-Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOptions& options, MutationResult& result) {
+/// Reads all chunks of a store, and what info says of it.
+void read_store(const fs::path& store, const ReadOptions& options, MutationResult& result) {
+  StoreReader reader(store, options, 4);
+  const StoreContents& contents = reader.contents();
+  for (std::size_t n = 0; n < contents.octaves.size(); ++n) {
+    const StoreOctave& octave = contents.octaves[n];
+    std::vector<StoreChunk> chunks;
+    const auto along = chunks_along(octave);
+    // A damaged length may be of millions of chunks.
+    for (std::int64_t k = 0; k < std::min<std::int64_t>(along[2], 4); ++k)
+      for (std::int64_t j = 0; j < std::min<std::int64_t>(along[1], 4); ++j)
+        for (std::int64_t i = 0; i < std::min<std::int64_t>(along[0], 4); ++i)
+          chunks.push_back({.octave = static_cast<std::int32_t>(n), .at = {i, j, k}});
+    if (octave.facts[0] > 0) chunks.push_back({.octave = static_cast<std::int32_t>(n), .facts = true});
+    read_chunks(reader, chunks, [&](const StoreRead& read, std::span<const std::byte> content) {
+      if ((read.state == ChunkState::present) == content.empty()) result.wrong.push_back("a chunk without content");
+      if ((read.state == ChunkState::damaged) == read.sentence.empty())
+        result.wrong.push_back("a damaged chunk without a sentence");
+      if (read.sentence.find('\n') != std::string::npos) result.wrong.push_back(read.sentence);
+    });
+  }
+  octave_places(reader);
+  survey(reader, 2.0);
+}
+
+Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOptions& options, MutationResult& result,
+                bool chunks = false) {
   Outcome outcome;
   const double begin_s = processor_s();
   const std::string place = request.files.front().string() + (frames.empty() ? ": " : "/");
   try {
+    if (chunks) {
+      read_store(request.files.front(), options, result);
+      ++result.read;
+      outcome.spent_s = processor_s() - begin_s;
+      return outcome;
+    }
     if (!frames.empty()) request.files = files_matching(request.files.front() / frames);
     const Volume volume = frames.empty() ? read_volume(request, options)
                                          : read_series(request, 0.1, BetweenFrames::linear, volume_reader(options));
@@ -104,7 +139,7 @@ class DamagedSet::State {
       targets_.insert(targets_.end(), set.with.begin(), set.with.end());
     }
     MutationResult unused;
-    undamaged_ = look_at(request_, set_.frames, options_, unused);
+    undamaged_ = look_at(request_, set_.frames, options_, unused, set_.chunks);
     true_peak_bytes_ = peak_bytes_of(RUSAGE_CHILDREN);
   }
 
@@ -120,7 +155,7 @@ class DamagedSet::State {
     // Until exec a child counts with this process's memory, which has held larger volumes.
     const double own_bytes = peak_bytes_of(RUSAGE_SELF);
     const double before_bytes = std::max({peak_bytes_of(RUSAGE_CHILDREN), true_peak_bytes_, own_bytes});
-    const Outcome outcome = look_at(request_, set_.frames, options_, result);
+    const Outcome outcome = look_at(request_, set_.frames, options_, result, set_.chunks);
     result.slowest_s = std::max(result.slowest_s, outcome.spent_s);
     if (outcome.spent_s > options_.idle_limit_s + 1.0)
       result.wrong.push_back("a file kept it for " + std::to_string(outcome.spent_s) + " s of the processor");

@@ -6,6 +6,7 @@
 #include "dicom_file.h"
 #include "hdf5_file.h"
 #include "openfoam_case.h"
+#include "zarr_file.h"
 
 namespace palpa::test {
 namespace {
@@ -238,6 +239,31 @@ SetToDamage dicom_deflated() {
           }};
 }
 
+/// A store of two octaves with facts, in many small files, or in shards whose index is at their end or start.
+SetToDamage store(const std::string& name, int format, bool chunks) {
+  SetToDamage set{name, [=](const TemporaryFolder& folder) {
+                    const fs::path path = folder.path() / (name + ".zarr");
+                    write_zarr_group(path, multiscales(2, true), format);
+                    for (int n = 0; n < 2; ++n) {
+                      const std::int64_t side = 16 >> n;
+                      ZarrToWrite array{.format = format, .shape = {side, side, side}, .chunk = {8, 8, 8}, .type = "int16"};
+                      array.codec = format == 2 ? "blosc" : n == 0 ? "zstd" : "gzip";
+                      if (format == 3) array.shard = {16, 16, 16}, array.index_at_end = n == 0, array.has_checksum = n == 0;
+                      array.value = [](const std::vector<std::int64_t>& at) {
+                        return static_cast<double>(at[0] + 20 * at[1] + 300 * at[2]);
+                      };
+                      write_zarr_array(path / std::to_string(n), array);
+                    }
+                    ZarrToWrite facts{
+                        .format = format, .shape = {1, 1, 2, 2, 2, 4}, .chunk = {1, 1, 2, 2, 2, 4}, .type = "float64"};
+                    facts.value = [](const std::vector<std::int64_t>& at) { return static_cast<double>(at[5]); };
+                    write_zarr_array(path / "palpa/facts/0", facts);
+                    return path;
+                  }};
+  set.chunks = chunks;
+  return set;
+}
+
 }  // namespace
 
 std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
@@ -277,6 +303,10 @@ std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
   sets.push_back(dicom_frames());
   sets.push_back(dicom_deflated());
   sets.push_back(time_series());
+  for (const int format : {2, 3}) {
+    sets.push_back(store("image_v" + std::to_string(format), format, false));
+    sets.push_back(store("chunks_v" + std::to_string(format), format, true));
+  }
   for (SetToDamage& set : vtk_sets_to_damage()) sets.push_back(std::move(set));
   return sets;
 }

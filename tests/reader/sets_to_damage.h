@@ -17,6 +17,7 @@ struct SetToDamage {
   std::vector<std::string> with{};  ///< files that are read with it, in the same folder
   VolumeRequest request{};
   std::string frames{};  ///< of a folder: the pattern of a time series' files
+  bool chunks = false;   ///< all chunks of a store are read by StoreReader, not its octave 0 as a volume
 };
 inline void PrintTo(const SetToDamage& set, std::ostream* to) { *to << set.name; }
 

@@ -53,7 +53,7 @@ html_theme_options = {
 # The navigation beside each page. A page of docs that is missing here is an error of the build: no reader would find it.
 navigation = [
     ("Begin", ["start", "concepts", "gallery", "glossary"]),
-    ("Feel", ["modes/README", "scene", "tools", "/scenes/README", "data", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
+    ("Feel", ["modes/README", "scene", "tools", "/scenes/README", "data", "large", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
     ("Program", ["python", "embedding", "own-mode", "/api/index", "/api/python", "paraview", "slicer"]),
     ("Theory", ["theory", "path", "laws"]),
     ("Study", ["felt", "beside", "reproduction", "benchmark", "/bench/haptics/README"]),

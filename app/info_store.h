@@ -1,0 +1,34 @@
+// Facts of an OME-Zarr store as `palpa info` prints them, from its metadata and a sample of its chunks.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/info_facts.h"
+#include "app/info_table.h"
+#include "palpa/file/octave_places.h"
+#include "palpa/file/store_survey.h"
+
+namespace palpa::app {
+
+struct StoreFacts {
+  std::string name;  ///< as it was asked for
+  StoreContents contents;
+  OctavePlaces places;
+  StoreSurvey survey;
+
+  double whole_bytes() const noexcept;  ///< of octave 0 in memory: one frame of all fields
+  /// Too large to be read as a whole for its facts.
+  bool is_large() const noexcept;
+};
+
+/// Facts of a store; none of other files, of series, and of a store that is read only as a whole. At most a second. Throws
+/// LoadError of a large store that cannot be read.
+std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& read);
+
+/// All that is printed of a large store.
+InfoTable store_table(const StoreFacts& facts);
+/// Adds the store's facts to those of octave 0.
+void add_store(InfoTable& table, const StoreFacts& facts);
+
+}  // namespace palpa::app

@@ -1,0 +1,54 @@
+// Messages between StoreReader and palpa-read-zarr, which serves chunks of a store as long as its caller lives.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "palpa/file/packer.h"
+#include "palpa/file/protocol.h"
+#include "palpa/file/store_contents.h"
+
+/// Sequence over the socket of protocol.h:
+///
+///     caller                              palpa-read-zarr
+///     Request (store = true)         ──►
+///                                    ◄──  StoreContents                      or Failure
+///     StoreRoom (slots, + memory)    ──►
+///     ChunkRequest …                 ──►
+///                                    ◄──  ChunkAnswer …, in any order        or Failure, and the end
+///
+/// The program ends with its caller's end of the socket.
+namespace palpa::protocol {
+
+// Limits of a store, checked at both ends. More of any: hostile metadata take more memory or time; less: sound stores are
+// refused.
+inline constexpr std::size_t most_octaves = 24;
+inline constexpr std::size_t most_store_fields = 256;
+inline constexpr std::int64_t most_side_voxels = std::int64_t{1} << 18;
+inline constexpr std::uint64_t most_chunk_bytes = std::uint64_t{32} << 20;  ///< of the file, and of delivered voxels
+inline constexpr std::int64_t most_facts_side = 64;                         ///< [chunks] of a chunk of facts
+inline constexpr std::int32_t most_slots = 1 << 16;
+
+/// Whether a path is a folder with metadata of Zarr: .zarray, .zgroup, .zattrs or zarr.json. Parses nothing; any thread.
+bool is_store(const std::filesystem::path& path);
+
+/// Fault of a store's content, as a half sentence; nullptr if valid. Allocates nothing; any thread.
+const char* problem_with(const StoreContents& contents) noexcept;
+/// Whether a store has a place for this chunk, present or absent. `contents` must be valid. Allocates nothing; any thread.
+bool has_place(const StoreContents& contents, const StoreChunk& chunk) noexcept;
+/// [bytes] of a chunk's content in a slot; the chunk must have a place. Allocates nothing; any thread.
+std::uint64_t content_bytes(const StoreContents& contents, const StoreChunk& chunk) noexcept;
+/// [bytes] of a slot that holds any chunk of a valid store: a multiple of the page size. Allocates nothing; any thread.
+std::uint64_t slot_bytes(const StoreContents& contents) noexcept;
+
+// For protocol.cpp.
+void pack(Packer& to, const StoreContents& m);
+void unpack(Unpacker& from, StoreContents& m);
+void pack(Packer& to, const StoreRoom& m);
+void unpack(Unpacker& from, StoreRoom& m);
+void pack(Packer& to, const ChunkRequest& m);
+void unpack(Unpacker& from, ChunkRequest& m);
+void pack(Packer& to, const ChunkAnswer& m);
+void unpack(Unpacker& from, ChunkAnswer& m);
+
+}  // namespace palpa::protocol

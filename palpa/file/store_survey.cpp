@@ -1,0 +1,262 @@
+#include "palpa/file/store_survey.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+
+#include "palpa/file/store_chunks.h"
+
+namespace palpa {
+namespace {
+
+// More of any: slower; less: a coarser picture.
+constexpr std::size_t most_chunks = 4096, chunks_for_values = 64;
+constexpr std::uint64_t most_facts_bytes = 64'000'000;
+
+using Clock = std::chrono::steady_clock;
+using Counts = std::array<std::int64_t, 3>;
+
+/// Random different places among those of a grid in all frames and fields; all of them if they are no more than `most`.
+std::vector<StoreChunk> places_among(const StoreContents& contents, const Counts& along, bool facts, std::size_t most) {
+  const auto fields = static_cast<std::uint64_t>(contents.fields.size());
+  const std::uint64_t sides[] = {static_cast<std::uint64_t>(along[0]), static_cast<std::uint64_t>(along[1]),
+                                 static_cast<std::uint64_t>(along[2]), fields, static_cast<std::uint64_t>(contents.frames)};
+  double all = 1.0;
+  for (const std::uint64_t side : sides) all *= static_cast<double>(side);
+  const auto place_of = [&](auto number_below) {
+    StoreChunk chunk{.facts = facts};
+    for (std::size_t a = 0; a < 3; ++a) chunk.at[a] = static_cast<std::int64_t>(number_below(sides[a]));
+    chunk.field = static_cast<std::int32_t>(number_below(fields));
+    chunk.frame = static_cast<std::int32_t>(number_below(sides[4]));
+    return chunk;
+  };
+  std::mt19937_64 random(2);  // equal stores, equal results
+  std::vector<StoreChunk> places;
+  if (all <= static_cast<double>(most)) {
+    for (std::uint64_t n = 0; n < static_cast<std::uint64_t>(all); ++n) {
+      std::uint64_t rest = n;
+      places.push_back(place_of([&](std::uint64_t side) {
+        const std::uint64_t number = rest % side;
+        rest /= side;
+        return number;
+      }));
+    }
+    std::shuffle(places.begin(), places.end(), random);
+    return places;
+  }
+  std::set<StoreChunk> taken;
+  for (std::size_t tries = 0; places.size() < most && tries < 4 * most; ++tries) {
+    const StoreChunk chunk = place_of([&](std::uint64_t side) { return random() % side; });
+    if (taken.insert(chunk).second) places.push_back(chunk);
+  }
+  return places;
+}
+
+void widen(StoreSurvey::Values& values, double min, double max) {
+  values.min = std::min(values.min, min), values.max = std::max(values.max, max);
+}
+
+void take_values(const StoreContents& contents, const StoreChunk& chunk, std::span<const std::byte> content,
+                 std::vector<StoreSurvey::Values>& values) {
+  const StoreOctave& octave = contents.octaves.front();
+  const StoreField& field = contents.fields[static_cast<std::size_t>(chunk.field)];
+  const std::vector<double> numbers = numbers_in(field, content);
+  StoreSurvey::Values& of = values[static_cast<std::size_t>(chunk.field)];
+  std::size_t at = 0;
+  for (std::int64_t k = 0; k < octave.chunk[2]; ++k) {
+    for (std::int64_t j = 0; j < octave.chunk[1]; ++j) {
+      for (std::int64_t i = 0; i < octave.chunk[0]; ++i, at += static_cast<std::size_t>(field.components)) {
+        const Counts voxel{chunk.at[0] * octave.chunk[0] + i, chunk.at[1] * octave.chunk[1] + j,
+                           chunk.at[2] * octave.chunk[2] + k};
+        if (voxel[0] >= octave.grid.dims[0] || voxel[1] >= octave.grid.dims[1] || voxel[2] >= octave.grid.dims[2]) continue;
+        for (std::size_t c = 0; c < static_cast<std::size_t>(field.components); ++c) {
+          if (std::isfinite(numbers[at + c])) widen(of, numbers[at + c], numbers[at + c]);
+        }
+      }
+    }
+  }
+}
+
+/// Whether a chunk of octave 0 that is absent has other values than the fill value in the next octave. None: unknown.
+std::optional<bool> differs_in_next(StoreReader& reader, const StoreChunk& chunk) {
+  const StoreContents& contents = reader.contents();
+  const StoreOctave &octave = contents.octaves[0], &next = contents.octaves[1];
+  const double fill = contents.fields[static_cast<std::size_t>(chunk.field)].fill;
+  VoxelBox box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    // Voxels of the next octave that are of this chunk alone.
+    const std::int64_t first = chunk.at[a] * octave.chunk[a], end = std::min(first + octave.chunk[a], octave.grid.dims[a]);
+    box.first[a] = (first + 1) / 2;
+    box.count[a] = std::min(end / 2, next.grid.dims[a]) - box.first[a];
+    if (box.count[a] < 1) return std::nullopt;
+  }
+  const auto voxels = voxels_in(reader, {.octave = 1, .frame = chunk.frame, .field = chunk.field}, box);
+  if (!voxels) return std::nullopt;
+  return std::ranges::any_of(*voxels, [&](double value) { return value != fill && !(std::isnan(value) && std::isnan(fill)); });
+}
+
+/// Facts of chunks of octave 0.
+struct AllFacts {
+  std::map<StoreChunk, ChunkFacts> of;
+  bool whole = false;  ///< of all chunks
+};
+
+AllFacts facts_in(StoreReader& reader, const std::function<bool()>& go_on) {
+  const StoreContents& contents = reader.contents();
+  const StoreOctave& octave = contents.octaves.front();
+  const Counts along = chunks_along(octave);
+  Counts facts_along{};
+  std::size_t in_one = 1;
+  for (std::size_t a = 0; a < 3; ++a) {
+    facts_along[a] = (along[a] + octave.facts[a] - 1) / octave.facts[a];
+    in_one *= static_cast<std::size_t>(octave.facts[a]);
+  }
+  const std::size_t most = std::max<std::size_t>(most_facts_bytes / (in_one * sizeof(ChunkFacts)), 1);
+  const std::vector<StoreChunk> places = places_among(contents, facts_along, true, most);
+  AllFacts all;
+  std::size_t read_whole = 0;
+  read_chunks(
+      reader, places,
+      [&](const StoreRead& read, std::span<const std::byte> content) {
+        if (read.state != ChunkState::present) return;
+        ++read_whole;
+        for (std::size_t n = 0; n < in_one; ++n) {
+          StoreChunk chunk = read.chunk;
+          chunk.facts = false;
+          auto rest = static_cast<std::int64_t>(n);
+          bool is_there = true;
+          for (std::size_t a = 0; a < 3; ++a) {
+            chunk.at[a] = read.chunk.at[a] * octave.facts[a] + rest % octave.facts[a];
+            rest /= octave.facts[a];
+            is_there = is_there && chunk.at[a] < along[a];
+          }
+          ChunkFacts facts;
+          std::memcpy(&facts, &content[n * sizeof facts], sizeof facts);
+          if (is_there) all.of[chunk] = facts;
+        }
+      },
+      go_on);
+  double chunks = static_cast<double>(contents.fields.size()) * contents.frames;
+  for (const std::int64_t n : along) chunks *= static_cast<double>(n);
+  all.whole = static_cast<double>(all.of.size()) == chunks;
+  return all;
+}
+
+bool is_fill(const ChunkFacts& facts, double fill) {
+  return (facts.min == fill && facts.max == fill) || (std::isnan(fill) && std::isnan(facts.min));
+}
+
+/// Chunks of which the facts say that they have values: others cannot be lost.
+std::vector<StoreChunk> places_with_values(const StoreContents& contents, const AllFacts& facts) {
+  std::vector<StoreChunk> places;
+  for (const auto& [chunk, of] : facts.of) {
+    if (!is_fill(of, contents.fields[static_cast<std::size_t>(chunk.field)].fill)) places.push_back(chunk);
+  }
+  std::mt19937_64 random(3);
+  std::shuffle(places.begin(), places.end(), random);
+  if (places.size() > most_chunks) places.resize(most_chunks);
+  return places;
+}
+
+/// Whether the facts of a chunk are of other voxels. False of a chunk with voxels beyond the octave, which have any value.
+bool has_changed(const StoreOctave& octave, const StoreChunk& chunk, const ChunkFacts& facts,
+                 std::span<const std::byte> content) {
+  for (std::size_t a = 0; a < 3; ++a) {
+    if ((chunk.at[a] + 1) * octave.chunk[a] > octave.grid.dims[a]) return false;
+  }
+  const auto sum = ::crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
+  return static_cast<double>(sum) != facts.crc32;
+}
+
+void count_lost(StoreReader& reader, const std::vector<StoreChunk>& absent, bool has_facts, const std::function<bool()>& go_on,
+                StoreSurvey& found) {
+  const StoreContents& contents = reader.contents();
+  for (const StoreChunk& chunk : absent) {
+    if (has_facts) {
+      ++found.lost;  // its facts have values
+      continue;
+    }
+    const auto field = static_cast<std::size_t>(chunk.field);
+    const double fill = contents.fields[field].fill;
+    if (std::isfinite(fill)) widen(found.values[field], fill, fill);
+    if (contents.octaves.size() > 1 && go_on() && differs_in_next(reader, chunk).value_or(false)) ++found.lost;
+  }
+}
+
+/// Looks at chunks; returns those that are absent.
+std::vector<StoreChunk> look_at(StoreReader& reader, const std::vector<StoreChunk>& places, const AllFacts& facts,
+                                const std::function<bool()>& go_on, StoreSurvey& found) {
+  const StoreContents& contents = reader.contents();
+  std::vector<StoreChunk> absent;
+  std::size_t looked_for_values = 0;
+  double stored_bytes = 0.0, whole_bytes = 0.0;
+  const auto look = [&](const StoreRead& read, std::span<const std::byte> content) {
+    ++found.looked_at;
+    if (read.state == ChunkState::absent) absent.push_back(read.chunk);
+    if (read.state == ChunkState::damaged && ++found.damaged == 1) found.damage = read.sentence;
+    if (read.state != ChunkState::present) return;
+    stored_bytes += static_cast<double>(read.bytes), whole_bytes += static_cast<double>(content.size());
+    if (facts.of.empty() && looked_for_values++ < chunks_for_values) take_values(contents, read.chunk, content, found.values);
+    const auto known = facts.of.find(read.chunk);
+    if (known == facts.of.end() || !has_changed(contents.octaves.front(), read.chunk, known->second, content)) return;
+    if (++found.damaged == 1) found.damage = "a chunk has changed since palpa prepare";
+  };
+  read_chunks(reader, places, look, go_on);
+  found.stored_share = whole_bytes > 0.0 ? stored_bytes / whole_bytes : 0.0;
+  return absent;
+}
+
+}  // namespace
+
+StoreSurvey survey(StoreReader& reader, double longest_s) {
+  const StoreContents& contents = reader.contents();
+  const Clock::time_point latest =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(longest_s));
+  const auto go_on = [&] { return Clock::now() < latest; };
+  StoreSurvey found;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  found.values.assign(contents.fields.size(), {infinity, -infinity, true});
+  const Counts along = chunks_along(contents.octaves.front());
+  found.chunks = static_cast<double>(contents.fields.size()) * contents.frames;
+  for (const std::int64_t n : along) found.chunks *= static_cast<double>(n);
+  found.can_tell_lost = contents.prepared || contents.octaves.size() > 1;
+
+  AllFacts facts;
+  if (contents.prepared) facts = facts_in(reader, go_on);
+  for (const auto& [chunk, of] : facts.of) {
+    StoreSurvey::Values& values = found.values[static_cast<std::size_t>(chunk.field)];
+    if (of.min <= of.max) widen(values, of.min, of.max);
+    values.about = !facts.whole;
+  }
+  const bool has_facts = !facts.of.empty();
+  const std::vector<StoreChunk> absent =
+      look_at(reader, has_facts ? places_with_values(contents, facts) : places_among(contents, along, false, most_chunks),
+              facts, go_on, found);
+  found.absent = static_cast<std::int64_t>(absent.size());
+  count_lost(reader, absent, has_facts, go_on, found);
+  return found;
+}
+
+double waste_of_chunks(const StoreOctave& octave) noexcept {
+  constexpr std::int64_t window = 128, step = 32;
+  double waste = 1.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::int64_t whole = octave.grid.dims[a], chunk = octave.chunk[a], side = std::min(window, whole);
+    double read = 0.0;
+    int places = 0;
+    // Places repeat after a chunk; of long axes a few hundred are enough.
+    for (std::int64_t first = 0; first + side <= whole && places < 512; first += step, ++places)
+      read += static_cast<double>(std::min((first + side - 1) / chunk * chunk + chunk, whole) - first / chunk * chunk);
+    waste *= places == 0 ? 1.0 : read / places / static_cast<double>(side);
+  }
+  return waste;
+}
+
+}  // namespace palpa

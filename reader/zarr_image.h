@@ -1,0 +1,41 @@
+// Metadata of an OME-Zarr image: axes, octaves, channels.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "zarr_array.h"
+
+namespace palpa::reader {
+
+/// Indices of an array that are axes of space, time and channels; SIZE_MAX: none.
+struct ZarrAxes {
+  std::array<std::size_t, 3> space{SIZE_MAX, SIZE_MAX, SIZE_MAX};  ///< along x, y, z
+  std::size_t time = SIZE_MAX, channel = SIZE_MAX;
+  std::array<std::string, 3> length_unit;  ///< empty: none
+  std::string time_unit;
+  std::size_t rank = 0;
+};
+
+/// Octave of an image.
+struct ZarrLevel {
+  ZarrArray array;
+  std::vector<double> scale{}, translation{};  ///< along the array's indices, in the axes' units; empty: none in the file
+};
+
+struct ZarrImage {
+  std::string format{};  ///< "OME-Zarr 0.4, Zarr v2"
+  std::string folder{};  ///< of its metadata, in the store
+  ZarrAxes axes{};
+  std::vector<ZarrLevel> levels{};      ///< from the finest
+  std::vector<std::string> channels{};  ///< labels of omero
+  std::vector<std::string> warnings{};  ///< half sentences
+};
+
+/// Reads the metadata of a store: an image of OME-Zarr 0.1 to 0.6, or a plain array. Throws LoadError with a sentence.
+/// \param most_chunk_bytes  larger chunks are refused
+ZarrImage read_zarr_image(const ZarrFolder& folder, std::uint64_t most_chunk_bytes);
+
+}  // namespace palpa::reader

@@ -1,0 +1,446 @@
+"""Stores larger than memory: written, prepared in parts, read by other programs."""
+
+import hashlib
+import json
+import os
+import pathlib
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import zlib
+
+import numpy as np
+import pytest
+
+zarr = pytest.importorskip("zarr", reason="python3-zarr is not installed")
+
+root = pathlib.Path(__file__).resolve().parents[2]
+shape = (150, 200, 300)  # z, y, x: neither a multiple of a chunk nor even in every octave
+
+
+def voxels_of(kind):
+    k, j, i = np.mgrid[: shape[0], : shape[1], : shape[2]]
+    noise = np.random.default_rng(1).integers(0, 20, shape)
+    values = (128 + 60 * np.sin(i / 9) * np.cos(j / 7) + 40 * np.sin(k / 11) + noise).clip(0, 255)
+    if kind == "float32":
+        values = values.astype(np.float32) / 7
+        values[20:25, 30:40, 50:60] = np.nan
+        return values
+    return values.astype(np.uint8) if kind == "uint8" else (values * 37 - 3000).astype(kind)
+
+
+def halved(fine):
+    """Means over the voxels that exist: of whole numbers rounded half up."""
+    whole = np.issubdtype(fine.dtype, np.integer)
+    sums, count = fine.astype(np.int64 if whole else np.float64), np.ones(fine.shape, np.int64)
+    for axis in range(3):
+        odd = sums.shape[axis] % 2
+        pad = [(0, odd if a == axis else 0) for a in range(3)]
+        sums, count = np.pad(sums, pad), np.pad(count, pad)
+        even = tuple(slice(0, None, 2) if a == axis else slice(None) for a in range(3))
+        other = tuple(slice(1, None, 2) if a == axis else slice(None) for a in range(3))
+        sums, count = sums[even] + sums[other], count[even] + count[other]
+    return ((2 * sums + count) // (2 * count) if whole else sums / count).astype(fine.dtype)
+
+
+def palpa_run(program, *arguments, **more):
+    return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, **more)
+
+
+def how(kind):
+    return ["--set", f"type={kind}", "--set", f"dims=[{shape[2]},{shape[1]},{shape[0]}]", "--set", "spacing_m=[1e-6,1e-6,2e-6]"]
+
+
+def raw_store(program, folder, kind, *more, name="v.zarr"):
+    """A store of octave 0 alone, written in two parts."""
+    voxels_of(kind).tofile(folder / "v.raw")
+    for part in ("2/2", "1/2"):
+        done = palpa_run(program, "convert", folder / "v.raw", folder / name, "--part", part, *how(kind), *more)
+        assert done.returncode == 0, done.stderr
+    return folder / name
+
+
+def digest(store):
+    """Names and bytes of all files."""
+    files = sorted(path for path in store.rglob("*") if path.is_file())
+    return {str(path.relative_to(store)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def prepare(program, store, *more, **also):
+    done = palpa_run(program, "prepare", store, *more, **also)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def octaves_of(store):
+    group = zarr.open(str(store), "r")
+    paths = [each["path"] for each in group.attrs["multiscales"][0]["datasets"]]
+    return [group[path] for path in paths]
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int16", "uint16", "int32", "float32"])
+def test_octaves_are_means_of_the_file(kind, tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, kind)
+    prepare(palpa_program, store)
+    octaves, expected = octaves_of(store), voxels_of(kind)
+    assert [octave.shape for octave in octaves] == [(150, 200, 300), (75, 100, 150), (38, 50, 75)]
+    for octave in octaves:
+        assert octave.dtype == expected.dtype and octave.chunks == (32, 32, 32)
+        np.testing.assert_array_equal(octave[:], expected)
+        expected = halved(expected)
+
+
+@pytest.mark.parametrize("kind", ["uint8", "float32"])
+def test_facts_are_those_of_each_chunk(kind, tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, kind)
+    prepare(palpa_program, store)
+    fine, octaves = voxels_of(kind), octaves_of(store)
+    for n in range(len(octaves)):
+        facts = zarr.open(str(store), "r")[f"palpa/facts/{n}"][0, 0]
+        coarse = halved(fine)
+        upper = np.repeat(np.repeat(np.repeat(coarse, 2, 0), 2, 1), 2, 2)[tuple(map(slice, fine.shape))]
+        assert facts.shape == (*(-(-length // 32) for length in fine.shape), 4)
+        for at in np.ndindex(facts.shape[:3]):
+            box = tuple(slice(32 * index, 32 * index + 32) for index in at)
+            chunk = fine[box]
+            lost = chunk.astype(float) - upper[box].astype(float)
+            rms = 0 if n + 1 == len(octaves) else np.sqrt(np.nanmean(lost**2))
+            found = facts[at]
+            assert (found[0], found[1]) == (np.nanmin(chunk), np.nanmax(chunk))
+            assert found[2] == pytest.approx(rms, rel=1e-12)
+            assert found[3] == zlib.crc32(np.ascontiguousarray(chunk).tobytes())
+        fine = coarse
+
+
+def test_octaves_lie_half_a_voxel_further_in(tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, "uint8")
+    prepare(palpa_program, store)
+    (image,) = json.loads((store / ".zattrs").read_text())["multiscales"]
+    assert [axis["name"] for axis in image["axes"]] == ["z", "y", "x"]
+    for n, dataset in enumerate(image["datasets"]):
+        scale, shift = dataset["coordinateTransformations"]
+        np.testing.assert_allclose(scale["scale"], np.array([2e-6, 1e-6, 1e-6]) * 2**n)
+        np.testing.assert_allclose(shift["translation"], np.array([2e-6, 1e-6, 1e-6]) * (2**n - 1) / 2, atol=1e-20)
+
+
+def long_store(program, folder, name="long.zarr", *more):
+    """A store of five units in a row, with an octave 6 that units do not make."""
+    long = (33, 40, 4200)
+    k, j, i = np.mgrid[: long[0], : long[1], : long[2]]
+    noise = np.random.default_rng(2).integers(0, 9, long)
+    (100 + 50 * np.sin(i / 31 + j / 13) * np.cos(k / 5) + noise).astype(np.uint16).tofile(folder / "long.raw")
+    done = palpa_run(program, "convert", folder / "long.raw", folder / name, "--part", "1/1", "--set", "type=uint16", "--set",
+                     f"dims=[{long[2]},{long[1]},{long[0]}]", *more)
+    assert done.returncode == 0, done.stderr
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """The long store, and the digest of it when it is prepared in one call."""
+    program = pathlib.Path(os.environ["PALPA_BIN"]) / "palpa"
+    if not program.exists():
+        pytest.skip("the program palpa is not built")
+    folder = tmp_path_factory.mktemp("reference")
+    stores = {zarr_version: long_store(program, folder, f"long{zarr_version}.zarr", "--zarr", zarr_version) for zarr_version in "23"}
+    digests = {}
+    for version, store in stores.items():
+        shutil.copytree(store, folder / "whole.zarr")
+        prepare(program, folder / "whole.zarr")
+        digests[version] = digest(folder / "whole.zarr")
+        shutil.rmtree(folder / "whole.zarr")
+    return stores, digests
+
+
+def copied(reference, folder, version="2"):
+    stores, digests = reference
+    shutil.copytree(stores[version], folder / "copy.zarr")
+    return folder / "copy.zarr", digests[version]
+
+
+@pytest.mark.parametrize("version", "23")
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 9])
+def test_any_number_of_parts_in_any_order_gives_the_same_bytes(count, version, reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path, version)
+    parts = list(range(1, count + 1))
+    random.Random(count).shuffle(parts)
+    for part in parts + parts[:1]:  # one of them twice
+        prepare(palpa_program, store, "--part", f"{part}/{count}")
+    prepare(palpa_program, store)
+    assert digest(store) == expected
+
+
+def test_prepared_twice_nothing_changes(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    prepare(palpa_program, store, "--threads", 3)
+    again = prepare(palpa_program, store, "--threads", 1)
+    assert "5 units" in again.stderr and "5 of them before" in again.stderr
+    assert digest(store) == expected
+
+
+def test_two_calls_at_once_give_the_same_bytes(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    both = [subprocess.Popen([palpa_program, "prepare", store], stderr=subprocess.DEVNULL) for _ in range(2)]
+    assert [each.wait() for each in both] == [0, 0]
+    assert digest(store) == expected
+
+
+def test_killed_anywhere_it_continues_to_the_same_bytes(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    begin = time.monotonic()
+    shutil.copytree(store, tmp_path / "timed.zarr")
+    prepare(palpa_program, tmp_path / "timed.zarr")
+    whole_s, chance = time.monotonic() - begin, random.Random(7)
+    kills = 0
+    for attempt in range(8):
+        part = ["--part", f"{chance.randint(1, 3)}/3"] if attempt % 2 else []
+        running = subprocess.Popen([palpa_program, "prepare", store, *part], stderr=subprocess.DEVNULL)
+        time.sleep(chance.uniform(0.02, 0.8 * whole_s))
+        running.send_signal(signal.SIGKILL)
+        kills += running.wait() == -signal.SIGKILL
+    assert kills > 0
+    prepare(palpa_program, store)
+    assert digest(store) == expected
+
+
+@pytest.mark.parametrize("command", ["prepare", "convert"])
+def test_a_full_disk_is_one_line_and_it_continues(command, reference, tmp_path, palpa_program):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    used = sum(-(-path.stat().st_size // 4096) * 4096 for path in reference[0]["2"].rglob("*") if path.is_file())
+    size = used + 400_000 if command == "prepare" else used // 2
+    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", disk], capture_output=True).returncode:
+        pytest.skip("a small disk is mounted as root only")
+    try:
+        if command == "prepare":
+            store, expected = copied(reference, disk)
+            line = [palpa_program, "prepare", store]
+        else:
+            store, expected = disk / "copy.zarr", reference[1]["2"]
+            line = [palpa_program, "convert", reference[0]["2"].parent / "long.raw", store, "--set", "type=uint16", "--set",
+                    "dims=[4200,40,33]", "--part", "1/1"]
+        done = palpa_run(*line)
+        assert done.returncode == 2, done.stderr
+        assert done.stderr.count("\n") == 1 and "make room" in done.stderr
+        subprocess.run(["mount", "-o", f"remount,size={10 * used}", disk], check=True)
+        assert palpa_run(*line).returncode == 0
+        prepare(palpa_program, store)
+        assert digest(store) | {".zattrs": 0} == expected | {".zattrs": 0}
+    finally:
+        subprocess.run(["umount", disk], check=True)
+
+
+def test_check_names_what_is_wrong(reference, tmp_path, palpa_program):
+    store, _ = copied(reference, tmp_path)
+    prepare(palpa_program, store)
+    good = palpa_run(palpa_program, "prepare", store, "--check")
+    assert good.returncode == 0 and "as prepared" in good.stdout
+    (store / "0/0/1/5").unlink()  # lost
+    (store / "2/0/0/3").unlink()
+    whole = (store / "1/0/0/4").read_bytes()
+    (store / "1/0/0/4").write_bytes(whole[: len(whole) // 2])  # cut
+    shutil.copy(store / "3/0/0/0", store / "3/0/0/2")  # exchanged
+    bad = palpa_run(palpa_program, "prepare", store, "--check")
+    assert bad.returncode == 1
+    for words in ("octave 0, chunk 0/1/5 is lost", "octave 2, chunk 0/0/3 is missing", "octave 1, chunk 0/0/4 is damaged",
+                  "octave 3, chunk 0/0/2 is not the mean"):
+        assert words in bad.stdout, bad.stdout
+
+
+def test_beside_a_store_that_stays_as_it_is(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    before = digest(store)
+    mine = tmp_path / "mine.zarr"
+    prepare(palpa_program, store, "--into", mine)
+    assert digest(store) == before
+    made = {name: found for name, found in digest(mine).items() if "/" in name}
+    assert made == {name: found for name, found in expected.items() if name.split("/")[0] in "123456" or name.startswith("palpa/")}
+    octaves = octaves_of(mine)
+    assert [octave.shape[2] for octave in octaves] == [2100, 1050, 525, 263, 132, 66]
+
+
+@pytest.mark.parametrize("version", "23")
+def test_under_mpirun_the_bytes_are_the_same(version, reference, tmp_path, palpa_program):
+    if not shutil.which("mpirun"):
+        pytest.skip("openmpi-bin is not installed")
+    stores, digests = reference
+    mpirun = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "4"]
+    raw = stores[version].parent / "long.raw"
+    store = tmp_path / f"long{version}.zarr"
+    subprocess.run([*mpirun, palpa_program, "convert", raw, store, "--part", "auto", "--zarr", version, "--set", "type=uint16", "--set",
+                    "dims=[4200,40,33]"], check=True, capture_output=True)
+    subprocess.run([*mpirun, palpa_program, "prepare", store, "--part", "auto"], check=True, capture_output=True)
+    prepare(palpa_program, store)
+    assert digest(store) | {".zattrs": 0, "zarr.json": 0} == digests[version] | {".zattrs": 0, "zarr.json": 0}
+
+
+def test_chunks_of_others(tmp_path, palpa_program):
+    """Planes, long chunks, separators and codecs of other programs, and an axis of channels."""
+    values = voxels_of("uint16")
+    for number, (chunk, more) in enumerate([((1, 200, 300), {}), ((40, 100, 64), {"compressor": None, "dimension_separator": "."}),
+                                            ((64, 16, 128), {"order": "F"}), ((150, 200, 300), {"fill_value": 3})]):
+        store = tmp_path / f"other{number}.zarr"
+        group = zarr.open_group(str(store), "w")
+        group.create_dataset("scale0", data=values, chunks=chunk, **({"dimension_separator": "/"} | more))
+        group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
+                                       "datasets": [{"path": "scale0", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1]}]}]}]
+        group.attrs["of others"] = {"kept": [1, 2]}
+        prepare(palpa_program, store, "--part", "1/1")
+        prepare(palpa_program, store)
+        octaves, expected = octaves_of(store), values
+        assert len(octaves) == 3 and zarr.open(str(store)).attrs["of others"] == {"kept": [1, 2]}
+        for octave in octaves:
+            np.testing.assert_array_equal(octave[:], expected)
+            expected = halved(expected)
+        assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+
+
+def test_arrays_of_python_are_those_of_zarr(tmp_path, palpa_program):
+    import palpa
+
+    store = raw_store(palpa_program, tmp_path, "int16")
+    counts = palpa.prepare(store, part=(1, 1))
+    assert counts["units"] == 1 and not counts["finished"]
+    assert palpa.prepare(store)["finished"]
+    assert palpa.prepare(store, check=True)["wrong"] == 0
+    opened, octaves = palpa.open_store(store), octaves_of(store)
+    assert [octave["dims"] for octave in opened.octaves] == [octave.shape[::-1] for octave in octaves]
+    assert opened.prepared and opened.fields[0]["dtype"] == "int16" and opened.length_unit == "m"
+    for n, octave in enumerate(octaves):
+        np.testing.assert_array_equal(opened.read(n, tuple((0, length) for length in octave.shape[::-1])), octave[:])
+    np.testing.assert_array_equal(opened.read(0, ((5, 90), (31, 33), (60, 70))), octaves[0][60:70, 31:33, 5:90])
+    np.testing.assert_array_equal(opened.chunk(0, 9, 1, 4), octaves[0][128:150, 32:64, 288:300])
+    for wrong in (lambda: opened.chunk(0, 10, 0, 0), lambda: opened.read(3, ((0, 1),) * 3), lambda: opened.read(0, ((0, 0),) * 3)):
+        with pytest.raises(IndexError):
+            wrong()
+    with pytest.raises(palpa.LoadError, match="part"):
+        palpa.prepare(store, part=(5, 4))
+
+
+def test_dask_starts_the_parts(reference, tmp_path, palpa_program):
+    pytest.importorskip("distributed", reason="python3-distributed is not installed")
+    script = tmp_path / "parts.py"
+    store, expected = copied(reference, tmp_path)
+    script.write_text(f"""
+import palpa
+from distributed import Client, LocalCluster
+
+def part(number):
+    return palpa.prepare({str(store)!r}, part=(number, 4))["units"]
+
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        print(sum(client.gather(client.map(part, range(1, 5)))), palpa.prepare({str(store)!r})["finished"])
+""")
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
+    assert done.stdout == "5 True\n", done.stderr
+    assert digest(store) == expected
+
+
+def test_parts_of_a_map_join_to_the_same_bytes(tmp_path, palpa_program):
+    def run(out, *more, launcher=()):
+        line = [*launcher, palpa_program, "map", root / "scenes/head_phantom.toml", out, "--points", "24", *more]
+        done = subprocess.run(list(map(str, line)), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+
+    run(tmp_path / "whole.vti")
+    for count in (2, 5):
+        for part in reversed(range(1, count + 1)):
+            run(tmp_path / "parts.vti", "--part", f"{part}/{count}")
+        assert not (tmp_path / "parts.vti").exists()
+        run(tmp_path / "parts.vti")
+        assert (tmp_path / "parts.vti").read_bytes() == (tmp_path / "whole.vti").read_bytes()
+        assert not list(tmp_path.glob("*.part*"))
+        (tmp_path / "parts.vti").unlink()
+    if shutil.which("mpirun"):
+        run(tmp_path / "parts.vti", "--part", "auto", launcher=("mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "4"))
+        run(tmp_path / "parts.vti")
+        assert (tmp_path / "parts.vti").read_bytes() == (tmp_path / "whole.vti").read_bytes()
+
+
+def test_wrong_calls_are_one_line(tmp_path, palpa_program):
+    voxels_of("uint8").tofile(tmp_path / "v.raw")
+    (tmp_path / "empty.zarr").mkdir()
+    for line, words in ((["prepare", tmp_path / "none.zarr"], "none.zarr: "), (["prepare", tmp_path / "empty.zarr"], "empty.zarr: "),
+                        (["prepare", tmp_path, "--part", "3/2"], "--part 3/2: "), (["prepare", tmp_path, "--part", "auto"], "--part auto: "),
+                        (["convert", tmp_path / "v.raw", tmp_path / "v.nrrd", "--part", "1/2", *how("uint8")], "--part")):
+        environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMI_", "SLURM_"))}
+        done = palpa_run(palpa_program, *line, env=environment)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1 and words in done.stderr and "; " in done.stderr, done.stderr
+    store = raw_store(palpa_program, tmp_path, "uint8")
+    again = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, *how("uint8"))
+    assert again.returncode == 2 and "exists already" in again.stderr
+    prepare(palpa_program, store)
+    again = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, "--part", "1/2", *how("uint8"))
+    assert again.returncode == 2 and "is prepared already" in again.stderr
+
+
+@pytest.fixture(scope="module")
+def zarrita(tmp_path_factory):
+    """A folder with the package zarrita of npm and our script, where npm's registry can be reached."""
+    if not shutil.which("npm"):
+        pytest.skip("npm is not installed")
+    folder = tmp_path_factory.mktemp("zarrita")
+    try:
+        done = subprocess.run(["npm", "install", "--no-audit", "--no-fund", "zarrita@0.7"], cwd=folder, capture_output=True, timeout=60)
+    except subprocess.TimeoutExpired:
+        pytest.skip("npm's registry does not answer")
+    if done.returncode != 0:
+        pytest.skip("npm's registry cannot be reached")
+    shutil.copy(pathlib.Path(__file__).with_name("read_store.mjs"), folder)
+    return folder
+
+
+@pytest.mark.parametrize("version", "23")
+def test_zarrita_reads_the_same_voxels(version, zarrita, reference, tmp_path, palpa_program):
+    store, _ = copied(reference, tmp_path, version)
+    prepare(palpa_program, store)
+    paths = [str(n) for n in range(7)]
+    done = subprocess.run(["node", "read_store.mjs", store, *paths], cwd=zarrita, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    expected = np.fromfile(reference[0]["2"].parent / "long.raw", np.uint16).reshape(33, 40, 4200)
+    for n, line in enumerate(done.stdout.splitlines()):
+        assert line.split() == [str(n), "uint16", "x".join(map(str, expected.shape)), hashlib.sha256(expected.tobytes()).hexdigest()]
+        expected = halved(expected)
+    assert n == 6
+
+
+def test_vectors_are_three_channels(tmp_path, palpa_program):
+    values = np.random.default_rng(5).normal(size=(*shape, 3)).astype(np.float32)
+    values.tofile(tmp_path / "v.raw")
+    store = tmp_path / "v.zarr"
+    done = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, *how("float32"), "--set", "components=last")
+    assert done.returncode == 0, done.stderr
+    for octave in octaves_of(store):
+        np.testing.assert_array_equal(octave[:], np.moveaxis(values, -1, 0))
+        values = np.stack([halved(values[..., c]) for c in range(3)], -1)
+    assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+    import palpa
+
+    opened = palpa.open_store(store)
+    assert [(field["name"], field["components"]) for field in opened.fields] == [("vector", 3)]
+    np.testing.assert_array_equal(opened.chunk(0, 1, 1, 1), np.moveaxis(octaves_of(store)[0][:, 32:64, 32:64, 32:64], 0, -1))
+
+
+def test_octaves_of_int8_are_int8_and_of_uint32_refused(tmp_path, palpa_program):
+    for kind in ("int8", "uint32"):
+        store = tmp_path / f"{kind}.zarr"
+        values = (voxels_of("uint16") % 256 - 128).astype(kind)
+        group = zarr.open_group(str(store), "w")
+        group.create_dataset("0", data=values, chunks=(64, 64, 64), dimension_separator="/")
+        group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
+                                       "datasets": [{"path": "0"}]}]
+        done = palpa_run(palpa_program, "prepare", store)
+        if kind == "uint32":
+            assert done.returncode == 2 and "uint32" in done.stderr
+            continue
+        assert done.returncode == 0, done.stderr
+        for octave in octaves_of(store):
+            assert octave.dtype == np.int8
+            np.testing.assert_array_equal(octave[:], values)
+            values = halved(values)
+        assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
