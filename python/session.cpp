@@ -19,6 +19,7 @@
 #include "arrays.h"
 #include "modes.h"
 #include "palpa/base/wording.h"
+#include "palpa/loop/window_feed.h"
 #include "palpa/session/session.h"
 #include "palpa/trace/trace.h"
 #include "parameters.h"
@@ -92,6 +93,10 @@ class FeltSession {
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
     Session& session() { return felt_.session_; }
+    Tick tick(const Probe& probe, double dt_s) {
+      felt_.feed_.lay_for(probe, dt_s);
+      return felt_.session_.tick(probe, dt_s);
+    }
 
    private:
     FeltSession& felt_;
@@ -99,6 +104,7 @@ class FeltSession {
 
  private:
   Session session_;
+  WindowFeed feed_{session_};
   const bool may_tell_;
   std::atomic<bool> in_use_{false};
 };
@@ -111,7 +117,7 @@ Tick tick(FeltSession& felt, const py::object& position_m, double dt_s, const py
   if (!turn.is_none()) probe.turn = turn_of(turn, "turn");
   ModeFailure failure;
   const ModeFailure::Watch watch(failure);
-  const Tick made = use.session().tick(probe, dt_s);
+  const Tick made = use.tick(probe, dt_s);
   failure.raise();
   felt.tell();
   return made;
@@ -180,10 +186,12 @@ class TickPath {
   template <class GoesOn>
   void run(Session& session, const GoesOn& goes_on) {
     double t_s = 0.0;
+    WindowFeed feed(session);
     for (py::ssize_t n = 0; n < count_; ++n) {
       const double* const p = position_ + 3 * n;
       Probe probe{.position_m = {p[0], p[1], p[2]}};
       if (const double* const r = turn_rad_ ? turn_rad_ + 3 * n : nullptr) probe.turn = turn_by({r[0], r[1], r[2]});
+      feed.lay_for(probe, step_s_[n]);
       row_[n] = row_of(session.tick(probe, step_s_[n]), t_s);
       t_s += step_s_[n];
       for (const ModeForce& mode : session.modes()) force_ = put(force_, mode.force_n);

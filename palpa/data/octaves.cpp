@@ -95,6 +95,11 @@ Voxels Octaves::voxels_of(int octave, const std::array<std::int64_t, 3>& first, 
   return {shape_.type, shape_.components, out};
 }
 
+Vec3 Octaves::steps_of(int octave, const Vec3& world_m) const noexcept {
+  const GridGeometry& grid = sampled_grid(octave);
+  return detail::scaled_inverse(grid.index_to_world_m) * (world_m - grid.origin_m);
+}
+
 OctaveWindow Octaves::window(int octave, const std::array<std::int64_t, 3>& first,
                              const std::array<std::int64_t, 3>& dims) const {
   Voxels voxels = voxels_of(octave, first, dims);
@@ -277,24 +282,31 @@ void Stock::put_in_force(std::span<const Vec3> world_m, DataTime pose_time) noex
 }
 
 void Stock::take_windows_of(const Stock& other) noexcept {
-  complete_ = other.complete_;
+  if (complete_) return;
   for (Store& store : stores_) {
     const Store* from = other.store_of(*store.of);
     if (from) std::ranges::copy(from->slots, store.slots.begin());
   }
 }
 
+double Stock::room_of_m(std::size_t n, int octave, std::span<const Vec3> world_m, DataTime pose_time,
+                        double less_voxels) const noexcept {
+  const Store& store = stores_[n];
+  if (octave >= store.of->count() - 1) return unbounded;
+  const Similarity pose = store.pose(pose_time);
+  const Slot& slot = store.slots[static_cast<std::size_t>(octave)];
+  const detail::GridBase* grid = slot.windows[slot.in_force].grid.get();
+  double room_m = grid ? unbounded : -unbounded;
+  for (const Vec3& at_m : world_m) {
+    if (grid) room_m = std::min(room_m, pose.scale * grid->spacing_m() * (grid->room_voxels(pose.to_hand(at_m)) - less_voxels));
+  }
+  return room_m;
+}
+
 double Stock::room_m(int octave, std::span<const Vec3> world_m, DataTime pose_time, double less_voxels) const noexcept {
   double room_m = unbounded;
-  for (const Store& store : stores_) {
-    if (octave >= store.of->count() - 1) continue;
-    const Similarity pose = store.pose(pose_time);
-    const Slot& slot = store.slots[static_cast<std::size_t>(octave)];
-    const detail::GridBase* grid = slot.windows[slot.in_force].grid.get();
-    if (!grid) return -unbounded;
-    for (const Vec3& at_m : world_m)
-      room_m = std::min(room_m, pose.scale * grid->spacing_m() * (grid->room_voxels(pose.to_hand(at_m)) - less_voxels));
-  }
+  for (std::size_t n = 0; n < stores_.size(); ++n)
+    room_m = std::min(room_m, room_of_m(n, octave, world_m, pose_time, less_voxels));
   return room_m;
 }
 

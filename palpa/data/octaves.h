@@ -67,6 +67,8 @@ class Octaves final : public TimedField {
   /// Grid of an octave as it is sampled: octaves from 1 on have a border of one voxel, which repeats the outermost, since
   /// their first voxel's centre is within the box of octave 0, where samples continue.
   const GridGeometry& sampled_grid(int octave) const noexcept { return grids_[static_cast<std::size_t>(octave)]; }
+  /// Position [steps] in `sampled_grid` of a place [m].
+  Vec3 steps_of(int octave, const Vec3& world_m) const noexcept;
   /// [voxels] Border on each side.
   static std::int64_t border(int octave) noexcept { return octave > 0 ? 1 : 0; }
   /// Window of an octave, read from the source; without a grid if voxels are lost or damaged. Blocks; about 1.5 ms for 128³
@@ -143,7 +145,7 @@ class Stock {
   void set_finest(int octave) noexcept { finest_ = octave; }
   int finest() const noexcept { return finest_; }
 
-  /// Windows of another session for the fields that both have.
+  /// Takes another session's windows for the fields that both have; complete windows stay.
   void take_windows_of(const Stock& other) noexcept;
   /// Replaces the window of an octave that is not in force. A window that has no grid is ignored.
   void lay(std::size_t n, int octave, const OctaveWindow& window) noexcept;
@@ -153,6 +155,11 @@ class Stock {
   /// Least way [m] of any position to a face of the windows in force of an octave, less `less_voxels`; infinite where
   /// windows reach to the borders of their grids, negative without a window.
   double room_m(int octave, std::span<const Vec3> world_m, DataTime pose_time, double less_voxels) const noexcept;
+  /// Likewise of one field.
+  double room_of_m(std::size_t n, int octave, std::span<const Vec3> world_m, DataTime pose_time,
+                   double less_voxels) const noexcept;
+  /// Pose of a field.
+  Similarity pose(std::size_t n, DataTime pose_time) const noexcept { return stores_[n].pose(pose_time); }
   /// Least time [s] after which any position, moving at this velocity [m/s], leaves the windows of an octave with that margin.
   double stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s, DataTime pose_time) const noexcept;
 

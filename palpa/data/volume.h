@@ -151,6 +151,7 @@ struct VolumeRequest {
   std::string components_along;  ///< "index": vectors are along the grid's axes; "file" or empty: by the format
   std::optional<double> time_s;  ///< [s] of a case with several moments; none: the latest
   std::optional<Box> crop;       ///< [m] region for resampling of a curvilinear or unstructured grid
+  std::optional<double> memory_mb;  ///< [MB] a store whose octave 0 takes more is felt through windows; none: 512
   ArrayLayout layout;            ///< of an array in an HDF5 file, or of a file of bare numbers
 };
 

@@ -24,6 +24,7 @@
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
+#include "palpa/file/store_volume.h"
 #include "palpa/file/store_protocol.h"
 
 namespace palpa {
@@ -421,6 +422,11 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   ask.listing = options.found != nullptr;
   check_file(ask.path);
   VolumeFile result;
+  if (std::optional<Volume> large = options.preview ? std::nullopt : detail::volume_in_octaves(request, options)) {
+    result.frames = large->frames;
+    result.volume = std::move(*large);
+    return result;
+  }
   (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result);
   result.volume.request = std::make_shared<const VolumeRequest>(request);
   result.frames = result.volume.frames;

@@ -50,7 +50,11 @@ PreparedSession::PreparedSession(const Scene& scene, double encoder_step_m)
     : spent_ns(scene.modes().size()),
       tool(scene.tool(), scene.coupling()),
       felt(scene, encoder_step_m),
-      rehearsal(measured(scene, spent_ns), encoder_step_m) {}
+      rehearsal(measured(scene, spent_ns), encoder_step_m) {
+  if (!felt.stock().empty())
+    throw SceneError("a volume is larger than memory, and its windows are laid on a simulated clock only: run it without a "
+                     "device, or let it be read as a whole by 'memory_mb'");
+}
 
 LiveScene::State::State(const Scene& scene, const DeviceLimits& limits)
     : scene_(scene), limits_(limits), waiting_(new PreparedSession(clamped_to(scene, limits), limits.encoder_step_m)) {}

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "palpa/loop/window_feed.h"
+
 namespace palpa {
 
 namespace {
@@ -23,6 +25,14 @@ void record(Recorder& recorder, const TickFrame& frame, const Session& session) 
   if (recorder.offer(frame, session)) return;
   recorder.keep_up(0);
   if (!recorder.offer(frame, session)) throw std::length_error("the recorder's ring is smaller than one tick");
+}
+
+Probe probe_of(const DeviceState& state) {
+  return {.position_m = state.position_m,
+          .velocity_m_per_s = state.velocity_m_per_s,
+          .valid = state.valid,
+          .buttons = state.buttons,
+          .turn = state.turn.value_or(Turn{})};
 }
 
 }  // namespace
@@ -43,6 +53,8 @@ std::int64_t run_simulated(std::span<const SimulatedHand> hands, const LoopOptio
         *hand.session,
         GuardOptions{.max_force_n = limits.max_force_n, .motors = false, .max_torque_nm = limits.max_torque_nm}));
   }
+  std::vector<WindowFeed> feeds;
+  for (const SimulatedHand& hand : hands) feeds.emplace_back(*hand.session);
   std::vector<DeviceState> states(hands.size());
   std::vector<TickFrame> frames(hands.size());
   const auto now = [&] { return options.time_ticks ? Clock::now() : Clock::time_point{}; };
@@ -50,17 +62,15 @@ std::int64_t run_simulated(std::span<const SimulatedHand> hands, const LoopOptio
   std::int64_t tick = 0;
   for (double t_s = 0.0; t_s < options.duration_s; ++tick) {
     const Clock::time_point begin = now();
-    for (std::size_t h = 0; h < hands.size(); ++h) states[h] = hands[h].device->read();
+    for (std::size_t h = 0; h < hands.size(); ++h) {
+      states[h] = hands[h].device->read();
+      feeds[h].lay_for(probe_of(states[h]), dt_s);
+    }
     const Clock::time_point was_read = now();
     Clock::time_point was_felt = was_read;
     for (std::size_t h = 0; h < hands.size(); ++h) {
       const Clock::time_point begin_tick = was_felt;
-      frames[h] = guarded[h]->tick(tick, t_s, dt_s,
-                                   {.position_m = states[h].position_m,
-                                    .velocity_m_per_s = states[h].velocity_m_per_s,
-                                    .valid = states[h].valid,
-                                    .buttons = states[h].buttons,
-                                    .turn = states[h].turn.value_or(Turn{})});
+      frames[h] = guarded[h]->tick(tick, t_s, dt_s, probe_of(states[h]));
       was_felt = now();
       frames[h].tick_us = microseconds(was_felt - begin_tick);
     }

@@ -5,6 +5,7 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/loop/loop.h"
+#include "palpa/loop/window_feed.h"
 #include "palpa/report/html.h"
 #include "palpa/session/session.h"
 
@@ -58,6 +59,7 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
                            std::vector<RecordedMoment>& moments, const std::function<void(double)>& progress) {
   Session session(scene, recorded.header.device_encoder_step_m);
   session.set_force_limit(force_limit_n(scene, recorded.header.device_max_force_n));
+  WindowFeed feed(session);
   std::vector<std::vector<PlacedPrimitive>> felt;
   std::size_t row = 0;
   for (const RecordedMoment& moment : moments) {
@@ -69,6 +71,7 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
                         .valid = was.probe_valid,
                         .buttons = recorded.ticks[row].buttons,
                         .turn = was.probe_turn};
+      feed.lay_for(probe, recorded.ticks[row].dt_s);
       proxy_m = session.tick(probe, recorded.ticks[row].dt_s).proxy_m;
     }
     // Tolerance of the replayed proxy. More: another version's primitives are shown as recorded; less: rounding on another

@@ -43,6 +43,8 @@ class ProbeQueue {
     std::copy(corners_.begin() + 1, corners_.begin() + static_cast<std::ptrdiff_t>(size_), corners_.begin());
     --size_;
   }
+  /// Pose that was pushed last [m].
+  const Pose& last() const noexcept { return before(size_); }
   /// Pose up to which the probe's path is processed [m].
   const Pose& processed_up_to() const noexcept { return walked_; }
   /// Duration from the end of the next segment to the current pose [s].

@@ -110,16 +110,25 @@ void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
   modes_.set_time(view());
 }
 
-// Feet of the proxy in the world [m].
-std::span<const Vec3> ProxyPath::feet_in_world() noexcept {
+// Feet in the world [m].
+std::span<const Vec3> ProxyPath::feet_in_world(const Pose& pose) noexcept {
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot)
-    feet_in_world_[foot] = modes_.samples(foot).hand_to_world().to_world(tool_.foot_m(state_.proxy, foot));
+    feet_in_world_[foot] = modes_.samples(foot).hand_to_world().to_world(tool_.foot_m(pose, foot));
   return feet_in_world_;
+}
+
+WindowNeed ProxyPath::window_need(const Pose& probe, bool valid, double time_step_s) noexcept {
+  const Pose at{probe.position_m, tool_.is_point() ? Turn{} : unit_turn(probe.turn)};
+  const bool follows = state_.started && valid;
+  const double way_m = follows ? tool_.way_m(queue_.last(), at) : 0.0;
+  const Pose& feet = state_.started ? state_.proxy : at;
+  const double scale = modes_.samples(0).hand_to_world().scale;
+  return {feet_in_world(feet), is_finite(at.position_m) ? way_m * scale : 0.0, time_.at(state_.elapsed_s + time_step_s)};
 }
 
 void ProxyPath::choose_octave(double time_step_s) noexcept {
   const DataTime now = time_.at(state_.elapsed_s);
-  const std::span<const Vec3> feet_m = feet_in_world();
+  const std::span<const Vec3> feet_m = feet_in_world(state_.proxy);
   stock_.put_in_force(feet_m, now);
   felt_octave_.advance(stock_, feet_m, path_m_ * modes_.samples(0).hand_to_world().scale, time_step_s, now);
 }
@@ -128,7 +137,7 @@ void ProxyPath::choose_octave(double time_step_s) noexcept {
 double ProxyPath::reach_m() noexcept {
   const auto octave = static_cast<int>(state_.view_octave);
   const double scale = modes_.samples(0).hand_to_world().scale;
-  return stock_.room_m(octave, feet_in_world(), time_.at(state_.view_s), Stock::sample_voxels) / scale;
+  return stock_.room_m(octave, feet_in_world(state_.proxy), time_.at(state_.view_s), Stock::sample_voxels) / scale;
 }
 
 const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {

@@ -53,6 +53,7 @@ class ProxyPath {
   /// Windows of volumes larger than memory.
   Stock& stock() noexcept { return stock_; }
   const FeltOctave& felt_octave() const noexcept { return felt_octave_; }
+  WindowNeed window_need(const Pose& probe, bool valid, double time_step_s) noexcept;
   /// See Session.
   void set_force_limit(double most_n) noexcept { modes_.set_force_limit(most_n); }
   void refine(int times);
@@ -124,7 +125,7 @@ class ProxyPath {
   DataTime followed() const noexcept { return data_time(state_.followed_s, state_.followed_octave); }
   void find_changes() noexcept;
   void choose_octave(double time_step_s) noexcept;
-  std::span<const Vec3> feet_in_world() noexcept;
+  std::span<const Vec3> feet_in_world(const Pose& pose) noexcept;
   double reach_m() noexcept;
   bool next_segment(ProbeSegment& segment) noexcept;
   bool is_free() noexcept;

@@ -207,6 +207,9 @@ Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return sta
 void Session::reset() noexcept { state_->reset(); }
 void Session::set_force_limit(double most_n) noexcept { state_->path.set_force_limit(most_n); }
 Stock& Session::stock() noexcept { return state_->path.stock(); }
+WindowNeed Session::window_need(const Probe& probe, double time_step_s) noexcept {
+  return state_->path.window_need({probe.position_m, probe.turn}, probe.valid, time_step_s);
+}
 void Session::refine_path(int times) { state_->path.refine(times); }
 void Session::copy_state_from(const Session& other) noexcept { state_->copy_state_from(*other.state_); }
 void Session::resume_in_changed_scene(const Session& other) noexcept { state_->resume_in_changed_scene(*other.state_); }

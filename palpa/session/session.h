@@ -77,6 +77,13 @@ struct SessionEvent {
   double depth_m = 0.0;        ///< [m] of break_through: |proxy − probe| where the strength was reached
 };
 
+/// Places for which a tick needs windows of volumes larger than memory.
+struct WindowNeed {
+  std::span<const Vec3> feet_m;  ///< [m, world] of the proxy, or of the probe where the proxy begins on it
+  double way_m = 0.0;            ///< [m, world] of a foot in the tick, as the probe moves
+  DataTime time;                 ///< at which the data are posed
+};
+
 /// A scene in use: its proxy, the modes' memories, the ledger. Holds a snapshot of the scene (voxels shared). Construction
 /// allocates and throws SceneError; `tick` does neither, takes no lock, does no input or output, and returns finite numbers for
 /// any arguments. One thread.
@@ -108,6 +115,8 @@ class Session {
 
   /// Windows of volumes larger than memory, to be laid between ticks. Empty for a scene without such volumes.
   Stock& stock() noexcept;
+  /// Need of the next tick, with these arguments; valid until then.
+  WindowNeed window_need(const Probe& probe, double time_step_s) noexcept;
 
   /// Divides sub-steps by `times` [1] (1…16), at least `times` per tick; multiplies a tick's limits by it. For studies of
   /// convergence. Allocates.

@@ -7,6 +7,7 @@
 #include "palpa/baseline/law.h"
 #include "palpa/data/quantile.h"
 #include "palpa/loop/loop.h"
+#include "palpa/loop/window_feed.h"
 #include "palpa/mode/modes.h"
 
 namespace palpa {
@@ -99,7 +100,9 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
   PrimitiveSet set;
   Session session(with_law(scene, "exact"));
   session.set_force_limit(scene.coupling().max_force_n);
+  WindowFeed feed(session);
   for (const Probe& probe : probes) {
+    feed.lay_for(probe, time_step_s);
     const Tick tick = session.tick(probe, time_step_s);
     exact.push_back({tick.probe_valid && tick.status != TickStatus::bad_input, tick.proxy_m, tick.force_n});
     result.ticks += exact.back().valid;
@@ -131,8 +134,10 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
     const Scene own = with_law(scene, laws[i]);
     Session alone(own);
     alone.set_force_limit(scene.coupling().max_force_n);
+    WindowFeed feed_alone(alone);
     std::vector<double> apart_m, apart_n;
     for (std::size_t t = 0; t < probes.size(); ++t) {
+      feed_alone.lay_for(probes[t], time_step_s);
       const Tick tick = alone.tick(probes[t], time_step_s);
       if (!exact[t].valid) continue;
       apart_m.push_back(distance(tick.proxy_m, exact[t].proxy_m));

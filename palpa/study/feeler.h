@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "palpa/loop/window_feed.h"
 #include "palpa/session/session.h"
 #include "palpa/study/summary.h"
 
@@ -66,12 +67,12 @@ class Feeler {
     bool over = false;
     // A tool begins earlier by its reach, so that none of its feet begins in the data.
     for (int n = static_cast<int>(std::ceil(reach_m_ / way_step_m)); n > 0; --n)
-      session_.tick({.position_m = from_m - n * way_step_m * direction}, way_step_s);
+      tick_at(from_m - n * way_step_m * direction);
     const int steps = static_cast<int>(std::ceil(length_m / way_step_m));
     const auto enough = [&] { return over && (until == Until::contact || (until == Until::level && way.at_level)); };
     for (int n = 0; n <= steps && !enough(); ++n) {
       const double way_m = n * way_step_m;
-      const Tick tick = session_.tick({.position_m = from_m + way_m * direction}, way_step_s);
+      const Tick tick = tick_at(from_m + way_m * direction);
       const double force_n = scene_.coupling().stiffness_n_per_m * distance(tick.proxy_m, tick.probe_m);
       const bool felt = force_n > contact_force_n;
       if (felt) at(way_m, force_n, session_);
@@ -101,9 +102,15 @@ class Feeler {
   }
 
  private:
+  Tick tick_at(const Vec3& place_m) {
+    feed_.lay_for({.position_m = place_m}, way_step_s);
+    return session_.tick({.position_m = place_m}, way_step_s);
+  }
+
   const Scene& scene_;
   const Session fresh_;
   Session session_;
+  WindowFeed feed_{session_};
   double reach_m_;  // of the tool
   std::vector<double> forces_n_;
 };

@@ -9,6 +9,7 @@
 #include "palpa/base/limits.h"
 #include "palpa/base/load_error.h"
 #include "palpa/base/printed.h"
+#include "palpa/loop/window_feed.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/reach_lattice.h"
 
@@ -75,6 +76,7 @@ class MapFeeler {
  private:
   Tick come_to(const Vec3& place_m, double time_step_s) {
     ++ticks_;
+    feed_.lay_for({.position_m = place_m}, time_step_s);
     const Tick tick = session_.tick({.position_m = place_m}, time_step_s);
     for (const SessionEvent& event : session_.events()) broken_levels_ += event.kind == SessionEventKind::break_through;
     return tick;
@@ -86,7 +88,9 @@ class MapFeeler {
     Tick tick = arrived;
     for (int n = 0; n < most_held_ticks && !point.settled; ++n) {
       ++ticks_;
-      const Tick next = held_.tick({.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}}, held_tick_s);
+      const Probe probe{.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}};
+      held_feed_.lay_for(probe, held_tick_s);
+      const Tick next = held_.tick(probe, held_tick_s);
       point.settled = next.status != TickStatus::waiting &&
                       stiffness_n_per_m_ * length(tool_.motion(pose_of(tick), pose_of(next))) <= settled_n;
       tick = next;
@@ -109,6 +113,7 @@ class MapFeeler {
   double stiffness_n_per_m_;
   double begin_z_m_ = 0.0;
   Session fresh_, session_, held_;
+  WindowFeed feed_{session_}, held_feed_{held_};
   int broken_levels_ = 0;
   std::int64_t ticks_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "palpa/loop/loop.h"
+#include "palpa/loop/window_feed.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/recorded_scene.h"
 #include "palpa/study/recording.h"
@@ -58,6 +59,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   ReplayResult result;
   SummaryBuilder builder(loaded.scene);
   GuardedSession guarded(session, detail::guard_options_of(header));
+  WindowFeed feed(session);
   const auto begin = std::chrono::steady_clock::now();
   const TickFrame* before = nullptr;
   for (const auto& [recorded] : ticks) {
@@ -70,6 +72,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
                       .valid = recorded.result.probe_valid,
                       .buttons = recorded.buttons,
                       .turn = recorded.result.probe_turn};
+    feed.lay_for(probe, recorded.dt_s);
     const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe, recorded.circumstances);
     builder.add(frame, session);
     writer->append(frame, session.modes(), session.sub_steps(), session.primitives(), session.events());

@@ -1,0 +1,140 @@
+#include "palpa/file/store_volume.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpa/base/wording.h"
+#include "palpa/data/length_unit.h"
+#include "palpa/file/octave_places.h"
+#include "palpa/file/store_protocol.h"
+#include "palpa/file/store_survey.h"
+#include "palpa/file/store_voxels.h"
+
+namespace palpa::detail {
+namespace {
+
+constexpr int slots = 64;                    ///< chunks decoded at once. More: memory; fewer: the reader waits
+constexpr std::uint64_t cache_bytes = 256'000'000;
+constexpr double longest_survey_s = 2.0;     ///< More: slow to open; less: a range that is too small
+/// Largest coarsest octave, which is in memory as a whole. More: slow to open, more memory; less: more octaves to prepare.
+constexpr std::int64_t most_coarsest = 256;  ///< [voxels] along an axis
+
+double bytes_of_finest(const StoreContents& contents) {
+  double bytes = 0.0;
+  for (const StoreField& field : contents.fields)
+    bytes += static_cast<double>(size_of(field.type)) * field.components *
+             static_cast<double>(contents.octaves.front().grid.voxels());
+  return bytes;
+}
+
+/// Octaves that are halves of each other, from the finest. Throws LoadError if they do not end in a small one.
+int usable_octaves(const StoreContents& contents) {
+  const auto& finest = contents.octaves.front().grid.dims;
+  int count = 1;
+  const auto halves = [&](int octave) {
+    const auto& dims = contents.octaves[static_cast<std::size_t>(octave)].grid.dims;
+    bool all = true;
+    for (std::size_t a = 0; a < 3; ++a)
+      all = all && dims[a] == std::max<std::int64_t>((finest[a] + (std::int64_t{1} << octave) - 1) >> octave, 1);
+    return all;
+  };
+  while (count < std::min<int>(static_cast<int>(contents.octaves.size()), Octaves::most) && halves(count)) ++count;
+  const auto& last = contents.octaves[static_cast<std::size_t>(count - 1)].grid.dims;
+  const std::int64_t longest = *std::ranges::max_element(last);
+  if (longest > most_coarsest)
+    throw LoadError("is larger than memory, and its octaves end at " + std::to_string(longest) +
+                    " voxels along an axis; `palpa prepare` makes the rest");
+  return count;
+}
+
+void check_places(const OctavePlaces& places) {
+  if (places.making == OctaveMaking::means || places.making == OctaveMaking::undecided || places.making == OctaveMaking::none)
+    return;
+  throw LoadError(places.making == OctaveMaking::decimation
+                      ? "is larger than memory, and its octaves are every second voxel, not means; `palpa prepare --into` makes means"
+                      : "is larger than memory, and its octaves are no means of octave 0; `palpa prepare --into` makes some");
+}
+
+struct Wanted {
+  std::string name, unit;
+  std::int32_t field = 0;
+};
+
+std::vector<Wanted> wanted_fields(const VolumeRequest& request, const StoreContents& contents) {
+  std::vector<Wanted> wanted;
+  std::vector<std::string> names;
+  for (const StoreField& field : contents.fields) names.push_back(field.name);
+  if (request.fields.empty()) {
+    for (std::size_t n = 0; n < names.size(); ++n)
+      wanted.push_back({names[n], contents.fields[n].unit, static_cast<std::int32_t>(n)});
+  }
+  for (const VolumeRequest::FieldRequest& field : request.fields) {
+    if (!field.arrays.empty())
+      throw LoadError("is larger than memory, and field '" + field.name + "' is of three arrays; name one");
+    const std::string array = field.array.empty() ? field.name : field.array;
+    const auto found = std::ranges::find(names, array);
+    if (found == names.end()) throw LoadError("has no array " + in_quotes(array) + "; " + suggestion(array, names));
+    const auto n = static_cast<std::size_t>(found - names.begin());
+    wanted.push_back({field.name, field.unit.empty() ? contents.fields[n].unit : field.unit, static_cast<std::int32_t>(n)});
+  }
+  return wanted;
+}
+
+/// Factor [1] of lengths for the unit of a request.
+double length_factor(const VolumeRequest& request, const StoreContents& contents, Volume& volume) {
+  volume.length_unit = contents.length_unit;
+  volume.length_unit_assumed = contents.length_unit_assumed;
+  if (request.length_unit.empty()) return 1.0;
+  const auto asked = length_unit(request.length_unit), stated = length_unit(contents.length_unit);
+  if (!asked) throw LoadError("is asked for with length_unit '" + request.length_unit + "', which is unknown");
+  volume.length_unit = asked->name, volume.length_unit_assumed = false;
+  return asked->metres / (stated && !contents.length_unit_assumed ? stated->metres : 1e-6);
+}
+
+}  // namespace
+
+std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options) {
+  if (request.files.size() != 1 || !protocol::is_store(request.files.front())) return std::nullopt;
+  auto reader = std::make_unique<StoreReader>(request.files.front(), options, slots);
+  const StoreContents contents = reader->contents();
+  if (bytes_of_finest(contents) <= (request.memory_mb ? 1e6 * *request.memory_mb : whole_bytes)) return std::nullopt;
+
+  const int count = usable_octaves(contents);
+  const OctavePlaces places = octave_places(*reader);
+  check_places(places);
+  const StoreSurvey values = survey(*reader, longest_survey_s);
+  if (request.frame == VolumeRequest::all_frames) throw LoadError("is larger than memory, so it is felt one frame at a time; name one");
+  if (request.frame >= contents.frames)
+    throw LoadError("has " + std::to_string(contents.frames) + " frames, not frame " + std::to_string(request.frame));
+  Volume volume;
+  volume.format = "zarr";
+  volume.frames = contents.frames;
+  volume.warnings = contents.warnings;
+  volume.warnings.insert(volume.warnings.end(), places.warnings.begin(), places.warnings.end());
+  GridGeometry finest = places.octaves.empty() ? contents.octaves.front().grid : places.octaves.front().grid;
+  const double factor = length_factor(request, contents, volume);
+  for (Vec3& row : finest.index_to_world_m.row) row = factor * row;
+  finest.origin_m = factor * finest.origin_m;
+
+  const auto cache = std::make_shared<StoreCache>(std::move(reader), cache_bytes);
+  for (const Wanted& wanted : wanted_fields(request, contents)) {
+    const StoreField& field = contents.fields[static_cast<std::size_t>(wanted.field)];
+    const StoreSurvey::Values& range = values.values[static_cast<std::size_t>(wanted.field)];
+    const ValueRange found = range.min <= range.max ? ValueRange{range.min, range.max} : ValueRange{};
+    Octaves::Shape shape{.finest = finest, .count = count, .type = field.type, .components = field.components};
+    shape.filter = field.components == 1 ? Filter::smooth : Filter::trilinear;
+    shape.ranges.assign(static_cast<std::size_t>(field.components), found);
+    shape.source = std::make_shared<StoreVoxels>(cache, wanted.field, std::max(request.frame, 0));
+    volume.fields.push_back({wanted.name, wanted.unit, std::make_shared<const Octaves>(std::move(shape))});
+  }
+  if (values.values.front().about) volume.warnings.push_back("is not prepared: its range of values is that of some chunks");
+  if (values.lost + values.damaged > 0)
+    volume.warnings.push_back("has " + std::to_string(values.lost + values.damaged) + " lost or damaged chunks of " +
+                              std::to_string(values.looked_at) + "; a coarser octave is felt there");
+  volume.files.push_back({request.files.front().string(), 0, {}});
+  volume.request = std::make_shared<const VolumeRequest>(request);
+  return volume;
+}
+
+}  // namespace palpa::detail

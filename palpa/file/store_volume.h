@@ -1,0 +1,22 @@
+// Stores larger than memory as volumes in octaves.
+#pragma once
+
+#include <optional>
+
+#include "palpa/data/volume.h"
+#include "palpa/file/read_volume.h"
+
+namespace palpa::detail {
+
+/// [bytes] Voxels that a store's octave 0 may take in memory as a whole; more: it is felt through windows. `memory_mb` of a
+/// request replaces it.
+inline constexpr double whole_bytes = 512e6;
+
+/// The volume of a request for a store whose octave 0 takes more memory than it may: fields in octaves (octaves.h), whose
+/// chunks a program that stays open reads when windows need them; nullopt for smaller stores and for other files. A chunk that
+/// is lost, damaged, or not as it was when the store was prepared leaves no window there. Reads the coarsest octave and
+/// the facts of chunks. Throws LoadError with a sentence, without the store's name: also where octaves are missing, or are no
+/// means.
+std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options);
+
+}  // namespace palpa::detail

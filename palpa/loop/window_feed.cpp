@@ -1,0 +1,63 @@
+#include "palpa/loop/window_feed.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpa {
+namespace {
+
+constexpr double window_voxels = 128.0;   // [voxels] along an axis. More: slower windows, larger steps; fewer: more windows
+constexpr std::int64_t brick_voxels = 8;  // [voxels] windows begin at multiples of it
+
+}  // namespace
+
+WindowFeed::WindowFeed(Session& session) : session_(session) { session_.stock().set_complete(true); }
+
+void WindowFeed::lay(const WindowNeed& need) {
+  Stock& stock = session_.stock();
+  stock.put_in_force(need.feet_m, need.time);
+  for (std::size_t field = 0; field < stock.size(); ++field) {
+    const int coarsest = stock.octaves(field).count() - 1;
+    for (int octave = 0; octave < coarsest; ++octave) {
+      if (stock.room_of_m(field, octave, need.feet_m, need.time, Stock::margin_voxels) >= need.way_m) break;
+      if (lay_octave(field, octave, need)) break;
+    }
+  }
+}
+
+/// Lays a window about the feet; false if its voxels are lost.
+bool WindowFeed::lay_octave(std::size_t field, int octave, const WindowNeed& need) {
+  Stock& stock = session_.stock();
+  const Octaves& octaves = stock.octaves(field);
+  const GridGeometry& grid = octaves.sampled_grid(octave);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double low[3] = {infinity, infinity, infinity}, high[3] = {-infinity, -infinity, -infinity};
+  for (const Vec3& foot_m : need.feet_m) {
+    const Vec3 steps = octaves.steps_of(octave, stock.pose(field, need.time).to_hand(foot_m));
+    const double at[3] = {steps.x, steps.y, steps.z};
+    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], at[a]), high[a] = std::max(high[a], at[a]);
+  }
+  const double spacing_m = std::ldexp(octaves.spacing_m(), octave) * stock.pose(field, need.time).scale;
+  // Beside the feet: what the tick needs, a brick by rounding, and as much again, so that a window serves many ticks.
+  const double beside = Stock::margin_voxels + need.way_m / spacing_m + 2.0 * static_cast<double>(brick_voxels);
+  std::array<std::int64_t, 3> first{}, dims{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double half = std::max(0.5 * window_voxels, beside + 0.5 * (high[a] - low[a])), middle = 0.5 * (low[a] + high[a]);
+    const auto last = static_cast<double>(grid.dims[a] - 1);
+    const auto from = static_cast<std::int64_t>(std::clamp(middle - half, 0.0, last)) / brick_voxels * brick_voxels;
+    const auto end = static_cast<std::int64_t>(std::clamp(middle + half, 0.0, last)) + 1;
+    first[a] = from;
+    dims[a] = std::max(end, std::min(from + brick_voxels, grid.dims[a])) - from;
+  }
+  if (lost_.contains({field, octave, first})) return false;
+  const OctaveWindow window = octaves.window(octave, first, dims);
+  if (!window.grid) {
+    lost_.insert({field, octave, first});
+    return false;
+  }
+  stock.lay(field, octave, window);
+  return true;
+}
+
+}  // namespace palpa
