@@ -34,6 +34,7 @@ class FieldAtMoment {
   ScalarSample scalar(const Vec3& world_m) const noexcept;
   VectorSample vector(const Vec3& world_m) const noexcept;
   Mat3 hessian(const Vec3& world_m) const noexcept;
+  /// From the share `begin` [1] on.
   PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet) const noexcept;
   LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept;
   double depth_m(const Vec3& world_m) const noexcept;
@@ -73,6 +74,7 @@ class FieldOfMoments : public TimedField {
   ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept final { return at_moment(at).scalar(world_m); }
   VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept final { return at_moment(at).vector(world_m); }
   Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept final { return at_moment(at).hessian(world_m); }
+  /// From the share `begin` [1] on.
   PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
                                  DataTime at) const noexcept final {
     return at_moment(at).piece_along(from_m, to_m, begin, quiet);
@@ -80,7 +82,9 @@ class FieldOfMoments : public TimedField {
   LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept final {
     return at_moment(at).lipschitz_bound(world_m);
   }
+  /// Depth [m].
   double depth_at(const Vec3& world_m, DataTime at) const noexcept final { return at_moment(at).depth_m(world_m); }
+  /// Local spacing [m].
   double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept final {
     return at_moment(at).local_spacing_m(world_m);
   }

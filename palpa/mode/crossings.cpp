@@ -290,9 +290,10 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
   const ValueRange quiet = this->quiet(policy, field, sides);
   const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
   Event::Ball& ball = event.balls_[field];
+  const std::uint64_t moment = samples.moment_of(field);
   const auto holds = [&] {
     const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
-    if (!(reach_m < ball.lipschitz_bound.radius_m) || ball.moment != samples.moment_of(field)) return false;
+    if (!(reach_m < ball.lipschitz_bound.radius_m) || ball.moment != moment) return false;
     if (!ball.inside) return !has_sides(field, sides);
     const double change = is_any_value ? 0.0 : ball.lipschitz_bound.change(reach_m);
     return ball.value - change > quiet.min && ball.value + change < quiet.max;
@@ -300,7 +301,7 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
   if (holds()) return true;
   const ScalarSample& sample = samples.scalar(field, start_m);
   const bool inside = sample.inside || samples.vector(field, start_m).inside;
-  ball = {start_m, samples.moment_of(field), sample.value, inside, samples.lipschitz_bound(field, start_m)};
+  ball = {start_m, moment, sample.value, inside, samples.lipschitz_bound(field, start_m)};
   return holds();
 }
 

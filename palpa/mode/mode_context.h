@@ -35,10 +35,8 @@ class Samples {
   /// Whether any field changes with time.
   bool any_timed() const noexcept { return any_timed_; }
   /// Number of a field's moment so far, for caches: another one whenever a field that changes with time is set to another
-  /// moment; always 0 for other fields, and for an invalid index.
-  std::uint64_t moment_of(std::int32_t field) const noexcept {
-    return is_field(field) ? moments_[static_cast<std::size_t>(field)] : 0;
-  }
+  /// moment; always 0 for other fields. The index must be valid.
+  std::uint64_t moment_of(std::int32_t field) const noexcept { return moments_[static_cast<std::size_t>(field)]; }
 
   /// Value at a position in the hand frame [m], and gradient per hand metre. Not `inside` if the index is no scalar field.
   /// References returned here and below are valid until `remembered` other positions have been sampled.

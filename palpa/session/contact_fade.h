@@ -19,6 +19,7 @@ class ContactFade {
   double share() const noexcept { return share_; }          ///< [1] of the mode's strengths
   bool is_leaving() const noexcept { return is_leaving_; }  ///< the mode's last primitives fade out; it places no others
 
+  /// The mode fades, or has just begun anew.
   bool is_under_way() const noexcept { return share_ < 1.0 || is_leaving_ || returns_; }
 
   /// Advances the fade by `time_step_s` [s]. Returns true where the mode restarts with fresh memory.

@@ -148,6 +148,19 @@ TEST(StandingData, AreFeltAsPlainOnesToTheBit) {
   EXPECT_GT(with_force, 10000);
 }
 
+TEST(StandingData, AreFeltAsPlainOnesByATool) {
+  const FieldPtr head = ball();
+  const auto felt_by_pad = [&](Data data) {
+    Scene scene = scan(data, head);
+    scene.set(ToolOptions{.shape = ToolOptions::Shape::pad, .radius_m = 0.004, .points = 7, .share = 1.0 / 7.0});
+    return scene;
+  };
+  int with_force = 0;
+  for (const Data data : {Data::at_frame, Data::between_frames, Data::ended})
+    expect_equal_ticks(felt_by_pad(Data::plain), felt_by_pad(data), 2.0, with_force);
+  EXPECT_GT(with_force, 5000);
+}
+
 /// Calls of a still hand's ticks.
 Calls at_rest(Data data, const FieldPtr& grid, double height_m, int& work) {
   Calls calls;
