@@ -27,7 +27,8 @@ class NewFile {
   void write(const void* data, std::size_t bytes);
   void write(std::string_view text) { write(text.data(), text.size()); }
 
-  /// Syncs all files of the file system to disk: of many files at once that waits less than a sync of each. False: it failed.
+  /// Syncs all files of the file system to disk: of many files at once that takes less time than a sync of each. False: it
+  /// failed.
   bool sync_with_others() noexcept;
 
   /// Syncs the file to disk and gives it its name. Throws LoadError with a sentence, also if the name was taken meanwhile.

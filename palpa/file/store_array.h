@@ -37,7 +37,7 @@ std::string group_metadata(int zarr);
 /// LoadError, without a place, if blosc fails. \param number_bytes  of one number
 std::vector<std::byte> packed_chunk(std::span<const std::byte> voxels, std::size_t number_bytes);
 
-/// Files that are written, synced and named together: the disk waits once for many. One thread.
+/// Files that are written, synced and named together: one sync for many. One thread.
 class FileBatch {
  public:
   FileBatch();

@@ -9,7 +9,7 @@
 namespace palpa::detail {
 namespace {
 
-constexpr std::int64_t chunk_side = 32;       // [voxels] of own chunks, unless those of others ask for another
+constexpr std::int64_t chunk_side = 32;       // [voxels] of own chunks, unless those of others need another
 constexpr int unit_octaves = 5;               // of a unit of 32 chunks a side: octave 5 is one chunk
 constexpr std::int64_t coarsest_side = 128;   // [voxels] of a window, so that the coarsest octave is in memory as a whole
 constexpr std::int64_t most_facts_side = 64;  // [chunks] that a reader takes

@@ -3,6 +3,7 @@
 import pathlib
 import re
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -127,3 +128,14 @@ mask = [{of = "ramp", points = [[-16, 0], [16, 1]]}]
         assert text == (theirs.folder / f"{table}.csv").read_bytes() == (tmp_path / "cpp" / f"{table}.csv").read_bytes(), table
     assert (tmp_path / "cpp/scene.toml").read_bytes() == (ours.folder / "scene.toml").read_bytes()
     assert ours.summary["contact_share"] > 0 and ours.replay().same
+
+
+def test_the_lines_on_parts_by_dask_prepare_a_store(tmp_path, palpa_program):
+    pytest.importorskip("distributed", reason="python3-distributed is not installed")
+    (lines,) = blocks("docs/large.md")
+    np.arange(300 * 200 * 150).astype(np.uint16).tofile(tmp_path / "big.raw")
+    subprocess.run([palpa_program, "convert", "big.raw", "big.zarr", "--part", "1/1", "--set", "type=uint16", "--set", "dims=[300,200,150]"],
+                   cwd=tmp_path, check=True, capture_output=True)
+    (tmp_path / "parts.py").write_text(lines)
+    done = subprocess.run([sys.executable, "parts.py"], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.stdout.startswith("True\n") and done.stdout.endswith(" (4, 8, 8)\n"), done.stderr
