@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr double most_whole_bytes = 512e6;  // More: info takes longer; less: fewer facts of small stores
 constexpr double longest_survey_s = 0.4;    // More: slower; less: fewer chunks are looked at
 constexpr int slots = 16;                   // [1] More: more memory; fewer: slow disks are used less
-constexpr double much_waste = 2.0;          // [1] More: slow stores are not told of; less: usual ones are
+constexpr double much_waste = 2.0;          // [1] More: slow stores are not reported; less: usual ones are
 
 std::string sides(const std::array<std::int64_t, 3>& n) { return fmt::format("{} × {} × {}", n[0], n[1], n[2]); }
 

@@ -22,7 +22,7 @@
 namespace palpa::reader {
 namespace {
 
-/// Chunks read at once, which wait for the disk most of the time. More: more memory; fewer: slow networks are used less.
+/// Chunks read at once, which the disk blocks most of the time. More: more memory; fewer: slow networks are used less.
 constexpr std::uint64_t most_workers = 8, most_scratch_bytes = 256'000'000;
 /// Computing for one chunk. More: a hostile one holds a worker for longer; less: large ones are refused on slow machines.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

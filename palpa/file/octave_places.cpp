@@ -13,7 +13,7 @@ namespace {
 constexpr int boxes_wanted = 16, most_candidates = 1024;
 constexpr std::int64_t box_side = 16;  ///< [voxels] of octave 1
 constexpr std::uint64_t most_bytes = 64'000'000;
-/// Voxels that tell means from decimation. More: sparse stores stay undecided; fewer: chance decides.
+/// Voxels that distinguish means from decimation. More: sparse stores stay undecided; fewer: chance decides.
 constexpr std::int64_t least_voxels = 64;
 constexpr double most_misfits = 1e-3;  ///< [1] of these voxels. More: wrong places; less: a damaged chunk decides
 

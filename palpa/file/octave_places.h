@@ -10,7 +10,7 @@
 
 namespace palpa {
 
-/// How an octave was made of the one before.
+/// Making of an octave from the one before.
 enum class OctaveMaking : std::uint8_t {
   none,        ///< there is one octave only
   means,       ///< of 2 × 2 × 2 voxels

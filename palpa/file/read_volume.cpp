@@ -288,7 +288,8 @@ FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, con
     return one_row_in == 0 ? grid_field(grid, of, field.scale, field.offset)
                            : preview_grid_field(grid, of, field.scale, field.offset, one_row_in);
   } catch (const std::invalid_argument& problem) {
-    throw LoadError(std::string("cannot be felt: ") + problem.what());
+    const std::string what = problem.what();
+    throw LoadError("cannot be felt: " + what + (what.find("; ") == std::string::npos ? "; correct the file" : ""));
   }
 }
 

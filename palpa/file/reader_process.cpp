@@ -136,7 +136,7 @@ int ReaderProcess::end() noexcept {
   ::kill(pid_, SIGKILL);
   int status = -1;
   pid_t reaped = 0;
-  // The system holds a killed process that waits for a frozen mount: the caller must not wait with it.
+  // The system holds a killed process that is blocked by a frozen mount; the caller is not to be held with it.
   const Clock::time_point latest = Clock::now() + longest_end;
   for (unsigned wait_us = 50; (reaped = ::waitpid(pid_, &status, WNOHANG)) <= 0; wait_us = std::min(2 * wait_us, 10'000U)) {
     if ((reaped < 0 && errno != EINTR) || Clock::now() > latest) break;

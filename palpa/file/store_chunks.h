@@ -15,7 +15,7 @@ namespace palpa {
 
 /// Reads chunks in all slots of the reader, which has no request pending, and passes each on as it comes: the content of a
 /// chunk that is present, else an empty span. Blocks. Throws as StoreReader; also what `use` throws, with requests pending.
-/// \param go_on  asked before each request: false ends the reading; those requested are still passed on. Empty: true
+/// \param go_on  called before each request: false ends the reading; those requested are still passed on. Empty: true
 void read_chunks(StoreReader& reader, std::span<const StoreChunk> chunks,
                  const std::function<void(const StoreRead&, std::span<const std::byte>)>& use,
                  const std::function<bool()>& go_on = {});

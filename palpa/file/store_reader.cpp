@@ -8,6 +8,7 @@
 
 #include "palpa/base/free_memory.h"
 #include "palpa/base/load_error.h"
+#include "palpa/base/printed.h"
 #include "palpa/base/sanitized.h"
 #include "palpa/base/wording.h"
 #include "palpa/file/protocol.h"
@@ -22,8 +23,8 @@ namespace {
 /// Resident memory of the program beside the slots: indices of shards, chunks being decoded. More: a damaged store can take
 /// more; less: stores of large chunks are refused.
 constexpr std::uint64_t reader_bytes = 2'000'000'000;
-/// Computing beside the idle limit, as of a file of this size: the program itself ends chunks that take longer than a second.
-constexpr std::uint64_t chunk_work_bytes = protocol::most_chunk_bytes;
+/// No computing beside the idle limit: the program itself ends at chunks that take longer than a second, up to eight at once.
+constexpr std::uint64_t work_bytes = 0;
 /// Longest wait for a chunk whose bytes arrive, in idle limits. Longer: an endless file lasts longer; shorter: slow networks
 /// are taken for hung ones.
 constexpr double most_idle_limits = 6.0;
@@ -161,9 +162,10 @@ class StoreReader::State {
 
   void watch() {
     if (count_pending_ == 0) return;
-    process().watch(chunk_work_bytes, reader_bytes + slot_bytes_ * pending_.size());
+    process().watch(work_bytes, reader_bytes + slot_bytes_ * pending_.size());
     if (process().working_s() > most_idle_limits * idle_limit_s_)
-      throw LoadError("cannot be read: palpa-read finished no chunk for a minute and was ended; check that the disk answers");
+      throw LoadError("cannot be read: palpa-read finished no chunk for " +
+                      detail::text("%g s", most_idle_limits * idle_limit_s_) + " and was ended; check that the disk answers");
   }
 
   /// Throws the sentence of a program that has ended, which may be in the socket still.

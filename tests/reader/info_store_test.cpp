@@ -24,7 +24,7 @@ class InfoStore : public test::ReaderTest {
     asked.request.files = {at(name)};
     return store_facts_of(asked, options_);
   }
-  /// What is printed, and its JSON.
+  /// Printed words, and JSON.
   InfoTable table(const std::string& name) const {
     const auto found = facts(name);
     EXPECT_TRUE(found);
