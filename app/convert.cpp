@@ -51,6 +51,9 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
     const Progress progress("reading " + in);
     file = read_volume_file(arguments.request, arguments.read);
   }
+  // Mapped numbers are sampled for their range, which a conversion does not need.
+  std::erase_if(file.volume.warnings,
+                [](const std::string& warning) { return warning.starts_with("is looked at in one row"); });
   std::vector<std::string> lost;
   std::string grid;
   arguments.options.written = [&](const WrittenVolume& volume) { grid = format_volume(volume); };
