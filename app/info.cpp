@@ -163,7 +163,7 @@ int run_info(const InfoArguments& arguments) {
       print_large_store(*store, arguments, &asked != &all.front(), list);
       continue;
     }
-    const Facts facts = read_facts(asked, arguments.read, !arguments.scene);
+    const Facts facts = read_facts(asked, options_for_whole(asked, arguments.read), !arguments.scene);
     for (const AskedPlace& place : places) world_of(place, facts);  // throws on unknown positions before anything is printed
     if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
     if (arguments.scene) continue;

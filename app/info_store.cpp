@@ -184,6 +184,12 @@ std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& 
   return facts;
 }
 
+ReadOptions options_for_whole(const Asked& asked, ReadOptions read) {
+  if (read.max_bytes == 0 && protocol::is_store(asked.request.files.front()))
+    read.max_bytes = static_cast<std::uint64_t>(most_whole_bytes);
+  return read;
+}
+
 InfoTable store_table(const StoreFacts& facts) {
   const StoreContents& contents = facts.contents;
   const GridGeometry& grid = contents.octaves.front().grid;

@@ -26,6 +26,9 @@ struct StoreFacts {
 /// LoadError of a large store that cannot be read.
 std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& read);
 
+/// Options to read a store as a whole for its facts: no large one. Of other files `read`.
+ReadOptions options_for_whole(const Asked& asked, ReadOptions read);
+
 /// All that is printed of a large store.
 InfoTable store_table(const StoreFacts& facts);
 /// Adds the store's facts to those of octave 0.

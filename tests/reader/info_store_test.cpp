@@ -91,6 +91,25 @@ TEST_F(InfoStore, OfSixteenTerabytesTakesNoTimeAndReadsNothingElse) {
   EXPECT_THAT(test::error_of([&] { run_info(arguments); }), HasSubstr("is too large to be read as a whole"));
 }
 
+TEST_F(InfoStore, ReadsChunksThatAreTooLargeToBeFeltAsAWholeUpToALimit) {
+  const auto write = [&](const std::string& shape) {
+    test::write_zarr_group(at("one"), test::multiscales(1, false));
+    test::write_text_file(
+        at("one/0/.zarray"),
+        R"({"zarr_format":2,"shape":[)" + shape +
+            R"(],"chunks":[400,300,300],"dtype":"|u1","compressor":null,"fill_value":7,"order":"C","filters":null})");
+  };
+  InfoArguments arguments;
+  arguments.files = {at("one")}, arguments.read = options_;
+  write("4000,300,3000");
+  EXPECT_FALSE(facts("one"));
+  EXPECT_THAT(test::error_of([&] { run_info(arguments); }), HasSubstr("3.6 GB where 512 MB are allowed"));
+  write("400,300,300");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_info(arguments), 0);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("300 × 300 × 400 voxels"));
+}
+
 TEST_F(InfoStore, IsOfStoresAlone) {
   folder_.write("a.nrrd", "NRRD0004\n");
   EXPECT_FALSE(facts("a.nrrd"));
