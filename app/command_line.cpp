@@ -106,14 +106,19 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
 
   Work work;
-  const std::pair<std::string, std::function<void()>> commands[] = {
-      {"demo", [&] { add_demo(app, work, stop); }},       {"run", [&] { add_run(app, work, argc, argv, stop); }},
-      {"check", [&] { add_check(app, work); }},           {"devices", [&] { add_devices(app, work, stop); }},
-      {"explore", [&] { add_explore(app, work); }},       {"info", [&] { add_info(app, work); }},
-      {"convert", [&] { add_convert(app, work, stop); }}, {"prepare", [&] { add_prepare(app, work, stop); }},
-      {"replay", [&] { add_replay(app, work, stop); }},
-      {"report", [&] { add_report(app, work); }},         {"export", [&] { add_export(app, work); }},
-      {"map", [&] { add_map(app, work, stop); }},         {"modes", [&] { add_modes(app, work); }}};
+  const std::pair<std::string, std::function<void()>> commands[] = {{"demo", [&] { add_demo(app, work, stop); }},
+                                                                    {"run", [&] { add_run(app, work, argc, argv, stop); }},
+                                                                    {"check", [&] { add_check(app, work); }},
+                                                                    {"devices", [&] { add_devices(app, work, stop); }},
+                                                                    {"explore", [&] { add_explore(app, work); }},
+                                                                    {"info", [&] { add_info(app, work); }},
+                                                                    {"convert", [&] { add_convert(app, work, stop); }},
+                                                                    {"prepare", [&] { add_prepare(app, work, stop); }},
+                                                                    {"replay", [&] { add_replay(app, work, stop); }},
+                                                                    {"report", [&] { add_report(app, work); }},
+                                                                    {"export", [&] { add_export(app, work); }},
+                                                                    {"map", [&] { add_map(app, work, stop); }},
+                                                                    {"modes", [&] { add_modes(app, work); }}};
   // Building the options of all commands takes a millisecond: if a command is named, only its options are built. A file may
   // have the name of another command.
   const auto named = std::ranges::find_if(commands, [&](const auto& command) { return argc > 1 && command.first == argv[1]; });

@@ -117,9 +117,9 @@ struct MapArguments {
   std::string slice = "x";        ///< normal to this axis of the hand
   double at_mm = 0.0;             ///< position of the slice on the axis
   double size_mm = 180.0;
-  int points = 0;   ///< [1] along each side; 0: 256 of a slice, 64 of a grid
-  int threads = 0;  ///< [1] 0: one per core
-  WorkPart part;    ///< of the paths
+  int points = 0;        ///< [1] along each side; 0: 256 of a slice, 64 of a grid
+  int threads = 0;       ///< [1] 0: one per core
+  WorkPart part;         ///< of the paths
   bool is_part = false;  ///< felt into a file of its own, which a call without parts joins
   bool json = false;
   detail::Existing existing = detail::Existing::refused;

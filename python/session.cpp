@@ -93,10 +93,7 @@ class FeltSession {
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
     Session& session() { return felt_.session_; }
-    Tick tick(const Probe& probe, double dt_s) {
-      felt_.feed_.lay_for(probe, dt_s);
-      return felt_.session_.tick(probe, dt_s);
-    }
+    Tick tick(const Probe& probe, double dt_s) { return felt_.feed_.tick(probe, dt_s); }
 
    private:
     FeltSession& felt_;
@@ -191,8 +188,7 @@ class TickPath {
       const double* const p = position_ + 3 * n;
       Probe probe{.position_m = {p[0], p[1], p[2]}};
       if (const double* const r = turn_rad_ ? turn_rad_ + 3 * n : nullptr) probe.turn = turn_by({r[0], r[1], r[2]});
-      feed.lay_for(probe, step_s_[n]);
-      row_[n] = row_of(session.tick(probe, step_s_[n]), t_s);
+      row_[n] = row_of(feed.tick(probe, step_s_[n]), t_s);
       t_s += step_s_[n];
       for (const ModeForce& mode : session.modes()) force_ = put(force_, mode.force_n);
       for (const SessionEvent& event : session.events()) events_.push_back({n, event});

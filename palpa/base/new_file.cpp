@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 /// Only a regular file is replaced: a link's target belongs to others; a device or a pipe is no file.
 void check_name(const fs::path& name, Existing existing) {
-  struct stat status {};
+  struct stat status{};
   if (::lstat(name.c_str(), &status) != 0) return;  // open reports other faults
   if (S_ISDIR(status.st_mode)) fail(EISDIR);
   if (existing == Existing::refused) refuse_as_taken();

@@ -17,8 +17,8 @@ LipschitzBound blend(const LipschitzBound& a, const LipschitzBound& b, double u,
 
 /// (1 − u) a + u b of two pieces that begin at the share `begin` [1], up to the end of the shorter one.
 PolynomialPiece joined_pieces(PolynomialPiece a, PolynomialPiece b, double begin, double u) noexcept;
-/// Piece of (1 − u) a + u b on a segment from the share `begin` [1] on, as `Field::piece_along`: as long as both pieces, quiet if
-/// both are.
+/// Piece of (1 − u) a + u b on a segment from the share `begin` [1] on, as `Field::piece_along`: as long as both pieces, quiet
+/// if both are.
 /// \param u         [1] share of the second field
 /// \param piece_of  (false or true: of the second field, quiet interval) → its piece
 template <class PieceOf>

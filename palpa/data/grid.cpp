@@ -108,7 +108,8 @@ class TypedGrid final : public Grid {
  public:
   TypedGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in,
             const GridWindow* window)
-      : Grid(geometry, std::move(voxels), scale, offset, one_row_in, window), data_(static_cast<const T*>(view_.voxels.data.get())) {}
+      : Grid(geometry, std::move(voxels), scale, offset, one_row_in, window),
+        data_(static_cast<const T*>(view_.voxels.data.get())) {}
 
   ScalarSample scalar_in(Place& place) const noexcept override {
     if (view_.voxels.components != 1 || !place.inside) return {};

@@ -243,8 +243,7 @@ void GridBase::find_extent_of_window(int axis) {
   const double reach = view_.filter == Filter::trilinear ? 0.0 : 1.0;
   box_.low[axis] = window_.data_low[a], box_.high[axis] = window_.data_high[a];
   extent_.low[axis] = box_.low[axis] - face_tolerance_voxels, extent_.high[axis] = box_.high[axis] + face_tolerance_voxels;
-  if (window_.first[a] > 0)
-    extent_.low[axis] = std::max(extent_.low[axis], static_cast<double>(window_.first[a]) + reach);
+  if (window_.first[a] > 0) extent_.low[axis] = std::max(extent_.low[axis], static_cast<double>(window_.first[a]) + reach);
   // On the last plane a sample would be in the cell behind it.
   if (end < view_.geometry.dims[a])
     extent_.high[axis] = std::min(extent_.high[axis], std::nextafter(static_cast<double>(end - 1) - reach, 0.0));

@@ -89,8 +89,8 @@ class GridBase : public Field {
   /// Least way [voxels] from a position to a face of a window behind which the grid goes on; infinite if there is none,
   /// negative beyond one.
   double room_voxels(const Vec3& world_m) const noexcept;
-  /// Time [s] after which a position that moves at this velocity [m/s] is nearer than `margin` [voxels] to such a face; infinite
-  /// if it never is, 0 if it is now.
+  /// Time [s] after which a position that moves at this velocity [m/s] is nearer than `margin` [voxels] to such a face;
+  /// infinite if it never is, 0 if it is now.
   double stays_s(const Vec3& world_m, const Vec3& velocity_m_per_s, double margin) const noexcept;
   /// Shares [1] of the segment between two positions [m] where it enters and leaves the space within such faces; the second is
   /// negative if it is nowhere there.

@@ -11,7 +11,8 @@ namespace palpa {
 FieldPtr window_field(const GridGeometry& whole, const GridWindow& window, Voxels voxels, Filter filter, double scale,
                       double offset) {
   if (whole.is_rectilinear()) throw std::invalid_argument("a rectilinear grid has no windows; it is felt as a whole");
-  if (filter == Filter::cubic) throw std::invalid_argument("the coefficients of a cubic filter depend on the whole grid; use smooth");
+  if (filter == Filter::cubic)
+    throw std::invalid_argument("the coefficients of a cubic filter depend on the whole grid; use smooth");
   for (std::size_t a = 0; a < 3; ++a) {
     const std::int64_t first = window.first[a], dims = window.dims[a];
     const auto last = static_cast<double>(whole.dims[a] - 1);

@@ -34,8 +34,7 @@ Octaves::Octaves(Shape shape) : shape_(std::move(shape)) {
   if (!shape_.source) throw std::invalid_argument("a grid in octaves has a source of voxels");
   if (shape_.ranges.size() != static_cast<std::size_t>(shape_.components))
     throw std::invalid_argument("a grid in octaves has a range for each of its components");
-  for (int octave = 0; octave < shape_.count; ++octave)
-    grids_.push_back(sampled_grid_of(shape_.finest, dims(octave), octave));
+  for (int octave = 0; octave < shape_.count; ++octave) grids_.push_back(sampled_grid_of(shape_.finest, dims(octave), octave));
   const int last = shape_.count - 1;
   coarsest_ = window(last, {}, grids_.back().dims);
   if (!coarsest_.grid) throw std::invalid_argument("the coarsest octave cannot be read");

@@ -37,10 +37,10 @@ class VoxelSource {
 /// of octave n − 1 that exist. The coarsest octave is in memory as a whole, of every other octave a window for each session
 /// (`Stock`).
 ///
-/// A timed field: at a moment with the felt octave λ (`DataTime::octave`) its value is the blend (1 − u) φ_a + u φ_{a+1}, a = ⌊λ⌋,
-/// u = λ − a, as between two frames of a series, so that a change of λ is data that move. At λ = 0 every sample is that of the
-/// whole grid, to the bit. Where a window ends the next coarser octave with data continues. Without a stock, as for pictures,
-/// the coarsest octave alone. Outside of the box of octave 0 there are no data in any octave.
+/// A timed field: at a moment with the felt octave λ (`DataTime::octave`) its value is the blend (1 − u) φ_a + u φ_{a+1}, a =
+/// ⌊λ⌋, u = λ − a, as between two frames of a series, so that a change of λ is data that move. At λ = 0 every sample is that of
+/// the whole grid, to the bit. Where a window ends the next coarser octave with data continues. Without a stock, as for
+/// pictures, the coarsest octave alone. Outside of the box of octave 0 there are no data in any octave.
 class Octaves final : public TimedField {
  public:
   static constexpr int most = 24;  ///< [1] octaves
@@ -82,9 +82,7 @@ class Octaves final : public TimedField {
   int components() const noexcept override { return shape_.components; }
   /// Of one octave; a blend takes twice as many (`values_per_sample_at`).
   int values_per_sample() const noexcept override { return coarsest_.grid->values_per_sample(); }
-  int values_per_sample_at(DataTime at) const noexcept override {
-    return (between(at).u == 0.0 ? 1 : 2) * values_per_sample();
-  }
+  int values_per_sample_at(DataTime at) const noexcept override { return (between(at).u == 0.0 ? 1 : 2) * values_per_sample(); }
   double spacing_m() const noexcept override { return spacing_m_; }
   Box bounds_m() const noexcept override { return bounds_m_; }
   std::vector<ValueRange> value_ranges() const override { return shape_.ranges; }
@@ -94,11 +92,12 @@ class Octaves final : public TimedField {
   ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override;
   VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept override;
   Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept override;
+  /// From the share `begin` [1] on.
   PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
                                  DataTime at) const noexcept override;
   LipschitzBound lipschitz_bound_at(const Vec3& world_m, DataTime at) const noexcept override;
-  double depth_at(const Vec3& world_m, DataTime at) const noexcept override;
-  double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override;
+  double depth_at(const Vec3& world_m, DataTime at) const noexcept override;          ///< [m]
+  double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override;  ///< [m]
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override;
 
  private:
@@ -152,10 +151,10 @@ class Stock {
   /// Puts the window with the most room about the positions in force, in each octave. The data are posed as at `pose_time`.
   void put_in_force(std::span<const Vec3> world_m, DataTime pose_time) noexcept;
 
-  /// Least way [m] of any position to a face of the windows in force of an octave, less `less_voxels`; infinite where
+  /// Least way [m] of any position to a face of the windows in force of an octave, less `less_voxels` [1]; infinite where
   /// windows reach to the borders of their grids, negative without a window.
   double room_m(int octave, std::span<const Vec3> world_m, DataTime pose_time, double less_voxels) const noexcept;
-  /// Likewise of one field.
+  /// Likewise of one field, less `less_voxels` [1].
   double room_of_m(std::size_t n, int octave, std::span<const Vec3> world_m, DataTime pose_time,
                    double less_voxels) const noexcept;
   /// Pose of a field.

@@ -62,7 +62,8 @@ class TypedSmoothGrid final : public SmoothGrid {
         data_(static_cast<const T*>(coefficients_.get())) {}
 
   ScalarSample scalar_in(Place& place) const noexcept override {
-    return is_scalar_at(place) ? sample_of(evaluate<false>(place.stencil_of(view_.geometry.dims, window_.dims), 0), place) : ScalarSample{};
+    return is_scalar_at(place) ? sample_of(evaluate<false>(place.stencil_of(view_.geometry.dims, window_.dims), 0), place)
+                               : ScalarSample{};
   }
 
   ScalarSample scalar_in(Place& place, Mat3& hessian) const noexcept override {
@@ -257,7 +258,8 @@ FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double s
   return made_smooth(geometry, std::move(voxels), scale, offset, nullptr);
 }
 
-FieldPtr detail::smooth_window(const GridGeometry& whole, const GridWindow& window, Voxels voxels, double scale, double offset) {
+FieldPtr detail::smooth_window(const GridGeometry& whole, const GridWindow& window, Voxels voxels, double scale,
+                               double offset) {
   return made_smooth(whole, std::move(voxels), scale, offset, &window);
 }
 

@@ -146,13 +146,13 @@ struct VolumeRequest {
   std::vector<FieldRequest> fields;  ///< empty: all, under the file's names
   std::string as;                    ///< "vector" if a file of three frames is one vector; else empty
   static constexpr int all_frames = -2;
-  int frame = -1;                ///< of a file with several; -1: not given; `all_frames`: as time series, a second apart
-  std::string series;            ///< of a DICOM folder with several, its UID; empty: the largest
-  std::string components_along;  ///< "index": vectors are along the grid's axes; "file" or empty: by the format
-  std::optional<double> time_s;  ///< [s] of a case with several moments; none: the latest
-  std::optional<Box> crop;       ///< [m] region for resampling of a curvilinear or unstructured grid
+  int frame = -1;                   ///< of a file with several; -1: not given; `all_frames`: as time series, a second apart
+  std::string series;               ///< of a DICOM folder with several, its UID; empty: the largest
+  std::string components_along;     ///< "index": vectors are along the grid's axes; "file" or empty: by the format
+  std::optional<double> time_s;     ///< [s] of a case with several moments; none: the latest
+  std::optional<Box> crop;          ///< [m] region for resampling of a curvilinear or unstructured grid
   std::optional<double> memory_mb;  ///< [MB] a store whose octave 0 takes more is felt through windows; none: 512
-  ArrayLayout layout;            ///< of an array in an HDF5 file, or of a file of bare numbers
+  ArrayLayout layout;               ///< of an array in an HDF5 file, or of a file of bare numbers
 };
 
 /// File with a path inside it: "flow.h5:/velocity" is the array /velocity of flow.h5.

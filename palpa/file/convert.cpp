@@ -199,8 +199,8 @@ WrittenField written(const VolumeField& field, const ConvertOptions& options, Gr
   grid = step.grid;
   const bool as_it_is = !options.crop && !step.computed && !options.int16 && type == view->voxels.type && view->scale == 1.0 &&
                         view->offset == 0.0;
-  return {field.name, field.unit, type, components, step.slice,
-          as_it_is ? static_cast<const std::byte*>(view->voxels.data.get()) : nullptr};
+  return {field.name, field.unit, type,
+          components, step.slice, as_it_is ? static_cast<const std::byte*>(view->voxels.data.get()) : nullptr};
 }
 
 }  // namespace

@@ -31,16 +31,17 @@ struct ConvertOptions {
   double resample_m = 0.0;  ///< [m] cubes along the world's axes, trilinear, NaN outside of the data; 0: the grid stays
   bool int16 = false;       ///< round to whole numbers of 16 bits
   detail::Existing existing = detail::Existing::refused;  ///< for an existing file of this name
-  WorkPart part;              ///< of a store (.zarr): only these rows of chunks
-  bool shares_store = false;  ///< of a store: other processes write other parts
-  int zarr = 0;               ///< of a store: version of Zarr, 2 or 3; 0: by the number of chunks
+  WorkPart part;                                          ///< of a store (.zarr): only these rows of chunks
+  bool shares_store = false;                              ///< of a store: other processes write other parts
+  int zarr = 0;                                           ///< of a store: version of Zarr, 2 or 3; 0: by the number of chunks
   std::function<void(const WrittenVolume&)> written;      ///< called with the file's content once complete; may be empty
   std::function<void(double)> progress;                   ///< called with the share done [1]; may be empty, and may throw
 };
 
-/// Writes a volume as `write_volume` does, or octave 0 of a store as `write_store` does, by the name's ending. Voxels that are not computed keep their type, if that holds value = raw · scale +
-/// offset exactly; others become float32, or float64 if they were that. Allocates a few slices only and, if a part or a mean is
-/// resampled, that as float32. Returns the losses, as half sentences. Throws LoadError.
+/// Writes a volume as `write_volume` does, or octave 0 of a store as `write_store` does, by the name's ending. Voxels that are
+/// not computed keep their type, if that holds value = raw · scale + offset exactly; others become float32, or float64 if they
+/// were that. Allocates a few slices only and, if a part or a mean is resampled, that as float32. Returns the losses, as half
+/// sentences. Throws LoadError.
 std::vector<std::string> convert(const Volume& volume, const std::filesystem::path& out, const ConvertOptions& options = {});
 
 }  // namespace palpa

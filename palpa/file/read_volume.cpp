@@ -24,8 +24,8 @@
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
-#include "palpa/file/store_volume.h"
 #include "palpa/file/store_protocol.h"
+#include "palpa/file/store_volume.h"
 
 namespace palpa {
 namespace {

@@ -14,9 +14,9 @@
 namespace palpa::detail {
 namespace {
 
-constexpr int slots = 64;                    ///< chunks decoded at once. More: memory; fewer: the reader waits
+constexpr int slots = 64;  ///< chunks decoded at once. More: memory; fewer: the reader waits
 constexpr std::uint64_t cache_bytes = 256'000'000;
-constexpr double longest_survey_s = 2.0;     ///< More: slow to open; less: a range that is too small
+constexpr double longest_survey_s = 2.0;  ///< More: slow to open; less: a range that is too small
 /// Largest coarsest octave, which is in memory as a whole. More: slow to open, more memory; less: more octaves to prepare.
 constexpr std::int64_t most_coarsest = 256;  ///< [voxels] along an axis
 
@@ -51,9 +51,10 @@ int usable_octaves(const StoreContents& contents) {
 void check_places(const OctavePlaces& places) {
   if (places.making == OctaveMaking::means || places.making == OctaveMaking::undecided || places.making == OctaveMaking::none)
     return;
-  throw LoadError(places.making == OctaveMaking::decimation
-                      ? "is larger than memory, and its octaves are every second voxel, not means; `palpa prepare --into` makes means"
-                      : "is larger than memory, and its octaves are no means of octave 0; `palpa prepare --into` makes some");
+  throw LoadError(
+      places.making == OctaveMaking::decimation
+          ? "is larger than memory, and its octaves are every second voxel, not means; `palpa prepare --into` makes means"
+          : "is larger than memory, and its octaves are no means of octave 0; `palpa prepare --into` makes some");
 }
 
 struct Wanted {
@@ -104,7 +105,8 @@ std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const Read
   const OctavePlaces places = octave_places(*reader);
   check_places(places);
   const StoreSurvey values = survey(*reader, longest_survey_s);
-  if (request.frame == VolumeRequest::all_frames) throw LoadError("is larger than memory, so it is felt one frame at a time; name one");
+  if (request.frame == VolumeRequest::all_frames)
+    throw LoadError("is larger than memory, so it is felt one frame at a time; name one");
   if (request.frame >= contents.frames)
     throw LoadError("has " + std::to_string(contents.frames) + " frames, not frame " + std::to_string(request.frame));
   Volume volume;

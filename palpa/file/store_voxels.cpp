@@ -71,9 +71,8 @@ std::vector<StoreCache::Bytes> StoreCache::chunks(const std::vector<StoreChunk>&
 void StoreCache::read(const std::vector<StoreChunk>& missing) {
   if (missing.empty()) return;
   if (contents().prepared) read_facts(missing);
-  read_chunks(*reader_, missing, [&](const StoreRead& read, std::span<const std::byte> content) {
-    keep(read.chunk, checked(read, content));
-  });
+  read_chunks(*reader_, missing,
+              [&](const StoreRead& read, std::span<const std::byte> content) { keep(read.chunk, checked(read, content)); });
 }
 
 void StoreCache::keep(const StoreChunk& chunk, Bytes bytes) {
@@ -112,8 +111,9 @@ StoreCache::Bytes StoreCache::checked(const StoreRead& read, std::span<const std
   if (read.state == ChunkState::damaged) return nullptr;
   const StoreOctave& octave = contents().octaves[static_cast<std::size_t>(read.chunk.octave)];
   const StoreField& field = contents().fields[static_cast<std::size_t>(read.chunk.field)];
-  const Bytes bytes = read.state == ChunkState::absent ? filled(read.chunk)
-                                                       : std::make_shared<std::vector<std::byte>>(content.begin(), content.end());
+  const Bytes bytes = read.state == ChunkState::absent
+                          ? filled(read.chunk)
+                          : std::make_shared<std::vector<std::byte>>(content.begin(), content.end());
   const ChunkFacts* facts = facts_of(read.chunk);
   const std::size_t voxel = size_of(field.type) * static_cast<std::size_t>(field.components);
   if (facts && crc_of(octave, read.chunk, voxel, bytes->data()) != facts->crc32) return nullptr;
@@ -160,7 +160,8 @@ bool StoreVoxels::read(int octave, const std::array<std::int64_t, 3>& first, con
             const std::int64_t from = (low[0] - wanted[n].at[0] * of.chunk[0]) +
                                       of.chunk[0] * ((y - j * of.chunk[1]) + of.chunk[1] * (z - k * of.chunk[2]));
             const std::int64_t at = (low[0] - first[0]) + dims[0] * ((y - first[1]) + dims[1] * (z - first[2]));
-            std::memcpy(to + at * voxel, chunks[n]->data() + from * voxel, static_cast<std::size_t>((high[0] - low[0]) * voxel));
+            std::memcpy(to + at * voxel, chunks[n]->data() + from * voxel,
+                        static_cast<std::size_t>((high[0] - low[0]) * voxel));
           }
         }
       }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/data/octaves.h"
+
 namespace palpa {
 
 namespace {
@@ -52,8 +54,9 @@ PreparedSession::PreparedSession(const Scene& scene, double encoder_step_m)
       felt(scene, encoder_step_m),
       rehearsal(measured(scene, spent_ns), encoder_step_m) {
   if (!felt.stock().empty())
-    throw SceneError("a volume is larger than memory, and its windows are laid on a simulated clock only: run it without a "
-                     "device, or let it be read as a whole by 'memory_mb'");
+    throw SceneError(
+        "a volume is larger than memory, and its windows are laid on a simulated clock only: run it without a "
+        "device, or let it be read as a whole by 'memory_mb'");
 }
 
 LiveScene::State::State(const Scene& scene, const DeviceLimits& limits)

@@ -24,6 +24,11 @@ class WindowFeed {
   void lay_for(const Probe& probe, double time_step_s) {
     if (!session_.stock().empty()) lay(session_.window_need(probe, time_step_s));
   }
+  /// `lay_for`, then the tick. \param time_step_s  [s]
+  Tick tick(const Probe& probe, double time_step_s) {
+    lay_for(probe, time_step_s);
+    return session_.tick(probe, time_step_s);
+  }
 
  private:
   void lay(const WindowNeed& need);

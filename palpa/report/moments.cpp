@@ -71,8 +71,7 @@ void feel_primitives_again(const std::filesystem::path& trace, const Recorded& r
                         .valid = was.probe_valid,
                         .buttons = recorded.ticks[row].buttons,
                         .turn = was.probe_turn};
-      feed.lay_for(probe, recorded.ticks[row].dt_s);
-      proxy_m = session.tick(probe, recorded.ticks[row].dt_s).proxy_m;
+      proxy_m = feed.tick(probe, recorded.ticks[row].dt_s).proxy_m;
     }
     // Tolerance of the replayed proxy. More: another version's primitives are shown as recorded; less: rounding on another
     // machine is refused.

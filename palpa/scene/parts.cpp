@@ -259,8 +259,7 @@ void visit_part(VolumeRequest& part, ParameterVisitor& visitor) {
              Words(components_along))
            .left_out("\"file\""),
        param("memory_mb", &R::memory_mb,
-             "a store (OME-Zarr) whose finest octave takes more memory is felt through windows about the proxy",
-             Range{0, 1e6})
+             "a store (OME-Zarr) whose finest octave takes more memory is felt through windows about the proxy", Range{0, 1e6})
            .left_out("512"),
        param("time", &R::time_s, "which moment of a case that holds several", Range{0, unbounded}, Words(latest))
            .written("\"latest\", or number [s]")

@@ -6,10 +6,10 @@
 namespace palpa {
 namespace {
 
-constexpr double finer_s = 0.025;     // [s] an octave. Shorter: a step under the hand; longer: detail comes late
-constexpr double coarser_s = 0.05;    // [s] an octave. Shorter: a step; longer: the face of a window is reached first
-constexpr double least_stay_s = 0.02; // [s] Shorter: octaves are taken up and lost at once; longer: coarser than need be
-constexpr double steady_s = 0.005;    // [s] of the mean velocity. Shorter: single steps decide; longer: a start is late
+constexpr double finer_s = 0.025;      // [s] an octave. Shorter: a step under the hand; longer: detail comes late
+constexpr double coarser_s = 0.05;     // [s] an octave. Shorter: a step; longer: the face of a window is reached first
+constexpr double least_stay_s = 0.02;  // [s] Shorter: octaves are taken up and lost at once; longer: coarser than need be
+constexpr double steady_s = 0.005;     // [s] of the mean velocity. Shorter: single steps decide; longer: a start is late
 
 }  // namespace
 

@@ -7,9 +7,9 @@
 
 namespace palpa {
 
-/// Rule of the felt octave λ: one number a tick for all fields in octaves, from the windows in force and the motion of the proxy
-/// alone. It becomes finer by one octave in 25 ms, coarser in 50 ms or as fast as a face of a window comes near, and at once
-/// where a tick's way would leave the windows (`forced`). Trivially copyable. One thread.
+/// Rule of the felt octave λ: one number a tick for all fields in octaves, from the windows in force and the motion of the
+/// proxy alone. It becomes finer by one octave in 25 ms, coarser in 50 ms or as fast as a face of a window comes near, and at
+/// once where a tick's way would leave the windows (`forced`). Trivially copyable. One thread.
 class FeltOctave {
  public:
   double octave() const noexcept { return octave_; }   ///< [1] λ
@@ -21,8 +21,7 @@ class FeltOctave {
   /// \param way_m        [m, world] longest way of a foot in the tick, as the probe has moved
   /// \param time_step_s  [s] since the last tick
   /// \param pose_time    at which the data are posed
-  void advance(const Stock& stock, std::span<const Vec3> feet_m, double way_m, double time_step_s,
-               DataTime pose_time) noexcept;
+  void advance(const Stock& stock, std::span<const Vec3> feet_m, double way_m, double time_step_s, DataTime pose_time) noexcept;
 
  private:
   double octave_ = 0.0;

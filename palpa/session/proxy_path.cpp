@@ -153,14 +153,14 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   path_m_ = queue_.push(probe, time_step_s, tool_);
   if (!stock_.empty()) choose_octave(time_step_s);
   if (playing_) find_changes();
-  if (changes_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, followed(), data_time(c.elapsed_s, felt_octave_.octave())));
+  if (changes_)
+    path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, followed(), data_time(c.elapsed_s, felt_octave_.octave())));
 
   ProbeSegment& segment = segment_;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
-    const bool may_go_on =
-        steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_.left() > spared_work_ &&
-        (stock_.empty() || reach_m() > 0.0);
+    const bool may_go_on = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ &&
+                           work_.left() > spared_work_ && (stock_.empty() || reach_m() > 0.0);
     if (may_go_on) {
       steps_ == Steps::refined ? sub_step(segment) : one_step(segment);
     } else if (may_give_up()) {
@@ -208,9 +208,9 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   segment = queue_.front();
   const double length = tool_.way_m(segment.from, segment.to);
   const double furthest =
-      changes_ ? std::max(length, modes_.motion_m(c.proxy, followed(),
-                                                  data_time(time_at_end_of(segment), felt_octave_.octave())))
-               : length;
+      changes_
+          ? std::max(length, modes_.motion_m(c.proxy, followed(), data_time(time_at_end_of(segment), felt_octave_.octave())))
+          : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
   double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from, segment.to);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);

@@ -101,14 +101,14 @@ class ProxyPath {
     Motion extrapolated_m;                // sum of the expected moves: on an elastic level they shrink in a constant ratio
     int moves_without_extrapolation = 0;  // consecutive moves without it
     Pending pending = Pending::nothing;
-    Pose step_start;                        // of the moves that settle a step
-    double max_move_m = 0.0;                // bound on this segment's moves; less after each turn back
-    int turns = 0;                          // of this segment: turned back, or without end
-    double left_s = 0.0, whole_s = 0.0;     // of the segment: pending and whole time
-    double elapsed_s = 0.0;                 // since the session began
-    double view_s = 0.0, followed_s = 0.0;  // data time of samples, and of the proxy's advection
+    Pose step_start;                                  // of the moves that settle a step
+    double max_move_m = 0.0;                          // bound on this segment's moves; less after each turn back
+    int turns = 0;                                    // of this segment: turned back, or without end
+    double left_s = 0.0, whole_s = 0.0;               // of the segment: pending and whole time
+    double elapsed_s = 0.0;                           // since the session began
+    double view_s = 0.0, followed_s = 0.0;            // data time of samples, and of the proxy's advection
     double view_octave = 0.0, followed_octave = 0.0;  // felt octave, likewise
-    Pose followed;                          // pose of the probe's path that the proxy has followed to
+    Pose followed;                                    // pose of the probe's path that the proxy has followed to
   };
 
   // Result of one move.

@@ -48,7 +48,7 @@ struct Tick {
   /// balance. Imperceptible at rest; larger where the path stopped before the balance. 0 in a `waiting` tick.
   double unborne_n = 0.0;
   Energy energy;
-  int work = 0;  ///< [1] units, counted alike on every machine (docs/contracts/session.md)
+  int work = 0;              ///< [1] units, counted alike on every machine (docs/contracts/session.md)
   double felt_octave = 0.0;  ///< [1] of volumes larger than memory, 0 the finest
   // Of a tool with an orientation; else no rotation and zero:
   Turn probe_turn;  ///< as given, finite or not: a replay of it gives equal bits

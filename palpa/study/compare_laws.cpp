@@ -96,14 +96,12 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
   for (const std::string& name : laws) asked.push_back({baseline::law(with_law(scene, name).law()), {}});
 
   std::vector<Felt> exact;
-  exact.reserve(probes.size());
   PrimitiveSet set;
   Session session(with_law(scene, "exact"));
   session.set_force_limit(scene.coupling().max_force_n);
   WindowFeed feed(session);
   for (const Probe& probe : probes) {
-    feed.lay_for(probe, time_step_s);
-    const Tick tick = session.tick(probe, time_step_s);
+    const Tick tick = feed.tick(probe, time_step_s);
     exact.push_back({tick.probe_valid && tick.status != TickStatus::bad_input, tick.proxy_m, tick.force_n});
     result.ticks += exact.back().valid;
     for (const SubStep& step : session.sub_steps()) {
@@ -131,14 +129,12 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
     errors.posed_n = times(k, errors.posed_m);
     errors.posed_errors_m = std::move(asked[i].errors_m);
 
-    const Scene own = with_law(scene, laws[i]);
-    Session alone(own);
+    Session alone(with_law(scene, laws[i]));
     alone.set_force_limit(scene.coupling().max_force_n);
     WindowFeed feed_alone(alone);
     std::vector<double> apart_m, apart_n;
     for (std::size_t t = 0; t < probes.size(); ++t) {
-      feed_alone.lay_for(probes[t], time_step_s);
-      const Tick tick = alone.tick(probes[t], time_step_s);
+      const Tick tick = feed_alone.tick(probes[t], time_step_s);
       if (!exact[t].valid) continue;
       apart_m.push_back(distance(tick.proxy_m, exact[t].proxy_m));
       apart_n.push_back(distance(tick.force_n, exact[t].force_n));

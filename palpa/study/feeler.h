@@ -66,8 +66,7 @@ class Feeler {
     forces_n_.clear();
     bool over = false;
     // A tool begins earlier by its reach, so that none of its feet begins in the data.
-    for (int n = static_cast<int>(std::ceil(reach_m_ / way_step_m)); n > 0; --n)
-      tick_at(from_m - n * way_step_m * direction);
+    for (int n = static_cast<int>(std::ceil(reach_m_ / way_step_m)); n > 0; --n) tick_at(from_m - n * way_step_m * direction);
     const int steps = static_cast<int>(std::ceil(length_m / way_step_m));
     const auto enough = [&] { return over && (until == Until::contact || (until == Until::level && way.at_level)); };
     for (int n = 0; n <= steps && !enough(); ++n) {
@@ -102,10 +101,7 @@ class Feeler {
   }
 
  private:
-  Tick tick_at(const Vec3& place_m) {
-    feed_.lay_for({.position_m = place_m}, way_step_s);
-    return session_.tick({.position_m = place_m}, way_step_s);
-  }
+  Tick tick_at(const Vec3& place_m) { return feed_.tick({.position_m = place_m}, way_step_s); }
 
   const Scene& scene_;
   const Session fresh_;

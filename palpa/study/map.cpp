@@ -76,8 +76,7 @@ class MapFeeler {
  private:
   Tick come_to(const Vec3& place_m, double time_step_s) {
     ++ticks_;
-    feed_.lay_for({.position_m = place_m}, time_step_s);
-    const Tick tick = session_.tick({.position_m = place_m}, time_step_s);
+    const Tick tick = feed_.tick({.position_m = place_m}, time_step_s);
     for (const SessionEvent& event : session_.events()) broken_levels_ += event.kind == SessionEventKind::break_through;
     return tick;
   }
@@ -88,9 +87,7 @@ class MapFeeler {
     Tick tick = arrived;
     for (int n = 0; n < most_held_ticks && !point.settled; ++n) {
       ++ticks_;
-      const Probe probe{.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}};
-      held_feed_.lay_for(probe, held_tick_s);
-      const Tick next = held_.tick(probe, held_tick_s);
+      const Tick next = held_feed_.tick({.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}}, held_tick_s);
       point.settled = next.status != TickStatus::waiting &&
                       stiffness_n_per_m_ * length(tool_.motion(pose_of(tick), pose_of(next))) <= settled_n;
       tick = next;

@@ -246,8 +246,8 @@ TEST(Octaves, ErrorsFallWithTheSquareOfTheSpacing) {
   for (int n = 0; n < 4000; ++n) {
     const Vec3 x = whole->bounds_m().centre_m() + 0.5 * (places.next() - whole->bounds_m().centre_m());
     for (int octave = 1; octave < 4; ++octave)
-      error[octave] = std::max(error[octave],
-                               std::abs(in.octaves->scalar_at(x, in.at(octave)).value - in.octaves->scalar_at(x, in.at(0)).value));
+      error[octave] = std::max(
+          error[octave], std::abs(in.octaves->scalar_at(x, in.at(octave)).value - in.octaves->scalar_at(x, in.at(0)).value));
   }
   for (int octave = 2; octave < 4; ++octave) {
     const double ratio = error[octave] / error[octave - 1];

@@ -70,8 +70,14 @@ class Pyramid final : public VoxelSource {
 /// The field of a grid as octaves, with its filter, scale and offset.
 inline std::shared_ptr<const Octaves> in_octaves(const Field& field, int count) {
   const GridView& view = *grid_behind(field);
-  Octaves::Shape shape{view.geometry, count,       view.voxels.type, view.voxels.components,
-                       view.filter,   view.scale,  view.offset,      field.value_ranges(),
+  Octaves::Shape shape{view.geometry,
+                       count,
+                       view.voxels.type,
+                       view.voxels.components,
+                       view.filter,
+                       view.scale,
+                       view.offset,
+                       field.value_ranges(),
                        std::make_shared<Pyramid>(view.geometry, view.voxels, count)};
   return std::make_shared<const Octaves>(std::move(shape));
 }
