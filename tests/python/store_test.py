@@ -444,3 +444,62 @@ def test_octaves_of_int8_are_int8_and_of_uint32_refused(tmp_path, palpa_program)
             np.testing.assert_array_equal(octave[:], values)
             values = halved(values)
         assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+
+
+felt = """palpa = 1
+[coupling]
+stiffness_n_per_m = 400
+[volume.v]
+file = "{store}"
+memory_mb = {memory_mb}
+filter = "smooth"
+[workspace]
+fit = "v"
+[[mode]]
+name = "surface"
+type = "surface_and_friction"
+field = "v"
+[[mode.level]]
+name = "wall"
+value = {value}
+strength_n = 2
+friction_coefficient = 0.3
+"""
+
+
+def run_on(program, folder, store, memory_mb, out, value=140):
+    scene = folder / f"{out}.toml"
+    scene.write_text(felt.format(store=store, memory_mb=memory_mb, value=value))
+    done = palpa_run(program, "run", scene, "--hand", "sim:stroke", "--duration-s", "1", "--primitives", "--out", folder / out)
+    assert done.returncode == 0, done.stderr
+    return {path.name: path.read_bytes() for path in (folder / out).glob("*.csv") if path.name != "timing.csv"}
+
+
+@pytest.mark.parametrize("version", "23")
+def test_felt_through_windows_to_the_bit(version, tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, "uint8", "--zarr", version)
+    prepare(palpa_program, store)
+    windows = run_on(palpa_program, tmp_path, store, 1, "windows")
+    whole = run_on(palpa_program, tmp_path, store, 1000, "whole")
+    assert windows == whole and len(windows["ticks.csv"].splitlines()) > 900
+    again = palpa_run(palpa_program, "replay", tmp_path / "windows")
+    assert again.returncode == 0 and "identical in all 1000 ticks" in again.stdout, again.stdout + again.stderr
+
+
+def test_a_damaged_chunk_leaves_the_coarser_octave_there(tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, "uint8")
+    prepare(palpa_program, store)
+    whole = run_on(palpa_program, tmp_path, store, 1, "whole")
+    for chunk in (path for path in (store / "0").rglob("*") if path.is_file() and path.name.isdigit()):
+        chunk.write_bytes(b"damage" + chunk.read_bytes()[6:])
+    coarser = run_on(palpa_program, tmp_path, store, 1, "coarser")
+    assert coarser.keys() == whole.keys() and coarser["ticks.csv"] != whole["ticks.csv"]
+
+
+def test_octaves_that_are_missing_are_made_by_prepare(tmp_path, palpa_program):
+    large = np.zeros((40, 40, 600), np.uint8)
+    array = zarr.open(str(tmp_path / "one.zarr"), mode="w", shape=large.shape, chunks=(32, 32, 32), dtype="u1")
+    array[:] = large
+    (tmp_path / "s.toml").write_text(felt.format(store=tmp_path / "one.zarr", memory_mb=0.1, value=1))
+    done = palpa_run(palpa_program, "run", tmp_path / "s.toml", "--hand", "sim:stroke", "--duration-s", "0.1")
+    assert done.returncode != 0 and "palpa prepare" in done.stderr and done.stderr.count("\n") == 1, done.stderr
