@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
@@ -28,7 +29,20 @@ GridGeometry sampled_grid_of(const GridGeometry& finest, const std::array<std::i
 
 }  // namespace
 
-Octaves::Octaves(Shape shape) : shape_(std::move(shape)) {
+/// Windows made last.
+class Octaves::Kept {
+ public:
+  static constexpr std::size_t most = 16;  // [1] of a few megabytes each. More: memory; fewer: made again
+  struct Entry {
+    int octave;
+    std::array<std::int64_t, 3> first, dims;
+    OctaveWindow window;
+  };
+  std::mutex busy;
+  std::vector<Entry> entries;
+};
+
+Octaves::Octaves(Shape shape) : shape_(std::move(shape)), kept_(std::make_shared<Kept>()) {
   if (const char* problem = problem_with(shape_.finest)) throw std::invalid_argument(problem);
   if (shape_.count < 1 || shape_.count > most) throw std::invalid_argument("a grid in octaves has 1 to 24 of them");
   if (!shape_.source) throw std::invalid_argument("a grid in octaves has a source of voxels");
@@ -36,7 +50,7 @@ Octaves::Octaves(Shape shape) : shape_(std::move(shape)) {
     throw std::invalid_argument("a grid in octaves has a range for each of its components");
   for (int octave = 0; octave < shape_.count; ++octave) grids_.push_back(sampled_grid_of(shape_.finest, dims(octave), octave));
   const int last = shape_.count - 1;
-  coarsest_ = window(last, {}, grids_.back().dims);
+  coarsest_ = made_window(last, {}, grids_.back().dims);
   if (!coarsest_.grid) throw std::invalid_argument("the coarsest octave cannot be read");
   const Vec3 low = shape_.finest.to_world({});
   bounds_m_ = {low, low};
@@ -101,6 +115,21 @@ Vec3 Octaves::steps_of(int octave, const Vec3& world_m) const noexcept {
 
 OctaveWindow Octaves::window(int octave, const std::array<std::int64_t, 3>& first,
                              const std::array<std::int64_t, 3>& dims) const {
+  const std::lock_guard lock(kept_->busy);
+  std::vector<Kept::Entry>& all = kept_->entries;
+  const auto known = std::ranges::find_if(
+      all, [&](const Kept::Entry& entry) { return entry.octave == octave && entry.first == first && entry.dims == dims; });
+  if (known != all.end()) {
+    std::rotate(known, known + 1, all.end());  // the last used is the last
+    return all.back().window;
+  }
+  if (all.size() >= Kept::most) all.erase(all.begin());
+  all.push_back({octave, first, dims, made_window(octave, first, dims)});
+  return all.back().window;
+}
+
+OctaveWindow Octaves::made_window(int octave, const std::array<std::int64_t, 3>& first,
+                                  const std::array<std::int64_t, 3>& dims) const {
   Voxels voxels = voxels_of(octave, first, dims);
   if (!voxels.data) return {};
   const GridGeometry& whole = sampled_grid(octave);

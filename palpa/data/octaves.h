@@ -75,6 +75,7 @@ class Octaves final : public TimedField {
   /// beside reading. Allocates; throws std::invalid_argument as `window_field`.
   /// \param first   [voxels] of `sampled_grid`, multiples of 8
   /// \param dims    [voxels] along i, j, k
+  /// The windows made last are kept, for sessions that feel near each other. Any thread; one makes a window at a time.
   OctaveWindow window(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims) const;
   /// The coarsest octave.
   const OctaveWindow& coarsest() const noexcept { return coarsest_; }
@@ -107,6 +108,7 @@ class Octaves final : public TimedField {
   };
   Between between(DataTime at) const noexcept;
   const OctaveWindow& in_force(int octave, DataTime at) const noexcept;
+  OctaveWindow made_window(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims) const;
   Voxels voxels_of(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims) const;
   PolynomialPiece piece_of(int octave, const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
                            DataTime at) const noexcept;
@@ -119,6 +121,8 @@ class Octaves final : public TimedField {
   double largest_ = 0.0;  ///< the field's own unit: of all values
   Box bounds_m_;
   OctaveWindow coarsest_;
+  class Kept;
+  std::shared_ptr<Kept> kept_;
 };
 
 /// Windows of one session: of each octave of each field that is larger than memory two, one of them in force. `lay` and

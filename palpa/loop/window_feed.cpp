@@ -7,8 +7,9 @@
 namespace palpa {
 namespace {
 
-constexpr double window_voxels = 128.0;   // [voxels] along an axis. More: slower windows, larger steps; fewer: more windows
-constexpr std::int64_t brick_voxels = 8;  // [voxels] windows begin at multiples of it
+constexpr double window_voxels = 96.0;  // [voxels] least size. More: slower windows, larger steps; fewer: more windows
+// [voxels] Windows begin at multiples of it, so that sessions near each other share them. More: larger windows; less: more.
+constexpr std::int64_t step_voxels = 32;
 
 }  // namespace
 
@@ -39,16 +40,15 @@ bool WindowFeed::lay_octave(std::size_t field, int octave, const WindowNeed& nee
     for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], at[a]), high[a] = std::max(high[a], at[a]);
   }
   const double spacing_m = std::ldexp(octaves.spacing_m(), octave) * stock.pose(field, need.time).scale;
-  // Beside the feet: what the tick needs, a brick by rounding, and as much again, so that a window serves many ticks.
-  const double beside = Stock::margin_voxels + need.way_m / spacing_m + 2.0 * static_cast<double>(brick_voxels);
+  // Beside the feet as much again as the tick needs, so that a window serves many ticks.
+  const double beside = 2.0 * Stock::margin_voxels + need.way_m / spacing_m;
   std::array<std::int64_t, 3> first{}, dims{};
   for (std::size_t a = 0; a < 3; ++a) {
     const double half = std::max(0.5 * window_voxels, beside + 0.5 * (high[a] - low[a])), middle = 0.5 * (low[a] + high[a]);
     const auto last = static_cast<double>(grid.dims[a] - 1);
-    const auto from = static_cast<std::int64_t>(std::clamp(middle - half, 0.0, last)) / brick_voxels * brick_voxels;
-    const auto end = static_cast<std::int64_t>(std::clamp(middle + half, 0.0, last)) + 1;
-    first[a] = from;
-    dims[a] = std::max(end, std::min(from + brick_voxels, grid.dims[a])) - from;
+    first[a] = static_cast<std::int64_t>(std::clamp(middle - half, 0.0, last)) / step_voxels * step_voxels;
+    const auto end = static_cast<std::int64_t>(std::clamp(middle + half, 0.0, last)) / step_voxels * step_voxels + step_voxels;
+    dims[a] = std::min(end, grid.dims[a]) - first[a];
   }
   if (lost_.contains({field, octave, first})) return false;
   const OctaveWindow window = octaves.window(octave, first, dims);
