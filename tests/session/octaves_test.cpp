@@ -103,6 +103,69 @@ TEST(SessionsInOctaves, FeelTheBitsOfMemoryAtTheFinestOctave) {
   EXPECT_GT(felt_n, 1.0);
 }
 
+/// A window that came before a tick.
+struct Came {
+  int tick = 0;
+  int octave = 0;
+  OctaveWindow window;
+};
+
+/// Feels a hand while windows come late: one each `every` ticks, coarse before fine, about the proxy of that moment.
+std::vector<Tick> felt_with_late_windows(Session& session, const test::Wander& hand, int ticks, int every,
+                                         std::vector<Came>& came) {
+  std::vector<Tick> felt;
+  const Octaves& octaves = session.stock().octaves(0);
+  int next = octaves.count() - 2;
+  for (int tick = 0; tick < ticks; ++tick) {
+    if (!felt.empty() && tick % every == 0) {
+      const Vec3 world_m = session.hand_to_world().to_world(felt.back().proxy_m);
+      came.push_back({tick, next, test::window_about(octaves, next, world_m, 96)});
+      session.stock().lay(0, next, came.back().window);
+      next = next > 0 ? next - 1 : octaves.count() - 2;
+    }
+    felt.push_back(session.tick({.position_m = hand.at(1e-3 * tick)}, 1e-3));
+  }
+  return felt;
+}
+
+// Law 2: which window came before which tick determines all; a session copied on the way goes on as the other.
+TEST(SessionsInOctaves, FeelTheSameAgainFromTheWindowsThatCame) {
+  const Scene scene = head_of(octaves_of(filtered(sampled(head_phantom(), 256), Filter::smooth), 4));
+  test::Random random{11};
+  const test::Wander hand(random, 0.11);
+  Session session(scene);
+  std::vector<Came> came;
+  const std::vector<Tick> felt = felt_with_late_windows(session, hand, 1500, 15, came);
+
+  double finest = 1e9, before = felt.front().felt_octave;
+  for (const Tick& tick : felt) {
+    finest = std::min(finest, tick.felt_octave);
+    EXPECT_GE(tick.felt_octave, before - 1.0 / 25.0 - 1e-12);  // finer by an octave in 25 ms
+    EXPECT_LE(tick.felt_octave, 3.0);
+    EXPECT_TRUE(is_finite(tick.force_n));
+    before = tick.felt_octave;
+  }
+  EXPECT_LT(finest, 1.0);
+
+  Session again(scene), copy(scene);
+  std::size_t next = 0;
+  for (int tick = 0; tick < static_cast<int>(felt.size()); ++tick) {
+    if (tick == 700) copy.copy_state_from(again);
+    for (; next < came.size() && came[next].tick == tick; ++next) {
+      again.stock().lay(0, came[next].octave, came[next].window);
+      if (tick >= 700) copy.stock().lay(0, came[next].octave, came[next].window);
+    }
+    const Probe probe{.position_m = hand.at(1e-3 * tick)};
+    const Tick same = again.tick(probe, 1e-3);
+    ASSERT_EQ(same.felt_octave, felt[static_cast<std::size_t>(tick)].felt_octave) << tick;
+    expect_same(felt[static_cast<std::size_t>(tick)], same, tick);
+    if (tick < 700) continue;
+    const Tick of_copy = copy.tick(probe, 1e-3);  // without the solver's memory: equal to its tolerance
+    ASSERT_EQ(of_copy.felt_octave, same.felt_octave) << tick;
+    if (tick < 720) ASSERT_LT(distance(of_copy.proxy_m, same.proxy_m), 1e-6) << tick;
+  }
+}
+
 /// Position [m, world] nearest to `near_m` along the gradient at which the octave has the value; none within ten spacings of
 /// it.
 std::optional<Vec3> level_in(const TimedField& field, DataTime at, const Vec3& near_m, const Vec3& direction, double value) {
