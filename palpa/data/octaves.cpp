@@ -32,14 +32,15 @@ GridGeometry sampled_grid_of(const GridGeometry& finest, const std::array<std::i
 /// Windows made last.
 class Octaves::Kept {
  public:
-  static constexpr std::size_t most = 16;  // [1] of a few megabytes each. More: memory; fewer: made again
+  static constexpr std::int64_t most_bytes = 256'000'000;  // of voxels. More: memory; less: windows are made again
   struct Entry {
     int octave;
     std::array<std::int64_t, 3> first, dims;
     OctaveWindow window;
   };
   std::mutex busy;
-  std::vector<Entry> entries;
+  std::vector<Entry> entries;  // the last used is the last
+  std::int64_t bytes = 0;
 };
 
 Octaves::Octaves(Shape shape) : shape_(std::move(shape)), kept_(std::make_shared<Kept>()) {
@@ -120,10 +121,17 @@ OctaveWindow Octaves::window(int octave, const std::array<std::int64_t, 3>& firs
   const auto known = std::ranges::find_if(
       all, [&](const Kept::Entry& entry) { return entry.octave == octave && entry.first == first && entry.dims == dims; });
   if (known != all.end()) {
-    std::rotate(known, known + 1, all.end());  // the last used is the last
+    std::rotate(known, known + 1, all.end());
     return all.back().window;
   }
-  if (all.size() >= Kept::most) all.erase(all.begin());
+  const auto bytes_of = [&](const std::array<std::int64_t, 3>& n) {
+    return n[0] * n[1] * n[2] * static_cast<std::int64_t>(size_of(shape_.type)) * shape_.components;
+  };
+  kept_->bytes += bytes_of(dims);
+  while (!all.empty() && kept_->bytes > Kept::most_bytes) {
+    kept_->bytes -= bytes_of(all.front().dims);
+    all.erase(all.begin());
+  }
   all.push_back({octave, first, dims, made_window(octave, first, dims)});
   return all.back().window;
 }

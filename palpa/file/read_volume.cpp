@@ -423,7 +423,7 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   ask.listing = options.found != nullptr;
   check_file(ask.path);
   VolumeFile result;
-  if (std::optional<Volume> large = options.preview ? std::nullopt : detail::volume_in_octaves(request, options)) {
+  if (std::optional<Volume> large = options.preview ? std::nullopt : detail::volume_in_octaves(request, options, limit)) {
     result.frames = large->frames;
     result.volume = std::move(*large);
     return result;

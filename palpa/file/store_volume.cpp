@@ -28,33 +28,33 @@ double bytes_of_finest(const StoreContents& contents) {
   return bytes;
 }
 
-/// Octaves that are halves of each other, from the finest. Throws LoadError if they do not end in a small one.
-int usable_octaves(const StoreContents& contents) {
+/// Octaves that are halves of each other, from the finest.
+int halved_octaves(const StoreContents& contents) {
   const auto& finest = contents.octaves.front().grid.dims;
-  int count = 1;
-  const auto halves = [&](int octave) {
+  const auto is_halved = [&](int octave) {
     const auto& dims = contents.octaves[static_cast<std::size_t>(octave)].grid.dims;
     bool all = true;
     for (std::size_t a = 0; a < 3; ++a)
       all = all && dims[a] == std::max<std::int64_t>((finest[a] + (std::int64_t{1} << octave) - 1) >> octave, 1);
     return all;
   };
-  while (count < std::min<int>(static_cast<int>(contents.octaves.size()), Octaves::most) && halves(count)) ++count;
-  const auto& last = contents.octaves[static_cast<std::size_t>(count - 1)].grid.dims;
-  const std::int64_t longest = *std::ranges::max_element(last);
-  if (longest > most_coarsest)
-    throw LoadError("is larger than memory, and its octaves end at " + std::to_string(longest) +
-                    " voxels along an axis; `palpa prepare` makes the rest");
+  const int most = std::min<int>(static_cast<int>(contents.octaves.size()), Octaves::most);
+  int count = 1;
+  while (count < most && is_halved(count)) ++count;
   return count;
 }
 
-void check_places(const OctavePlaces& places) {
-  if (places.making == OctaveMaking::means || places.making == OctaveMaking::undecided || places.making == OctaveMaking::none)
-    return;
-  throw LoadError(
-      places.making == OctaveMaking::decimation
-          ? "is larger than memory, and its octaves are every second voxel, not means; `palpa prepare --into` makes means"
-          : "is larger than memory, and its octaves are no means of octave 0; `palpa prepare --into` makes some");
+/// Reason why a store cannot be felt through windows of so many octaves, as a sentence; empty: it can be.
+std::string problem_with_octaves(const StoreContents& contents, int count, const OctavePlaces& places) {
+  const auto& last = contents.octaves[static_cast<std::size_t>(count - 1)].grid.dims;
+  const std::int64_t longest = *std::ranges::max_element(last);
+  const std::string large = "is larger than memory, and its octaves ";
+  if (longest > most_coarsest)
+    return large + "end at " + std::to_string(longest) + " voxels along an axis; `palpa prepare` makes the rest";
+  if (places.making == OctaveMaking::decimation)
+    return large + "are every second voxel, not means; `palpa prepare --into` makes means";
+  if (places.making == OctaveMaking::neither) return large + "are no means of octave 0; `palpa prepare --into` makes some";
+  return {};
 }
 
 struct Wanted {
@@ -95,15 +95,19 @@ double length_factor(const VolumeRequest& request, const StoreContents& contents
 
 }  // namespace
 
-std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options) {
+std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options, std::uint64_t limit_bytes) {
   if (request.files.size() != 1 || !protocol::is_store(request.files.front())) return std::nullopt;
   auto reader = std::make_unique<StoreReader>(request.files.front(), options, slots);
   const StoreContents contents = reader->contents();
-  if (bytes_of_finest(contents) <= (request.memory_mb ? 1e6 * *request.memory_mb : whole_bytes)) return std::nullopt;
+  const double bytes = bytes_of_finest(contents);
+  if (bytes <= (request.memory_mb ? 1e6 * *request.memory_mb : whole_bytes)) return std::nullopt;
 
-  const int count = usable_octaves(contents);
+  const int count = halved_octaves(contents);
   const OctavePlaces places = octave_places(*reader);
-  check_places(places);
+  if (const std::string problem = problem_with_octaves(contents, count, places); !problem.empty()) {
+    if (!request.memory_mb && bytes <= static_cast<double>(limit_bytes)) return std::nullopt;
+    throw LoadError(problem);
+  }
   const StoreSurvey values = survey(*reader, longest_survey_s);
   if (request.frame == VolumeRequest::all_frames)
     throw LoadError("is larger than memory, so it is felt one frame at a time; name one");

@@ -1,6 +1,7 @@
 // Stores larger than memory as volumes in octaves.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include "palpa/data/volume.h"
@@ -13,10 +14,11 @@ namespace palpa::detail {
 inline constexpr double whole_bytes = 512e6;
 
 /// The volume of a request for a store whose octave 0 takes more memory than it may: fields in octaves (octaves.h), whose
-/// chunks a program that stays open reads when windows need them; nullopt for smaller stores and for other files. A chunk that
+/// chunks a program that stays open reads when windows need them; nullopt for smaller stores, for other files, and for stores
+/// without usable octaves whose octave 0 takes at most `limit_bytes`, unless the request has `memory_mb`. A chunk that
 /// is lost, damaged, or not as it was when the store was prepared leaves no window there. Reads the coarsest octave and
 /// the facts of chunks. Throws LoadError with a sentence, without the store's name: also where octaves are missing, or are no
 /// means.
-std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options);
+std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options, std::uint64_t limit_bytes);
 
 }  // namespace palpa::detail

@@ -207,7 +207,7 @@ TEST_F(HostileStore, AHugeStoreOpensAtOnceAndWithoutMemory) {
   StoreRead how;
   numbers(reader, {.at = {8191, 8191, 8191}}, &how);
   EXPECT_EQ(how.state, ChunkState::absent);
-  EXPECT_THAT(error_of([&] { read(at("huge")); }), HasSubstr("more chunks than are read into memory as one volume"));
+  EXPECT_THAT(error_of([&] { read(at("huge")); }), HasSubstr("`palpa prepare` makes the rest"));
 }
 
 TEST_F(HostileStore, ManyTinyChunksAreRefusedAsOneVolume) {
