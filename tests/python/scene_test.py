@@ -326,7 +326,7 @@ def test_every_class_shows_what_it_is(tmp_path):
     seen = {type(thing) for thing in things} | {Own.__mro__[1], Dummy.__mro__[1], palpa.HeldLevel}
     left = [name for name in palpa.__all__ if isinstance(getattr(palpa, name), type) and not issubclass(getattr(palpa, name), (Exception, palpa.Mode))
             and getattr(palpa, name) not in seen]
-    assert set(left) <= {"FeltActors", "MousePointer", "Tick", "ModeForce", "StepResult", "LoadError", "SceneError", "PalpaWarning", "Replay"}, left
+    assert set(left) <= {"FeltActors", "MousePointer", "Tick", "ModeForce", "StepResult", "LoadError", "SceneError", "PalpaWarning", "Replay", "Store"}, left
 
 
 def fresh_python(code, cwd=None, **environment):

@@ -162,7 +162,9 @@ TEST(SessionsInOctaves, FeelTheSameAgainFromTheWindowsThatCame) {
     if (tick < 700) continue;
     const Tick of_copy = copy.tick(probe, 1e-3);  // without the solver's memory: equal to its tolerance
     ASSERT_EQ(of_copy.felt_octave, same.felt_octave) << tick;
-    if (tick < 720) ASSERT_LT(distance(of_copy.proxy_m, same.proxy_m), 1e-6) << tick;
+    if (tick < 720) {
+      ASSERT_LT(distance(of_copy.proxy_m, same.proxy_m), 1e-6) << tick;
+    }
   }
 }
 
