@@ -97,7 +97,12 @@ double length_factor(const VolumeRequest& request, const StoreContents& contents
 
 std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options, std::uint64_t limit_bytes) {
   if (request.files.size() != 1 || !protocol::is_store(request.files.front())) return std::nullopt;
-  auto reader = std::make_unique<StoreReader>(request.files.front(), options, slots);
+  std::unique_ptr<StoreReader> reader;
+  try {
+    reader = std::make_unique<StoreReader>(request.files.front(), options, slots);
+  } catch (const LoadError&) {
+    return std::nullopt;  // its chunks are too large for windows, or reading it as a whole says what is wrong with it
+  }
   const StoreContents contents = reader->contents();
   const double bytes = bytes_of_finest(contents);
   if (bytes <= (request.memory_mb ? 1e6 * *request.memory_mb : whole_bytes)) return std::nullopt;

@@ -113,7 +113,7 @@ done
 
 fresh_machine
 run demo --core --yes
-expect "--yes installs the core group" called 'apt-get install --yes --no-install-recommends ccache cmake g\+\+ libcli11-dev .*'
+expect "--yes installs the core group" called 'apt-get install --yes --no-install-recommends ccache cmake g\+\+ libblosc-dev libcli11-dev .*'
 expect "… without VTK, ITK or tests" never_called 'apt-get install.*(vtk|insight|gtest)'
 expect "… as root without sudo" never_called '^sudo'
 expect "… builds the core preset without tests" called 'cmake --preset core -DPALPA_TESTS=OFF'

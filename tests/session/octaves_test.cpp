@@ -1,6 +1,7 @@
 // Sessions on volumes in octaves: the bits of memory at the finest octave, and how a change of the felt octave is felt.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -286,10 +287,13 @@ TEST(SessionsInOctaves, FadeUnderAStillHandOnThePhantom) {
 
 TEST(SessionsInOctaves, FadeUnderAStillHandOnARealHead) {
   const auto folder = test::shared_data();
+  ReadOptions read;
+  if (const char* bin = std::getenv("PALPA_BIN")) read.reader = std::filesystem::path(bin) / "palpa-read";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the real head is not on this machine";
+  if (!std::filesystem::exists(read.reader)) GTEST_SKIP() << "palpa-read is not built";
   SceneOptions options;
   options.data_folders = {folder};
-  const VolumeReader reader = [](const VolumeRequest& request) { return octaves_of(read_volume(request), 4); };
+  const VolumeReader reader = [&](const VolumeRequest& request) { return octaves_of(read_volume(request, read), 4); };
   const Scene head =
       load_scene(std::filesystem::path(PALPA_SCENES_FOLDER) / "head.toml", reader, standard_modes(), options).scene;
   press_and_fade(scaled(head, 4.0), 0.05, 0.002, 2);
