@@ -127,12 +127,13 @@ OctaveWindow Octaves::window(int octave, const std::array<std::int64_t, 3>& firs
   const auto bytes_of = [&](const std::array<std::int64_t, 3>& n) {
     return n[0] * n[1] * n[2] * static_cast<std::int64_t>(size_of(shape_.type)) * shape_.components;
   };
-  kept_->bytes += bytes_of(dims);
-  while (!all.empty() && kept_->bytes > Kept::most_bytes) {
+  Kept::Entry made{octave, first, dims, made_window(octave, first, dims)};
+  while (!all.empty() && kept_->bytes + bytes_of(dims) > Kept::most_bytes) {
     kept_->bytes -= bytes_of(all.front().dims);
     all.erase(all.begin());
   }
-  all.push_back({octave, first, dims, made_window(octave, first, dims)});
+  all.push_back(std::move(made));
+  kept_->bytes += bytes_of(dims);
   return all.back().window;
 }
 

@@ -10,6 +10,9 @@ namespace {
 constexpr double window_voxels = 96.0;  // [voxels] least size. More: slower windows, larger steps; fewer: more windows
 // [voxels] Windows begin at multiples of it, so that sessions near each other share them. More: larger windows; less: more.
 constexpr std::int64_t step_voxels = 32;
+// Of a window. More: a hand that jumps, as by a bad sample, takes memory; less: a fast hand on a fine grid feels a coarser
+// octave.
+constexpr double most_bytes = 256e6;
 
 }  // namespace
 
@@ -27,7 +30,7 @@ void WindowFeed::lay(const WindowNeed& need) {
   }
 }
 
-/// Lays a window about the feet; false if its voxels are lost.
+/// Lays a window about the feet; false if its voxels are lost, or too many for the way of this tick.
 bool WindowFeed::lay_octave(std::size_t field, int octave, const WindowNeed& need) {
   Stock& stock = session_.stock();
   const Octaves& octaves = stock.octaves(field);
@@ -50,7 +53,9 @@ bool WindowFeed::lay_octave(std::size_t field, int octave, const WindowNeed& nee
     const auto end = static_cast<std::int64_t>(std::clamp(middle + half, 0.0, last)) / step_voxels * step_voxels + step_voxels;
     dims[a] = std::min(end, grid.dims[a]) - first[a];
   }
-  if (lost_.contains({field, octave, first})) return false;
+  const double bytes = static_cast<double>(dims[0]) * static_cast<double>(dims[1]) * static_cast<double>(dims[2]) *
+                       static_cast<double>(size_of(octaves.shape().type)) * octaves.components();
+  if (bytes > most_bytes || lost_.contains({field, octave, first})) return false;
   const OctaveWindow window = octaves.window(octave, first, dims);
   if (!window.grid) {
     lost_.insert({field, octave, first});
