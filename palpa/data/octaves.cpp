@@ -285,10 +285,15 @@ Carried Octaves::carried(const Vec3& world_m, DataTime from, DataTime to) const 
   return carried_with_level(world_m, from, to, in_force(between(to).a, to).noise);
 }
 
+const Octaves* octaves_of(const Field& field) noexcept {
+  const MovingView* moved = moving_of(field);
+  return dynamic_cast<const Octaves*>(moved ? moved->field.get() : &field);
+}
+
 Stock::Stock(std::span<const FieldPtr> fields) {
   for (const FieldPtr& field : fields) {
     const MovingView* moved = moving_of(*field);
-    const auto* octaves = dynamic_cast<const Octaves*>(moved ? moved->field.get() : field.get());
+    const Octaves* octaves = octaves_of(*field);
     if (!octaves || store_of(*octaves)) continue;
     stores_.push_back({octaves, moved, std::vector<Slot>(static_cast<std::size_t>(octaves->count() - 1))});
     count_ = std::max(count_, octaves->count());
@@ -300,6 +305,15 @@ void Stock::lay(std::size_t n, int octave, const OctaveWindow& window) noexcept 
   Slot& slot = stores_[n].slots[static_cast<std::size_t>(octave)];
   const int other = slot.windows[slot.in_force].grid ? 1 - slot.in_force : slot.in_force;
   slot.windows[other] = window;
+}
+
+void Stock::lay(const Octaves& of, int octave, const OctaveWindow& window) noexcept {
+  for (std::size_t n = 0; n < stores_.size(); ++n)
+    if (stores_[n].of == &of) lay(n, octave, window);
+}
+
+void Stock::clear() noexcept {
+  for (Store& store : stores_) std::ranges::fill(store.slots, Slot{});
 }
 
 void Stock::put_in_force(std::span<const Vec3> world_m, DataTime pose_time) noexcept {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "palpa/data/grid_base.h"
@@ -13,6 +14,24 @@
 #include "palpa/data/timed_field.h"
 
 namespace palpa {
+
+class Octaves;
+
+/// Place of a window. Trivially copyable.
+struct WindowPlace {
+  const Octaves* of = nullptr;  ///< nullptr: no window
+  int octave = 0;
+  std::array<std::int64_t, 3> first{};  ///< [voxels] of `Octaves::sampled_grid`, multiples of 8
+  std::array<std::int64_t, 3> dims{};   ///< [voxels] along i, j, k
+};
+
+/// Checksum of a chunk of voxels, the unit in which a source reads.
+struct ChunkSum {
+  int octave = 0;
+  std::array<std::int64_t, 3> at{};  ///< [chunks] along i, j, k
+  std::uint32_t crc32 = 0;           ///< of the voxels within the octave
+  friend bool operator==(const ChunkSum&, const ChunkSum&) = default;
+};
 
 /// Window of an octave, ready to be felt. Immutable.
 struct OctaveWindow {
@@ -31,6 +50,15 @@ class VoxelSource {
   /// Returns false if some of them are lost or damaged.
   virtual bool read(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
                     std::byte* to) = 0;
+  /// Checksums of the chunks read, in the order of their first reads, from number `from` [1] on. Allocates; any thread.
+  virtual std::vector<ChunkSum> sums_from(std::size_t from) const { return static_cast<void>(from), std::vector<ChunkSum>{}; }
+  /// From now on `read` throws LoadError, with the chunk's name, on a chunk with another checksum than this. Any thread.
+  virtual void expect(const std::vector<ChunkSum>& sums) { static_cast<void>(sums); }
+  /// Sentences about chunks that are lost, damaged or changed, each chunk once and the first 16 alone, from number `from` [1]
+  /// on. Allocates; any thread.
+  virtual std::vector<std::string> problems_from(std::size_t from) const {
+    return static_cast<void>(from), std::vector<std::string>{};
+  }
 };
 
 /// Grid in octaves, larger than memory. Octave 0 are the voxels of the file; a voxel of octave n is the mean of the 2 × 2 × 2
@@ -125,6 +153,9 @@ class Octaves final : public TimedField {
   std::shared_ptr<Kept> kept_;
 };
 
+/// The field in octaves that this field is, or that it poses; nullptr: another field.
+const Octaves* octaves_of(const Field& field) noexcept;
+
 /// Windows of one session: of each octave of each field that is larger than memory two, one of them in force. `lay` and
 /// `put_in_force` are called between samples, by the thread that samples; they allocate nothing, and free nothing while the
 /// maker of the windows keeps them.
@@ -152,6 +183,10 @@ class Stock {
   void take_windows_of(const Stock& other) noexcept;
   /// Replaces the window of an octave that is not in force. A window that has no grid is ignored.
   void lay(std::size_t n, int octave, const OctaveWindow& window) noexcept;
+  /// Likewise for a field; ignored if it is not among these.
+  void lay(const Octaves& of, int octave, const OctaveWindow& window) noexcept;
+  /// Drops all windows. Frees memory.
+  void clear() noexcept;
   /// Puts the window with the most room about the positions in force, in each octave. The data are posed as at `pose_time`.
   void put_in_force(std::span<const Vec3> world_m, DataTime pose_time) noexcept;
 

@@ -128,7 +128,8 @@ std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const Read
   for (Vec3& row : finest.index_to_world_m.row) row = factor * row;
   finest.origin_m = factor * finest.origin_m;
 
-  const auto cache = std::make_shared<StoreCache>(std::move(reader), cache_bytes);
+  const auto open = [store = request.files.front(), options] { return std::make_unique<StoreReader>(store, options, slots); };
+  const auto cache = std::make_shared<StoreCache>(request.files.front().string(), std::move(reader), open, cache_bytes);
   for (const Wanted& wanted : wanted_fields(request, contents)) {
     const StoreField& field = contents.fields[static_cast<std::size_t>(wanted.field)];
     const StoreSurvey::Values& range = values.values[static_cast<std::size_t>(wanted.field)];

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "palpa/base/load_error.h"
+#include "palpa/base/printed.h"
 #include "palpa/file/protocol_voxels.h"
 #include "palpa/file/store_chunks.h"
 #include "palpa/file/store_protocol.h"
@@ -26,7 +28,7 @@ std::pair<StoreChunk, std::size_t> place_of_facts(const StoreOctave& octave, con
 }
 
 /// CRC-32 of the voxels of a chunk that are within the octave.
-double crc_of(const StoreOctave& octave, const StoreChunk& chunk, std::size_t voxel, const std::byte* content) {
+std::uint32_t crc_of(const StoreOctave& octave, const StoreChunk& chunk, std::size_t voxel, const std::byte* content) {
   std::array<std::int64_t, 3> n{};
   for (std::size_t a = 0; a < 3; ++a) n[a] = std::min(octave.chunk[a], octave.grid.dims[a] - chunk.at[a] * octave.chunk[a]);
   uLong crc = ::crc32(0, nullptr, 0);
@@ -37,21 +39,27 @@ double crc_of(const StoreOctave& octave, const StoreChunk& chunk, std::size_t vo
                       static_cast<std::size_t>(n[0]) * voxel);
     }
   }
-  return static_cast<double>(crc);
+  return static_cast<std::uint32_t>(crc);
+}
+
+std::string name_of_chunk(const StoreChunk& chunk) {
+  return text("chunk %lld, %lld, %lld of octave %d", static_cast<long long>(chunk.at[0]), static_cast<long long>(chunk.at[1]),
+              static_cast<long long>(chunk.at[2]), chunk.octave);
 }
 
 }  // namespace
 
-StoreCache::StoreCache(std::unique_ptr<StoreReader> reader, std::uint64_t most_bytes)
-    : reader_(std::move(reader)), most_bytes_(most_bytes) {}
+StoreCache::StoreCache(std::string name, std::unique_ptr<StoreReader> reader, Open open, std::uint64_t most_bytes)
+    : sums_(reader->contents().fields.size()),
+      name_(std::move(name)),
+      reader_(std::move(reader)),
+      contents_(reader_->contents()),
+      open_(std::move(open)),
+      most_bytes_(most_bytes) {}
 
 std::vector<StoreCache::Bytes> StoreCache::chunks(const std::vector<StoreChunk>& wanted) {
   const std::lock_guard lock(busy_);
-  std::vector<StoreChunk> missing;
-  for (const StoreChunk& chunk : wanted) {
-    if (!kept_.contains(chunk)) missing.push_back(chunk);
-  }
-  read(missing);
+  read(wanted);
   std::vector<Bytes> all;
   for (const StoreChunk& chunk : wanted) {
     Kept& kept = kept_.at(chunk);
@@ -68,11 +76,81 @@ std::vector<StoreCache::Bytes> StoreCache::chunks(const std::vector<StoreChunk>&
   return all;
 }
 
-void StoreCache::read(const std::vector<StoreChunk>& missing) {
+/// Reads the chunks that are not in memory, with a second reader if the first one ends.
+void StoreCache::read(const std::vector<StoreChunk>& wanted) {
+  try {
+    read_missing(wanted);
+  } catch (const LoadError&) {
+    if (!open_) throw;
+    reader_ = std::exchange(open_, nullptr)();
+    if (reader_->contents() != contents_)
+      throw LoadError(name_ + ": has other metadata than when it was opened; load it again");
+    read_missing(wanted);
+  }
+}
+
+void StoreCache::read_missing(const std::vector<StoreChunk>& wanted) {
+  std::vector<StoreChunk> missing, absent;
+  for (const StoreChunk& chunk : wanted) {
+    if (!kept_.contains(chunk)) missing.push_back(chunk);
+  }
   if (missing.empty()) return;
-  if (contents().prepared) read_facts(missing);
-  read_chunks(*reader_, missing,
-              [&](const StoreRead& read, std::span<const std::byte> content) { keep(read.chunk, checked(read, content)); });
+  if (contents_.prepared) read_facts(missing);
+  read_chunks(*reader_, missing, [&](const StoreRead& read, std::span<const std::byte> content) {
+    if (read.state == ChunkState::absent && !facts_of(read.chunk)) absent.push_back(read.chunk);
+    keep(read.chunk, checked(read, content));
+  });
+  drop_lost(absent);
+}
+
+/// Of chunks that are absent, without facts that confirm it: those are lost at whose place the next octave has other values
+/// than the fill value.
+void StoreCache::drop_lost(const std::vector<StoreChunk>& absent) {
+  for (const StoreChunk& chunk : absent) {
+    if (is_filled_in_next_octave(chunk)) continue;
+    Kept& kept = kept_.at(chunk);
+    bytes_ -= kept.bytes ? kept.bytes->size() : 0;
+    kept.bytes = refused(chunk, "is lost: the next octave has values there");
+  }
+}
+
+bool StoreCache::is_filled_in_next_octave(const StoreChunk& chunk) {
+  if (static_cast<std::size_t>(chunk.octave) + 1 >= contents_.octaves.size()) return true;
+  const StoreOctave& octave = contents_.octaves[static_cast<std::size_t>(chunk.octave)];
+  const StoreOctave& next = contents_.octaves[static_cast<std::size_t>(chunk.octave) + 1];
+  std::array<std::int64_t, 3> low{}, end{};  // [voxels] in the next octave, of means of this chunk's voxels alone
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::int64_t last = std::min((chunk.at[a] + 1) * octave.chunk[a], octave.grid.dims[a]);
+    low[a] = (chunk.at[a] * octave.chunk[a] + 1) / 2;
+    end[a] = std::min((last == octave.grid.dims[a] ? last + 1 : last) / 2, next.grid.dims[a]);
+    if (low[a] >= end[a]) return true;
+  }
+  std::vector<StoreChunk> above;
+  StoreChunk one = chunk;
+  ++one.octave;
+  for (one.at[2] = low[2] / next.chunk[2]; one.at[2] * next.chunk[2] < end[2]; ++one.at[2])
+    for (one.at[1] = low[1] / next.chunk[1]; one.at[1] * next.chunk[1] < end[1]; ++one.at[1])
+      for (one.at[0] = low[0] / next.chunk[0]; one.at[0] * next.chunk[0] < end[0]; ++one.at[0]) above.push_back(one);
+  read_missing(above);
+  const Bytes fill = filled(chunk);
+  const StoreField& field = contents_.fields[static_cast<std::size_t>(chunk.field)];
+  const std::size_t voxel = size_of(field.type) * static_cast<std::size_t>(field.components);
+  for (const StoreChunk& part : above) {
+    const Bytes& bytes = kept_.at(part).bytes;
+    if (!bytes) continue;
+    std::array<std::int64_t, 3> from{}, to{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      from[a] = std::max(low[a], part.at[a] * next.chunk[a]) - part.at[a] * next.chunk[a];
+      to[a] = std::min(end[a], (part.at[a] + 1) * next.chunk[a]) - part.at[a] * next.chunk[a];
+    }
+    for (std::int64_t k = from[2]; k < to[2]; ++k)
+      for (std::int64_t j = from[1]; j < to[1]; ++j)
+        for (std::int64_t i = from[0]; i < to[0]; ++i) {
+          const std::int64_t at = i + next.chunk[0] * (j + next.chunk[1] * k);
+          if (std::memcmp(bytes->data() + static_cast<std::size_t>(at) * voxel, fill->data(), voxel) != 0) return false;
+        }
+  }
+  return true;
 }
 
 void StoreCache::keep(const StoreChunk& chunk, Bytes bytes) {
@@ -106,9 +184,9 @@ const ChunkFacts* StoreCache::facts_of(const StoreChunk& chunk) const {
   return found != facts_.end() && index < found->second.size() ? &found->second[index] : nullptr;
 }
 
-/// The copy of a chunk that is as it was prepared; null for others.
+/// The copy of a chunk that is as it was prepared, and as it was read before; null for others.
 StoreCache::Bytes StoreCache::checked(const StoreRead& read, std::span<const std::byte> content) {
-  if (read.state == ChunkState::damaged) return nullptr;
+  if (read.state == ChunkState::damaged) return refused(read.chunk, "is damaged: " + read.sentence);
   const StoreOctave& octave = contents().octaves[static_cast<std::size_t>(read.chunk.octave)];
   const StoreField& field = contents().fields[static_cast<std::size_t>(read.chunk.field)];
   const Bytes bytes = read.state == ChunkState::absent
@@ -116,8 +194,60 @@ StoreCache::Bytes StoreCache::checked(const StoreRead& read, std::span<const std
                           : std::make_shared<std::vector<std::byte>>(content.begin(), content.end());
   const ChunkFacts* facts = facts_of(read.chunk);
   const std::size_t voxel = size_of(field.type) * static_cast<std::size_t>(field.components);
-  if (facts && crc_of(octave, read.chunk, voxel, bytes->data()) != facts->crc32) return nullptr;
+  const std::uint32_t crc32 = crc_of(octave, read.chunk, voxel, bytes->data());
+  if (facts && crc32 != facts->crc32) {
+    const bool is_absent = read.state == ChunkState::absent;
+    return refused(read.chunk, is_absent ? "is lost: it was there when the store was prepared"
+                                         : "is not as it was when the store was prepared");
+  }
+  if (!is_as_before(read.chunk, crc32)) return refused(read.chunk, "has changed since it was read first");
   return bytes;
+}
+
+/// Null, with a sentence about the chunk.
+StoreCache::Bytes StoreCache::refused(const StoreChunk& chunk, const std::string& reason) {
+  constexpr std::size_t most_problems = 16;
+  const std::string sentence = name_ + ": " + name_of_chunk(chunk) + " " + reason + "; coarser octaves are felt there";
+  const std::lock_guard lock(sums_busy_);
+  if (problems_.size() < most_problems && std::ranges::find(problems_, sentence) == problems_.end())
+    problems_.push_back(sentence);
+  return nullptr;
+}
+
+/// Whether a chunk has the checksum of its first reading. Throws LoadError where a recording has another one.
+bool StoreCache::is_as_before(const StoreChunk& chunk, std::uint32_t crc32) {
+  const std::lock_guard lock(sums_busy_);
+  const auto [first, is_new] = first_sums_.emplace(chunk, crc32);
+  if (is_new) sums_[static_cast<std::size_t>(chunk.field)].push_back({chunk.octave, chunk.at, crc32});
+  if (first->second == crc32) return true;
+  if (!expects_) return false;
+  refuse_recorded(chunk);
+}
+
+void StoreCache::refuse_recorded(const StoreChunk& chunk) const {
+  throw LoadError(name_ + ": has another " + name_of_chunk(chunk) +
+                  " than when the trace was recorded; a replay needs the recorded data");
+}
+
+std::vector<ChunkSum> StoreCache::sums_from(std::int32_t field, std::size_t from) const {
+  const std::lock_guard lock(sums_busy_);
+  const std::vector<ChunkSum>& all = sums_[static_cast<std::size_t>(field)];
+  return {all.begin() + static_cast<std::ptrdiff_t>(std::min(from, all.size())), all.end()};
+}
+
+void StoreCache::expect(std::int32_t field, std::int32_t frame, const std::vector<ChunkSum>& sums) {
+  const std::lock_guard lock(busy_), sums_lock(sums_busy_);
+  expects_ = true;
+  for (const ChunkSum& sum : sums) {
+    const StoreChunk chunk{sum.octave, frame, field, false, sum.at};
+    const auto [first, is_new] = first_sums_.emplace(chunk, sum.crc32);
+    if (!is_new && first->second != sum.crc32) refuse_recorded(chunk);
+  }
+}
+
+std::vector<std::string> StoreCache::problems_from(std::size_t from) const {
+  const std::lock_guard lock(sums_busy_);
+  return {problems_.begin() + static_cast<std::ptrdiff_t>(std::min(from, problems_.size())), problems_.end()};
 }
 
 StoreCache::Bytes StoreCache::filled(const StoreChunk& chunk) const {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "palpa/data/octaves.h"
@@ -17,29 +19,52 @@ namespace palpa::detail {
 class StoreCache {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
+  using Open = std::function<std::unique_ptr<StoreReader>()>;
+  /// \param name        of the store, for sentences
+  /// \param reader      of the store
+  /// \param open        opens it once more, if the reader has ended
   /// \param most_bytes  of chunks that are kept
-  StoreCache(std::unique_ptr<StoreReader> reader, std::uint64_t most_bytes);
+  StoreCache(std::string name, std::unique_ptr<StoreReader> reader, Open open, std::uint64_t most_bytes);
 
-  const StoreContents& contents() const noexcept { return reader_->contents(); }
-  StoreReader& reader() noexcept { return *reader_; }
-  /// Contents of chunks of one field, frame and octave; null for chunks that are lost or damaged, or not as prepared. Of an
-  /// absent chunk the fill value. Blocks. Throws LoadError if the reader has ended.
+  const StoreContents& contents() const noexcept { return contents_; }
+  /// Contents of chunks of one field, frame and octave; null for chunks that are lost, damaged, not as prepared, or not as they
+  /// were read before. Of an absent chunk the fill value; without facts it is lost where the next octave has other values.
+  /// Blocks. A reader that has ended is started once more; throws LoadError at its second end.
   std::vector<Bytes> chunks(const std::vector<StoreChunk>& wanted);
+
+  /// As `VoxelSource`, of a field.
+  std::vector<ChunkSum> sums_from(std::int32_t field, std::size_t from) const;
+  void expect(std::int32_t field, std::int32_t frame, const std::vector<ChunkSum>& sums);
+  std::vector<std::string> problems_from(std::size_t from) const;
 
  private:
   struct Kept {
     Bytes bytes;
     std::list<StoreChunk>::iterator place;
   };
-  void read(const std::vector<StoreChunk>& missing);
+  void read(const std::vector<StoreChunk>& wanted);
+  void read_missing(const std::vector<StoreChunk>& wanted);
+  void drop_lost(const std::vector<StoreChunk>& absent);
+  bool is_filled_in_next_octave(const StoreChunk& chunk);
   Bytes checked(const StoreRead& read, std::span<const std::byte> content);
+  Bytes refused(const StoreChunk& chunk, const std::string& reason);
+  [[noreturn]] void refuse_recorded(const StoreChunk& chunk) const;
+  bool is_as_before(const StoreChunk& chunk, std::uint32_t crc32);
   const ChunkFacts* facts_of(const StoreChunk& chunk) const;
   void read_facts(const std::vector<StoreChunk>& of);
   Bytes filled(const StoreChunk& chunk) const;
   void keep(const StoreChunk& chunk, Bytes bytes);
 
-  std::mutex busy_;
+  std::mutex busy_;  ///< of all but the next four
+  mutable std::mutex sums_busy_;
+  std::map<StoreChunk, std::uint32_t> first_sums_;
+  std::vector<std::vector<ChunkSum>> sums_;  ///< by field, in the order of first reads
+  std::vector<std::string> problems_;
+  bool expects_ = false;  ///< the first sums are those of a recording
+  std::string name_;
   std::unique_ptr<StoreReader> reader_;
+  StoreContents contents_;
+  Open open_;  ///< empty: was used
   std::uint64_t most_bytes_, bytes_ = 0;
   std::list<StoreChunk> used_;  ///< the last used first
   std::map<StoreChunk, Kept> kept_;
@@ -53,6 +78,9 @@ class StoreVoxels final : public VoxelSource {
       : cache_(std::move(cache)), field_(field), frame_(frame) {}
   bool read(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
             std::byte* to) override;
+  std::vector<ChunkSum> sums_from(std::size_t from) const override { return cache_->sums_from(field_, from); }
+  void expect(const std::vector<ChunkSum>& sums) override { cache_->expect(field_, frame_, sums); }
+  std::vector<std::string> problems_from(std::size_t from) const override { return cache_->problems_from(from); }
 
  private:
   std::shared_ptr<StoreCache> cache_;

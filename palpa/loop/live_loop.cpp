@@ -91,6 +91,7 @@ class LiveLoop::Hand {
         device(*hand.device),
         recorder(hand.recorder),
         prepared(its_scene.take()),
+        loop_number(its_scene.loader() ? its_scene.loader()->begin_loop() : 0),
         guarded(prepared->felt, hand.options.guard),
         has_motors(device.limits().has_motors),
         grip({.workspace_radius_m = device.limits().workspace_radius_m,
@@ -108,6 +109,7 @@ class LiveLoop::Hand {
   /// Whether the others have to fall, before the tick and after it.
   bool has_fault() const noexcept;
   void change_scene() noexcept;
+  void lay_window(double dt_s) noexcept;
   void tick(std::int64_t number, double t_s, double dt_s) noexcept;
   void write() noexcept;
   void tell() noexcept;
@@ -123,6 +125,7 @@ class LiveLoop::Hand {
   Recorder* recorder;
   PreparedSession* prepared;
   PreparedSession* before = nullptr;  // at the start of the tick
+  const std::uint32_t loop_number;    // for the window loader
   GuardedSession guarded;
   const bool has_motors;  // without, no old force was held in missed ticks
   ClutchMapping grip;
@@ -136,6 +139,7 @@ class LiveLoop::Hand {
   // Of this tick.
   DeviceState state;
   ClutchMapping::Held held;
+  WindowPlace laid;
   std::uint32_t circumstances = 0;
   TickFrame frame;
 
@@ -182,10 +186,27 @@ void LiveLoop::Hand::change_scene() noexcept {
   rehearsals.store(0);
 }
 
+// Of volumes larger than memory: publishes the motion of the feet, and lays the window that has come, if any.
+void LiveLoop::Hand::lay_window(double dt_s) noexcept {
+  laid = {};
+  if (prepared->loaded_scene == 0) return;
+  WindowLoader& loader = *scene.loader();
+  Session& felt = prepared->felt;
+  loader.publish(
+      {motion_of(felt.window_need(held.probe, dt_s), felt.hand_to_world().scale), loop_number, prepared->loaded_scene});
+  WindowLoader::Loaded* const loaded = loader.take();
+  if (!loaded) return;
+  felt.stock().lay(*loaded->place.of, loaded->place.octave, loaded->window);
+  laid = loaded->place;
+  WindowLoader::give_back(loaded);
+}
+
 void LiveLoop::Hand::tick(std::int64_t number, double t_s, double dt_s) noexcept {
+  lay_window(dt_s);
   const double cpu_s = seconds(CLOCK_THREAD_CPUTIME_ID);
   frame = guarded.tick(number, t_s, dt_s, held.probe, circumstances);
   frame.tick_us = 1e6 * (seconds(CLOCK_THREAD_CPUTIME_ID) - cpu_s);
+  frame.laid = laid;
   // Faults found by the tick alone: a pose or a force that is none, a fast hand.
   had_fault = frame.result.status == TickStatus::bad_input || frame.command.guard == GuardState::fault || guarded.brakes();
   has_probe = held.probe.valid && is_finite(held.probe.position_m);
@@ -351,7 +372,9 @@ LoopStatistics LiveLoop::statistics(std::size_t number) const {
                       .late = times_of(s.late),
                       .period = times_of(s.period),
                       .tick = times_of(s.tick_time),
-                      .modes = {}};
+                      .modes = {},
+                      .windows = {}};
+  if (const WindowLoader* loader = hand.scene.loader()) made.windows = loader->counts();
   const auto rehearsals = static_cast<double>(std::max<std::int64_t>(1, hand.rehearsals.load()));
   const Scene scene = hand.scene.scene();
   for (std::size_t m = 0; m < std::min(scene.modes().size(), Hand::most_modes); ++m)

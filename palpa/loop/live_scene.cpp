@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "palpa/data/octaves.h"
-
 namespace palpa {
 
 namespace {
@@ -52,19 +50,25 @@ PreparedSession::PreparedSession(const Scene& scene, double encoder_step_m)
     : spent_ns(scene.modes().size()),
       tool(scene.tool(), scene.coupling()),
       felt(scene, encoder_step_m),
-      rehearsal(measured(scene, spent_ns), encoder_step_m) {
-  if (!felt.stock().empty())
-    throw SceneError(
-        "a volume is larger than memory, and its windows are laid on a simulated clock only: run it without a "
-        "device, or let it be read as a whole by 'memory_mb'");
-}
+      rehearsal(measured(scene, spent_ns), encoder_step_m) {}
 
 LiveScene::State::State(const Scene& scene, const DeviceLimits& limits)
-    : scene_(scene), limits_(limits), waiting_(new PreparedSession(clamped_to(scene, limits), limits.encoder_step_m)) {}
+    : scene_(scene), limits_(limits), waiting_(prepared(scene).release()) {}
 
 LiveScene::State::~State() {
   delete waiting_.load();
   free_given_back();
+  delete loader_.load();
+}
+
+std::unique_ptr<PreparedSession> LiveScene::State::prepared(const Scene& scene) {
+  const Scene clamped = clamped_to(scene, limits_);
+  auto made = std::make_unique<PreparedSession>(clamped, limits_.encoder_step_m);
+  const Stock& stock = made->felt.stock();
+  if (stock.empty()) return made;
+  if (!loader()) loader_.store(new WindowLoader, std::memory_order_release);
+  made->loaded_scene = loader()->add(clamped, stock);
+  return made;
 }
 
 Scene LiveScene::State::scene() const {
@@ -77,7 +81,7 @@ void LiveScene::State::change(const std::function<void(Scene&)>& edit) {
   free_given_back();
   Scene changed = scene_;
   edit(changed);
-  auto made = std::make_unique<PreparedSession>(clamped_to(changed, limits_), limits_.encoder_step_m);
+  std::unique_ptr<PreparedSession> made = prepared(changed);
   scene_ = std::move(changed);
   delete waiting_.exchange(made.release(), std::memory_order_acq_rel);
 }

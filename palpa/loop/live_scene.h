@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "palpa/loop/loop.h"
+#include "palpa/loop/window_loader.h"
 
 namespace palpa {
 
@@ -17,6 +18,7 @@ struct PreparedSession {
   Tool tool;
   Session felt;
   Session rehearsal;
+  std::uint32_t loaded_scene = 0;   // number of the window loader; 0: no volume is larger than memory
   PreparedSession* next = nullptr;  // in the list to be freed
 };
 
@@ -37,13 +39,17 @@ class LiveScene::State {
   void put_back(PreparedSession* session) noexcept;
   /// Queues the session to be freed by another thread.
   void give_back(PreparedSession* session) noexcept;
+  /// Loader of windows; nullptr as long as no scene has needed one.
+  WindowLoader* loader() const noexcept { return loader_.load(std::memory_order_acquire); }
 
  private:
+  std::unique_ptr<PreparedSession> prepared(const Scene& scene);
   void free_given_back() noexcept;
 
   mutable std::mutex mutex_;  // of the changing threads; the loop never takes it
   Scene scene_;
   DeviceLimits limits_;
+  std::atomic<WindowLoader*> loader_{nullptr};
   std::atomic<PreparedSession*> waiting_;
   std::atomic<PreparedSession*> given_back_{nullptr};
 };

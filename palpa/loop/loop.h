@@ -194,6 +194,13 @@ struct LoopStatistics {
     std::string name;
     double mean_us = 0.0;  ///< per tick, to place its primitives, measured in rehearsals
   };
+  /// Windows of volumes larger than memory.
+  struct Windows {
+    std::int64_t made = 0;
+    std::int64_t lost = 0;             ///< not made: voxels are lost or damaged, or their source has failed
+    double busy_s = 0.0;               ///< time of making, reading included
+    std::vector<std::string> notes{};  ///< a sentence for each volume whose source failed or falls behind
+  };
   std::int64_t ticks = 0;
   std::int64_t missed = 0;      ///< ticks skipped by a late loop
   std::int64_t unrecorded = 0;  ///< ticks without room in the recorder
@@ -202,6 +209,7 @@ struct LoopStatistics {
   Times period;                 ///< between the starts of successive ticks
   Times tick;                   ///< processor time of `GuardedSession::tick`
   std::vector<ModeCost> modes;
+  Windows windows;
 };
 
 /// Latest tick, for a viewer.

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "palpa/loop/window_policy.h"
+
 namespace palpa {
 namespace {
 
 constexpr double window_voxels = 96.0;  // [voxels] least size. More: slower windows, larger steps; fewer: more windows
-// [voxels] Windows begin at multiples of it, so that sessions near each other share them. More: larger windows; less: more.
-constexpr std::int64_t step_voxels = 32;
-// Of a window. More: a hand that jumps, as by a bad sample, takes memory; less: a fast hand on a fine grid feels a coarser
-// octave.
-constexpr double most_bytes = 256e6;
+// [voxels] Windows begin at multiples of it, so that sessions near each other share them.
+constexpr std::int64_t step_voxels = WindowPolicy::step_voxels;
 
 }  // namespace
 
@@ -55,7 +54,7 @@ bool WindowFeed::lay_octave(std::size_t field, int octave, const WindowNeed& nee
   }
   const double bytes = static_cast<double>(dims[0]) * static_cast<double>(dims[1]) * static_cast<double>(dims[2]) *
                        static_cast<double>(size_of(octaves.shape().type)) * octaves.components();
-  if (bytes > most_bytes || lost_.contains({field, octave, first})) return false;
+  if (bytes > WindowPolicy::most_bytes || lost_.contains({field, octave, first})) return false;
   const OctaveWindow window = octaves.window(octave, first, dims);
   if (!window.grid) {
     lost_.insert({field, octave, first});

@@ -12,8 +12,9 @@ namespace palpa {
 /// once where a tick's way would leave the windows (`forced`). Trivially copyable. One thread.
 class FeltOctave {
  public:
-  double octave() const noexcept { return octave_; }   ///< [1] λ
-  bool is_forced() const noexcept { return forced_; }  ///< the last tick had to raise it at once
+  double octave() const noexcept { return octave_; }                           ///< [1] λ
+  bool is_forced() const noexcept { return forced_; }                          ///< the last tick had to raise it at once
+  const Vec3& velocity_m_per_s() const noexcept { return velocity_m_per_s_; }  ///< [world] of the proxy, mean of 5 ms
 
   /// Forgets the motion; the next tick begins at the finest octave that it can have.
   void reset() noexcept { *this = {}; }

@@ -123,7 +123,8 @@ WindowNeed ProxyPath::window_need(const Pose& probe, bool valid, double time_ste
   const double way_m = follows ? tool_.way_m(queue_.last(), at) : 0.0;
   const Pose& feet = state_.started ? state_.proxy : at;
   const double scale = modes_.samples(0).hand_to_world().scale;
-  return {feet_in_world(feet), is_finite(at.position_m) ? way_m * scale : 0.0, time_.at(state_.elapsed_s + time_step_s)};
+  return {feet_in_world(feet), is_finite(at.position_m) ? way_m * scale : 0.0, felt_octave_.velocity_m_per_s(),
+          time_.at(state_.elapsed_s + time_step_s)};
 }
 
 void ProxyPath::choose_octave(double time_step_s) noexcept {

@@ -162,6 +162,7 @@ void Session::State::gather(const Walk& walk, Tick& result) noexcept {
   }
   result.dropped = walk.dropped;
   result.felt_octave = path.felt_octave().octave();
+  result.forced_octave = path.felt_octave().is_forced();
   if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling().stiffness_n_per_m * walk.unreached_m;
 }
 

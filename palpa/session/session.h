@@ -48,8 +48,9 @@ struct Tick {
   /// balance. Imperceptible at rest; larger where the path stopped before the balance. 0 in a `waiting` tick.
   double unborne_n = 0.0;
   Energy energy;
-  int work = 0;              ///< [1] units, counted alike on every machine (docs/contracts/session.md)
-  double felt_octave = 0.0;  ///< [1] of volumes larger than memory, 0 the finest
+  int work = 0;                ///< [1] units, counted alike on every machine (docs/contracts/session.md)
+  double felt_octave = 0.0;    ///< [1] of volumes larger than memory, 0 the finest
+  bool forced_octave = false;  ///< it was raised at once: the windows would not have held the way of this tick
   // Of a tool with an orientation; else no rotation and zero:
   Turn probe_turn;  ///< as given, finite or not: a replay of it gives equal bits
   Turn proxy_turn;
@@ -81,6 +82,7 @@ struct SessionEvent {
 struct WindowNeed {
   std::span<const Vec3> feet_m;  ///< [m, world] of the proxy, or of the probe where the proxy begins on it
   double way_m = 0.0;            ///< [m, world] of a foot in the tick, as the probe moves
+  Vec3 velocity_m_per_s{};       ///< [world] of the proxy, mean of the last 5 ms
   DataTime time;                 ///< at which the data are posed
 };
 

@@ -40,7 +40,9 @@ std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, cons
   for (const SceneMode& mode : scene.modes()) modes.push_back(mode.name);
   TraceHeader of_scene = header;
   of_scene.has_tool = !Tool(scene.tool(), scene.coupling()).is_point();
-  return std::make_unique<TraceWriter>(folder, of_scene, scene_text, std::move(modes));
+  std::vector<TracedField> octaves = traced_fields(scene);
+  of_scene.has_octaves = !octaves.empty();
+  return std::make_unique<TraceWriter>(folder, of_scene, scene_text, std::move(modes), std::move(octaves));
 }
 
 TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits) {

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "palpa/loop/loop.h"
 #include "palpa/loop/window_feed.h"
+#include "palpa/loop/window_policy.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/recorded_scene.h"
 #include "palpa/study/recording.h"
@@ -36,6 +38,50 @@ class TemporaryFolder {
   fs::path path_;
 };
 
+/// Windows of volumes larger than memory in a replay: of a live run those that came, before the same ticks; of another those
+/// of the finest octave. Chunks of the data must be those that were recorded.
+class Windows {
+ public:
+  /// Throws LoadError on windows that the data cannot have.
+  Windows(const TraceReader& reader, const Scene& scene, Session& session) : session_(session) {
+    if (session.stock().empty()) return;
+    const std::vector<TracedField> fields = traced_fields(scene);
+    const auto named = [&](const auto& row) {
+      const auto found = std::ranges::find_if(
+          fields, [&](const TracedField& field) { return field.volume == row.volume && field.field == row.field; });
+      if (found == fields.end())
+        throw LoadError("the trace has windows of " + row.volume + "." + row.field + ", the scene has no such field");
+      return found->octaves;
+    };
+    for (const TracedChunks& chunks : reader.chunks()) named(chunks)->shape().source->expect(chunks.sums);
+    if (!reader.header().motors) {
+      feed_.emplace(session);
+      return;
+    }
+    for (TracedWindow& window : reader.windows()) {
+      window.place.of = named(window);
+      if (!can_be_felt_live(window.place))
+        throw LoadError("the trace has a window, in windows.csv at tick " + std::to_string(window.tick) +
+                        ", that the data cannot have");
+      recorded_.push_back(std::move(window));
+    }
+  }
+  /// Lays what the tick needs. Returns the window of a live run.
+  WindowPlace lay_for(std::int64_t tick, const Probe& probe, double dt_s) {
+    if (feed_) feed_->lay_for(probe, dt_s);
+    if (next_ == recorded_.size() || recorded_[next_].tick != tick) return {};
+    const WindowPlace& place = recorded_[next_++].place;
+    session_.stock().lay(*place.of, place.octave, place.of->window(place.octave, place.first, place.dims));
+    return place;
+  }
+
+ private:
+  Session& session_;
+  std::optional<WindowFeed> feed_;
+  std::vector<TracedWindow> recorded_;
+  std::size_t next_ = 0;
+};
+
 }  // namespace
 
 ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_folders, const ReadOptions& read,
@@ -59,7 +105,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   ReplayResult result;
   SummaryBuilder builder(loaded.scene);
   GuardedSession guarded(session, detail::guard_options_of(header));
-  WindowFeed feed(session);
+  Windows windows(reader, loaded.scene, session);
   const auto begin = std::chrono::steady_clock::now();
   const TickFrame* before = nullptr;
   for (const auto& [recorded] : ticks) {
@@ -72,8 +118,9 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
                       .valid = recorded.result.probe_valid,
                       .buttons = recorded.buttons,
                       .turn = recorded.result.probe_turn};
-    feed.lay_for(probe, recorded.dt_s);
-    const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe, recorded.circumstances);
+    const WindowPlace laid = windows.lay_for(recorded.tick, probe, recorded.dt_s);
+    TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe, recorded.circumstances);
+    frame.laid = laid;
     builder.add(frame, session);
     writer->append(frame, session.modes(), session.sub_steps(), session.primitives(), session.events());
     if (progress && recorded.tick % 1000 == 0) {

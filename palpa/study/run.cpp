@@ -118,8 +118,13 @@ std::vector<RunResult> run_live(std::span<const RunOptions> options, std::span<P
   std::vector<RunResult> results(options.size());
   results.front().warnings = live.refused();
   for (std::size_t h = 0; h < options.size(); ++h) {
-    results[h].summary = telling[h]->finish(live.wall_s(), live.recording(h).writer());
+    TraceWriter* const writer = live.recording(h).writer();
+    results[h].summary = telling[h]->finish(live.wall_s(), writer);
     results[h].summary.loop = live.loop().statistics(h);
+    for (const std::string& note : results[h].summary.loop->windows.notes) {
+      results[h].warnings.push_back(note);
+      if (writer) writer->add_note(note);
+    }
   }
   if (const std::string lost = live.finish(); !lost.empty()) {
     results.front().is_recording_lost = true;

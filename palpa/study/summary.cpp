@@ -85,9 +85,9 @@ void add(const SessionEvent& event, double t_s, Summary& summary) noexcept {
 
 }  // namespace
 
-SummaryBuilder::SummaryBuilder(const Scene& scene) : SummaryBuilder(modes_of(scene)) {}
+SummaryBuilder::SummaryBuilder(const Scene& scene) : SummaryBuilder(modes_of(scene), spacing_of_octaves_m(scene)) {}
 
-SummaryBuilder::SummaryBuilder(std::vector<ModeSummary> modes) {
+SummaryBuilder::SummaryBuilder(std::vector<ModeSummary> modes, double octave_spacing_m) : octaves_(octave_spacing_m) {
   summary_.modes = std::move(modes);
   mode_force_sum_n_.resize(summary_.modes.size());
   mode_contact_ticks_.resize(summary_.modes.size());
@@ -100,6 +100,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> mode
   summary_.duration_s += frame.dt_s;
 
   tick_times_.add(frame.tick_us);
+  octaves_.add(tick.felt_octave, tick.forced_octave, tick.proxy_m);
 
   bool contact = false;
   for (std::size_t m = 0; m < std::min(modes.size(), summary_.modes.size()); ++m) {
@@ -158,6 +159,7 @@ Summary SummaryBuilder::finish(double wall_s) const {
   summary.tick_p50_us = tick_times_.percentile_us(0.50);
   summary.tick_p99_us = tick_times_.percentile_us(0.99);
   summary.tick_max_us = tick_times_.max_us();
+  if (!octaves_.empty()) summary.octaves = octaves_.finish();
   summary.contact_share = share(contact_ticks_, summary.ticks);
   summary.force_mean_n = contact_ticks_ > 0 ? force_sum_n_ / static_cast<double>(contact_ticks_) : 0.0;
   summary.sub_steps_mean = share(sub_steps_, summary.ticks);
@@ -185,6 +187,9 @@ static std::string table_of(const LoopStatistics& loop) {
   if (loop.scenes > 0) result += ", the scene changed " + count(loop.scenes) + " times";
   if (loop.unrecorded > 0) result += ", " + count(loop.unrecorded) + " ticks were not recorded";
   result += '\n';
+  if (loop.windows.made > 0)
+    result += "  " + count(loop.windows.made) + text(" windows made in %.1f s, ", loop.windows.busy_s) +
+              count(loop.windows.lost) + " not\n";
   std::string costs;
   for (const LoopStatistics::ModeCost& mode : loop.modes)
     costs += (costs.empty() ? "  modes, time per tick: " : ", ") + mode.name + " " + us(mode.mean_us);
@@ -210,6 +215,10 @@ std::string to_table(const Summary& s) {
       {"force on the hand", text("mean in contact %.3f N, max %.3f N", s.force_mean_n, s.force_max_n) + cut},
       {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("at %.3f s", s.first_break_through_s)},
   };
+  if (s.octaves)
+    rows.push_back({"felt octave", percent(s.octaves->finest_share) + " of the ticks at the finest, " +
+                                       percent(s.octaves->as_fine_as_way_share) + " as fine as the way of a tick; " +
+                                       count(s.octaves->forced_ticks) + " raised at once"});
   // Failures are listed only if there were any.
   const auto say = [&](const char* name, std::int64_t number, const char* what) {
     if (number > 0) rows.push_back({name, count(number) + what});
@@ -252,8 +261,15 @@ Json json_of(const LoopStatistics& loop) {
   };
   Json costs = Json::array();
   for (const LoopStatistics::ModeCost& mode : loop.modes) costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
-  return {{"ticks", loop.ticks},      {"missed", loop.missed},        {"unrecorded", loop.unrecorded}, {"scenes", loop.scenes},
-          {"late", times(loop.late)}, {"period", times(loop.period)}, {"processor", times(loop.tick)}, {"modes", costs}};
+  return {{"ticks", loop.ticks},
+          {"missed", loop.missed},
+          {"unrecorded", loop.unrecorded},
+          {"scenes", loop.scenes},
+          {"late", times(loop.late)},
+          {"period", times(loop.period)},
+          {"processor", times(loop.tick)},
+          {"modes", costs},
+          {"windows", {{"made", loop.windows.made}, {"lost", loop.windows.lost}, {"busy_s", loop.windows.busy_s}}}};
 }
 
 }  // namespace
@@ -304,6 +320,11 @@ std::string to_json(const Summary& s) {
       {"modes", modes},
       {"notes", s.notes},
   };
+  if (s.octaves)
+    json["felt_octaves"] = {{"finest_share", s.octaves->finest_share},
+                            {"as_fine_as_way_share", s.octaves->as_fine_as_way_share},
+                            {"mean", s.octaves->mean},
+                            {"forced_ticks", s.octaves->forced_ticks}};
   if (s.loop) json["loop"] = json_of(*s.loop);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }

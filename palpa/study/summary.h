@@ -10,6 +10,7 @@
 #include "palpa/loop/loop.h"
 #include "palpa/loop/time_histogram.h"
 #include "palpa/session/session.h"
+#include "palpa/study/felt_octaves.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa {
@@ -52,6 +53,7 @@ struct Summary {
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
+  std::optional<FeltOctaves> octaves;  ///< of volumes larger than memory
   std::optional<LoopStatistics> loop;  ///< of a live run: timing of its loop
   std::vector<std::string> notes;      ///< sentences for the reader: placement of the hand, reasons for no contact
 };
@@ -68,7 +70,8 @@ class SummaryBuilder {
  public:
   explicit SummaryBuilder(const Scene& scene);
   /// For modes known by name and type only, as of a trace with missing data.
-  explicit SummaryBuilder(std::vector<ModeSummary> modes);
+  /// \param octave_spacing_m  [m] of `spacing_of_octaves_m`
+  explicit SummaryBuilder(std::vector<ModeSummary> modes, double octave_spacing_m = 0.0);
   /// Adds a tick; `modes` in the scene's order.
   void add(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SessionEvent> events) noexcept;
   /// Adds the session's last tick.
@@ -79,6 +82,7 @@ class SummaryBuilder {
  private:
   Summary summary_;
   TimeHistogram tick_times_;
+  FeltOctavesBuilder octaves_;
   double force_sum_n_ = 0.0;
   double unborne_s_ = 0.0;  // with more than `unborne_felt_n` up to now
   std::int64_t contact_ticks_ = 0;

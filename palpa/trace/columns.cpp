@@ -1,6 +1,7 @@
 #include "palpa/trace/columns.h"
 
 #include <type_traits>
+#include <utility>
 
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
@@ -43,9 +44,7 @@ namespace detail {
 namespace {
 
 template <class Value>
-concept Named = requires(Value value) {
-  name_of(value);
-};
+concept Named = requires(Value value) { name_of(value); };
 
 using Cells = std::span<const std::string_view>;
 
@@ -109,7 +108,7 @@ Column<Row> column(std::string_view name, std::string_view unit, std::string_vie
                    .meaning = meaning,
                    .cells = cells_of<std::remove_const_t<Value>>,
                    .later = false,
-                   .of_tool = false,
+                   .of = nullptr,
                    .write = [](const Row& row, std::string& line) { put(line, Get{}(row)); },
                    .read = nullptr};
   if constexpr (std::is_same_v<Row, TickFrame>) made.read = [](Cells cells, Row& row) { return take(cells, Get{}(row)); };
@@ -126,14 +125,21 @@ Column<Row> later(Column<Row> column) {
 // Column of a tool with an orientation.
 template <class Row>
 Column<Row> of_tool(Column<Row> column) {
-  column.later = column.of_tool = true;
+  column.later = true;
+  column.of = &TraceKind::has_tool;
+  return column;
+}
+
+// Column of volumes larger than memory.
+template <class Row>
+Column<Row> of_octaves(Column<Row> column) {
+  column.later = true;
+  column.of = &TraceKind::has_octaves;
   return column;
 }
 
 // Column with the value `row.MEMBER`.
-#define COLUMN(ROW, NAME, UNIT, MEMBER, MEANING) \
-  column<ROW>(                                   \
-      NAME, UNIT, MEANING, [](auto& row) -> auto& { return row.MEMBER; })
+#define COLUMN(ROW, NAME, UNIT, MEMBER, MEANING) column<ROW>(NAME, UNIT, MEANING, [](auto& row) -> auto& { return row.MEMBER; })
 
 }  // namespace
 
@@ -184,6 +190,10 @@ const Table<TickFrame>& ticks_table() {
       later(COLUMN(
           TickFrame, "circumstances", "", circumstances,
           "what the loop knew, one bit each from 1 on: device fault, link lost, late, view moves, panic, resume, new scene")),
+      of_octaves(COLUMN(TickFrame, "felt_octave", "", result.felt_octave,
+                        "of volumes larger than memory: 0 the finest, between n and n + 1 a blend of both")),
+      of_octaves(COLUMN(TickFrame, "forced_octave", "", result.forced_octave,
+                        "1: it was raised at once, since the windows would not have held this tick's way")),
       of_tool(COLUMN(TickFrame, "probe_turn", "", result.probe_turn,
                      "orientation of the handle, a unit quaternion, as the device reports it")),
       of_tool(COLUMN(TickFrame, "proxy_turn", "", result.proxy_turn, "that of the tool in the data")),
@@ -323,6 +333,41 @@ const Table<TickFrame>& timing_table() {
   return table;
 }
 
+const Table<WindowRow>& windows_table() {
+  static const Column<WindowRow> columns[] = {
+      COLUMN(WindowRow, "tick", "", tick, "number of the tick before which it was laid"),
+      COLUMN(WindowRow, "volume", "", volume, "name of the volume in the scene"),
+      COLUMN(WindowRow, "field", "", field, "name of its field"),
+      COLUMN(WindowRow, "octave", "", place.octave, "0 the finest"),
+      COLUMN(WindowRow, "first_i", "", place.first[0], "first voxel of the window in the octave as it is sampled"),
+      COLUMN(WindowRow, "first_j", "", place.first[1], ""),
+      COLUMN(WindowRow, "first_k", "", place.first[2], ""),
+      COLUMN(WindowRow, "voxels_i", "", place.dims[0], "number of its voxels"),
+      COLUMN(WindowRow, "voxels_j", "", place.dims[1], ""),
+      COLUMN(WindowRow, "voxels_k", "", place.dims[2], ""),
+  };
+  static const Table<WindowRow> table{"windows.csv",
+                                      "Of volumes larger than memory, felt live: one row for each window that came.", columns};
+  return table;
+}
+
+const Table<ChunkRow>& chunks_table() {
+  static const Column<ChunkRow> columns[] = {
+      COLUMN(ChunkRow, "octave", "", sum.octave, "0 the finest"),
+      COLUMN(ChunkRow, "i", "", sum.at[0], "number of the chunk along i"),
+      COLUMN(ChunkRow, "j", "", sum.at[1], ""),
+      COLUMN(ChunkRow, "k", "", sum.at[2], ""),
+      COLUMN(ChunkRow, "crc32", "", sum.crc32, "of its voxels within the octave, when it was first read"),
+      COLUMN(ChunkRow, "volume", "", volume, "name of the volume in the scene"),
+      COLUMN(ChunkRow, "field", "", field, "name of its field"),
+  };
+  static const Table<ChunkRow> table{
+      "chunks.csv",
+      "Of volumes larger than memory: one row for each chunk that was read, in any order. A replay ends where one has changed.",
+      columns};
+  return table;
+}
+
 #undef COLUMN
 
 namespace {
@@ -331,10 +376,12 @@ template <class Row>
 void describe(const Table<Row>& table, std::string& out) {
   constexpr const char* head = "\n\n| column | meaning |\n|---|---|\n";
   out += "## " + std::string(table.file) + "\n\n" + table.contents + head;
-  bool of_tool = false;
+  bool TraceKind::* of = nullptr;
   for (const Column<Row>& column : table.columns) {
-    if (column.of_tool && !of_tool) out += std::string("\nOf a [tool](scene.md) with an orientation also:") + head;
-    of_tool = column.of_tool;
+    if (column.of != std::exchange(of, column.of))
+      out += std::string(of == &TraceKind::has_tool ? "\nOf a [tool](scene.md) with an orientation also:"
+                                                    : "\nOf a [volume larger than memory](large.md) also:") +
+             head;
     out += "| ";
     bool first = true;
     for (const std::string& name : cell_names(column.name, column.unit, column.cells)) {
@@ -358,6 +405,8 @@ std::string trace_reference_markdown() {
   detail::describe(detail::works_table(), out);
   detail::describe(detail::events_table(), out);
   detail::describe(detail::break_throughs_table(), out);
+  detail::describe(detail::windows_table(), out);
+  detail::describe(detail::chunks_table(), out);
   detail::describe(detail::timing_table(), out);
   out.pop_back();
   return out;

@@ -57,6 +57,23 @@ struct BreakThroughRow {
   const SessionEvent& event;
 };
 
+struct WindowRow {
+  std::int64_t tick;
+  std::string_view volume, field;
+  const WindowPlace& place;
+};
+
+struct ChunkRow {
+  std::string_view volume, field;
+  const ChunkSum& sum;
+};
+
+/// Kinds of traces that have columns which others lack.
+struct TraceKind {
+  bool has_tool = false;     ///< of a tool with an orientation
+  bool has_octaves = false;  ///< of a volume larger than memory
+};
+
 /// Column, or the three of a vector, or the four of a turn.
 template <class Row>
 struct Column {
@@ -64,8 +81,8 @@ struct Column {
   std::string_view unit;     ///< of a vector, the suffix of its columns' names; a scalar's is in its name
   std::string_view meaning;  ///< for docs/trace.md
   int cells;                 ///< 1, 3 for a vector, 4 for a turn
-  bool later;                ///< missing in the first traces, or of a tool
-  bool of_tool;              ///< only in traces of a tool with an orientation; behind all others
+  bool later;                ///< missing in the first traces, or of a kind of traces
+  bool TraceKind::* of;      ///< only in traces of this kind, behind all others; nullptr: in all
   void (*write)(const Row& row, std::string& line);
   /// Parses the column's cells; false if invalid. Null for columns that are never read.
   bool (*read)(std::span<const std::string_view> cells, Row& row);
@@ -81,15 +98,15 @@ struct Table {
   const char* contents;  ///< one sentence
   std::span<const Column<Row>> columns;
 
-  /// The table with the columns of a trace of a tool with an orientation, or of a point.
-  Table of(bool has_tool) const {
-    const auto end = std::find_if(columns.begin(), columns.end(), [&](const Column<Row>& c) { return c.of_tool && !has_tool; });
-    return {file, contents, columns.first(static_cast<std::size_t>(end - columns.begin()))};
-  }
+  TraceKind kind{true, true};  ///< only columns of this kind are written
+
+  Table of(TraceKind wanted) const { return {file, contents, columns, wanted}; }
+  bool has(const Column<Row>& column) const { return !column.of || kind.*column.of; }
   /// Names of all cells of a row, in the order of writing.
   std::vector<std::string> names() const {
     std::vector<std::string> all;
     for (const Column<Row>& column : columns) {
+      if (!has(column)) continue;
       for (std::string& name : cell_names(column.name, column.unit, column.cells)) all.push_back(std::move(name));
     }
     return all;
@@ -106,6 +123,7 @@ struct Table {
   void write(const Row& row, std::string& out) const {
     bool first = true;
     for (const Column<Row>& column : columns) {
+      if (!has(column)) continue;
       if (!first) out += ',';
       first = false;
       column.write(row, out);
@@ -114,7 +132,7 @@ struct Table {
   }
 };
 
-// With the columns of a tool.
+// With the columns of all kinds of traces.
 const Table<TickFrame>& ticks_table();
 const Table<ModeRow>& modes_table();
 const Table<BalanceRow>& balances_table();
@@ -123,5 +141,7 @@ const Table<WorkRow>& works_table();
 const Table<EventRow>& events_table();
 const Table<BreakThroughRow>& break_throughs_table();
 const Table<TickFrame>& timing_table();
+const Table<WindowRow>& windows_table();
+const Table<ChunkRow>& chunks_table();
 
 }  // namespace palpa::detail

@@ -133,6 +133,7 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again, 
   compare(detail::modes_table());
   compare(detail::events_table());
   compare(detail::break_throughs_table(), There::where_needed);
+  compare(detail::windows_table(), There::where_needed);
   if (a.header().primitives) {
     compare(detail::balances_table());
     compare(detail::primitives_table());

@@ -44,10 +44,11 @@ TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder),
   std::vector<std::string_view> cells;
   detail::split(line, cells);
   header_.has_tool = std::find(cells.begin(), cells.end(), "probe_turn_w") != cells.end();
+  header_.has_octaves = std::find(cells.begin(), cells.end(), "felt_octave") != cells.end();
 }
 
 bool TraceReader::has_energy() const {
-  const detail::Table<TickFrame> table = detail::ticks_table().of(false);
+  const detail::Table<TickFrame> table = detail::ticks_table().of({});
   detail::LineFile file(folder_ / table.file);
   std::string_view line;
   if (!file.next(line)) return true;

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "palpa/data/octaves.h"
 #include "palpa/data/volume.h"
 #include "palpa/session/session.h"
 
@@ -96,6 +97,7 @@ struct TickFrame {
   Command command;
   std::uint32_t circumstances = 0;  ///< bits of Circumstance
   std::uint32_t buttons = 0;
+  WindowPlace laid{};      ///< of a volume larger than memory: the window that was laid before this tick, by a live loop
   double late_us = 0.0;    ///< lateness of the tick's start; 0 on a simulated clock
   double tick_us = 0.0;    ///< time inside `Session::tick`; 0 if not measured
   double device_us = 0.0;  ///< time inside the device's read and write; 0 if not measured
@@ -129,6 +131,29 @@ struct TraceHeader {
   std::vector<std::string> notes;    ///< sentences for the reader: placement of the hand, reasons for little contact
   bool primitives = false;           ///< balances.csv and primitives.csv exist
   bool has_tool = false;             ///< a tool with an orientation: ticks.csv and the others have its columns, which say so
+  bool has_octaves = false;          ///< a volume is larger than memory: likewise
+};
+
+/// Field of a volume larger than memory.
+struct TracedField {
+  std::string volume;  ///< its name in the scene
+  std::string field;   ///< its name in the volume
+  FieldPtr posed;      ///< keeps the octaves
+  const Octaves* octaves = nullptr;
+};
+/// Those of a scene, in its order. Allocates; any thread.
+std::vector<TracedField> traced_fields(const Scene& scene);
+
+/// Window that was laid in a recorded live run, for a field of `traced_fields`.
+struct TracedWindow {
+  std::int64_t tick = 0;  ///< before which it was laid
+  std::string volume, field;
+  WindowPlace place{};  ///< without the octaves
+};
+/// Chunks that were read in a recorded run.
+struct TracedChunks {
+  std::string volume, field;
+  std::vector<ChunkSum> sums{};
 };
 
 /// Whether the trace is of one of a scene's several hands. Any thread.
@@ -144,8 +169,9 @@ class TraceWriter {
   /// nothing behind.
   /// \param scene_text  the scene file, byte for byte
   /// \param mode_names  in the scene's order
+  /// \param octaves     fields larger than memory, whose windows and chunks are recorded
   TraceWriter(const std::filesystem::path& folder, const TraceHeader& header, const std::string& scene_text,
-              std::vector<std::string> mode_names);
+              std::vector<std::string> mode_names, std::vector<TracedField> octaves = {});
   /// Writes appended data as far as possible. Without `finish` the trace stays incomplete, but readable.
   ~TraceWriter();
   TraceWriter(const TraceWriter&) = delete;
@@ -191,6 +217,10 @@ class TraceReader {
   std::vector<TraceTick> ticks() const;
   /// Whether its ticks have all columns of an energy table: older recordings do not. Throws as `ticks`.
   bool has_energy() const;
+  /// Windows of a live run, in the order of ticks; none in other traces. Throws as `ticks`.
+  std::vector<TracedWindow> windows() const;
+  /// Chunks that were read, by field. Throws as `ticks`.
+  std::vector<TracedChunks> chunks() const;
 
  private:
   std::filesystem::path folder_;

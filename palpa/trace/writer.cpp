@@ -98,10 +98,12 @@ void create(const fs::path& folder) {
 
 class TraceWriter::Files {
  public:
-  Files(fs::path where, const TraceHeader& what, std::vector<std::string> modes_by_number)
+  Files(fs::path where, const TraceHeader& what, std::vector<std::string> modes_by_number, std::vector<TracedField> in_octaves)
       : folder(std::move(where)),
         header(what),
         mode_names(std::move(modes_by_number)),
+        octaves(std::move(in_octaves)),
+        sums_written(octaves.size()),
         ticks(begin(detail::ticks_table())),
         modes(begin(detail::modes_table())),
         events(begin(detail::events_table())),
@@ -112,11 +114,13 @@ class TraceWriter::Files {
     primitives = begin(detail::primitives_table());
   }
 
+  detail::TraceKind kind() const { return {header.has_tool, header.has_octaves}; }
+
   // File of a table with its header line.
   template <class Row>
   std::unique_ptr<OutputFile> begin(const detail::Table<Row>& table) const {
     auto file = std::make_unique<OutputFile>(folder / table.file);
-    const std::vector<std::string> names = table.of(header.has_tool).names();
+    const std::vector<std::string> names = table.of(kind()).names();
     for (std::size_t i = 0; i < names.size(); ++i) file->rows() += (i ? "," : "") + names[i];
     file->rows() += '\n';
     return file;
@@ -124,7 +128,7 @@ class TraceWriter::Files {
 
   template <class Row>
   void add(OutputFile& file, const detail::Table<Row>& table, const Row& row) const {
-    table.of(header.has_tool).write(row, file.rows());
+    table.of(kind()).write(row, file.rows());
     file.write_if_long();
   }
 
@@ -138,7 +142,7 @@ class TraceWriter::Files {
   template <class Action>
   void each(Action action) {
     for (OutputFile* file : {modes.get(), events.get(), break_throughs.get(), timing.get(), balances.get(), primitives.get(),
-                             works.get(), ticks.get()}) {
+                             works.get(), windows.get(), chunks.get(), ticks.get()}) {
       if (file) action(*file);
     }
   }
@@ -162,6 +166,20 @@ class TraceWriter::Files {
 
   void put_event(std::int64_t tick, double t_s, std::string_view kind, std::string_view subject, std::string_view value) {
     add(*events, detail::events_table(), {.tick = tick, .t_s = t_s, .kind = kind, .subject = subject, .value = value});
+  }
+
+  void put_window(const TickFrame& frame) {
+    const auto of = std::ranges::find(octaves, frame.laid.of, &TracedField::octaves);
+    if (of != octaves.end()) add_to(windows, detail::windows_table(), {frame.tick, of->volume, of->field, frame.laid});
+  }
+  // Chunks read since the last call.
+  void put_chunks() {
+    for (std::size_t n = 0; n < octaves.size(); ++n) {
+      for (const ChunkSum& sum : octaves[n].octaves->shape().source->sums_from(sums_written[n])) {
+        add_to(chunks, detail::chunks_table(), {octaves[n].volume, octaves[n].field, sum});
+        ++sums_written[n];
+      }
+    }
   }
 
   void note_guard(const TickFrame& frame) {
@@ -205,7 +223,9 @@ class TraceWriter::Files {
   fs::path folder;
   TraceHeader header;
   std::vector<std::string> mode_names;
-  std::unique_ptr<OutputFile> ticks, modes, events, break_throughs, timing, balances, primitives, works;
+  std::vector<TracedField> octaves;
+  std::vector<std::size_t> sums_written;  // by field
+  std::unique_ptr<OutputFile> ticks, modes, events, break_throughs, timing, balances, primitives, works, windows, chunks;
   double unfelt_j = 0.0;  // since the begin
   bool has_told_unfelt = false;
   GuardState last_guard = GuardState::pass;
@@ -215,10 +235,10 @@ class TraceWriter::Files {
 };
 
 TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, const std::string& scene_text,
-                         std::vector<std::string> mode_names) {
+                         std::vector<std::string> mode_names, std::vector<TracedField> octaves) {
   create(folder);
   try {
-    files_ = std::make_unique<Files>(folder, header, std::move(mode_names));
+    files_ = std::make_unique<Files>(folder, header, std::move(mode_names), std::move(octaves));
     detail::write_whole(folder / "scene.toml", scene_text, detail::Existing::refused);
     flush();
     // trace.toml is written last: it marks a folder as a trace.
@@ -249,6 +269,7 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> mode
   files.guarded([&] {
     files.add(*files.ticks, detail::ticks_table(), frame);
     files.add(*files.timing, detail::timing_table(), frame);
+    if (frame.laid.of) files.put_window(frame);
     for (std::size_t i = 0; i < modes.size(); ++i) {
       files.add(*files.modes, detail::modes_table(), {frame.tick, files.mode_name(static_cast<std::int64_t>(i)), modes[i]});
     }
@@ -285,13 +306,17 @@ void TraceWriter::append_event(std::int64_t tick, double t_s, const std::string&
 }
 
 void TraceWriter::flush() {
-  files_->guarded([&] { files_->each([](OutputFile& file) { file.write(); }); });
+  files_->guarded([&] {
+    files_->put_chunks();
+    files_->each([](OutputFile& file) { file.write(); });
+  });
 }
 
 void TraceWriter::finish() {
   Files& files = *files_;
   if (files.finished) return;
   files.guarded([&] {
+    files.put_chunks();
     files.each([](OutputFile& file) { file.close(); });
     files.header.complete = true;
     replace_header(files.folder, files.header);
