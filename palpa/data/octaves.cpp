@@ -361,8 +361,8 @@ double Stock::room_m(int octave, std::span<const Vec3> world_m, DataTime pose_ti
   return room_m;
 }
 
-double Stock::stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s,
-                      DataTime pose_time) const noexcept {
+double Stock::stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s, DataTime pose_time,
+                      double less_voxels) const noexcept {
   double time_s = unbounded;
   for (const Store& store : stores_) {
     if (octave >= store.of->count() - 1) continue;
@@ -371,7 +371,7 @@ double Stock::stays_s(int octave, std::span<const Vec3> world_m, const Vec3& vel
     const detail::GridBase* grid = slot.windows[slot.in_force].grid.get();
     if (!grid) return 0.0;
     const Vec3 velocity = pose.direction_to_hand(velocity_m_per_s) / pose.scale;
-    for (const Vec3& at_m : world_m) time_s = std::min(time_s, grid->stays_s(pose.to_hand(at_m), velocity, margin_voxels));
+    for (const Vec3& at_m : world_m) time_s = std::min(time_s, grid->stays_s(pose.to_hand(at_m), velocity, less_voxels));
   }
   return time_s;
 }

@@ -198,8 +198,10 @@ class Stock {
                    double less_voxels) const noexcept;
   /// Pose of a field.
   Similarity pose(std::size_t n, DataTime pose_time) const noexcept { return stores_[n].pose(pose_time); }
-  /// Least time [s] after which any position, moving at this velocity [m/s], leaves the windows of an octave with that margin.
-  double stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s, DataTime pose_time) const noexcept;
+  /// Least time [s] after which any position, moving at this velocity [m/s], leaves the windows of an octave, less
+  /// `less_voxels` [1].
+  double stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s, DataTime pose_time,
+                 double less_voxels) const noexcept;
 
   /// [voxels] Beside a position, of a sample and its derivatives.
   static constexpr double sample_voxels = 2.0;

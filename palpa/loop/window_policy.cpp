@@ -9,7 +9,7 @@ namespace {
 // [s] More: windows lie ahead of a hand that turns back; less: a fast hand is at a face when its window comes.
 constexpr double lead_s = 0.03;
 // [voxels] of the lead. More: the face behind the hand comes near; less: windows come late.
-constexpr double longest_lead_voxels = 20.0;
+constexpr double longest_lead_voxels = 32.0;
 // [voxels] that the place may move before the window is made again. More: faces come near; less: more windows.
 constexpr double most_off_voxels = 24.0;
 // [s] whose way half a voxel at least is. More: a moving hand feels coarser octaves; less: windows that no tick can follow.
@@ -83,14 +83,17 @@ std::optional<WindowPolicy::Wish> WindowPolicy::wish(std::size_t field, int octa
   }
   Wish made{{&octaves, octave}};
   double bytes = static_cast<double>(size_of(octaves.shape().type)) * octaves.components();
+  const auto border = static_cast<double>(Octaves::border(octave));
   for (std::size_t a = 0; a < 3; ++a) {
     const auto all = static_cast<double>(octaves.sampled_grid(octave).dims[a]);
     const double step = step_voxels;
     const double size = static_cast<double>(size_voxels) + std::ceil(std::min(high[a] - low[a], all) / step) * step;
     made.first[a] = std::clamp(0.5 * (low[a] + high[a]) - 0.5 * size, 0.0, std::max(all - size, 0.0));
-    const double first = std::round(made.first[a] / step) * step;
+    // Of whole chunks: beside the border voxels of the octave the window begins and ends within them, and by multiples of 8.
+    const double chunks_first = std::round(made.first[a] / step) * step, chunks_end = chunks_first + size;
+    const double first = chunks_first > 0.0 && border > 0.0 ? chunks_first + 8.0 : chunks_first;
     // A remainder smaller than a step belongs to the window before it.
-    const double end = first + size + step > all ? all : first + size;
+    const double end = chunks_end + step > all ? all : chunks_end + border;
     made.place.first[a] = static_cast<std::int64_t>(first), made.place.dims[a] = static_cast<std::int64_t>(end - first);
     bytes *= end - first;
   }

@@ -9,7 +9,9 @@ namespace {
 constexpr double finer_s = 0.025;      // [s] an octave. Shorter: a step under the hand; longer: detail comes late
 constexpr double coarser_s = 0.05;     // [s] an octave. Shorter: a step; longer: the face of a window is reached first
 constexpr double least_stay_s = 0.02;  // [s] Shorter: octaves are taken up and lost at once; longer: coarser than need be
-constexpr double steady_s = 0.005;     // [s] of the mean velocity. Shorter: single steps decide; longer: a start is late
+// [voxels] to a face, beside the way of the tick. More: a fast hand feels coarser octaves; less: moves end at faces more often.
+constexpr double live_margin_voxels = Stock::sample_voxels + 4.0;
+constexpr double steady_s = 0.005;  // [s] of the mean velocity. Shorter: single steps decide; longer: a start is late
 
 }  // namespace
 
@@ -26,8 +28,9 @@ void FeltOctave::advance(const Stock& stock, std::span<const Vec3> feet_m, doubl
     while (octave < last && !suits(octave)) ++octave;
     return octave;
   };
-  const auto has_room = [&](int octave) { return stock.room_m(octave, feet_m, pose_time, Stock::margin_voxels) >= way_m; };
-  const auto stays_s = [&](int octave) { return stock.stays_s(octave, feet_m, velocity_m_per_s_, pose_time); };
+  const double margin_voxels = stock.is_complete() ? Stock::margin_voxels : live_margin_voxels;
+  const auto has_room = [&](int octave) { return stock.room_m(octave, feet_m, pose_time, margin_voxels) >= way_m; };
+  const auto stays_s = [&](int octave) { return stock.stays_s(octave, feet_m, velocity_m_per_s_, pose_time, margin_voxels); };
   const int hard = finest(has_room);
   const int steady = stock.is_complete() ? hard : finest([&](int octave) { return stays_s(octave) >= least_stay_s; });
   const int wish = std::clamp(stock.finest(), std::max(hard, steady), last);

@@ -22,6 +22,7 @@ class FeltOctavesBuilder {
  public:
   /// \param spacing_m  [m] of octave 0, in hand metres; 0: no volume is larger than memory
   explicit FeltOctavesBuilder(double spacing_m) : spacing_m_(spacing_m) {}
+  /// \param octave   [1] λ
   /// \param proxy_m  [m] in hand metres
   void add(double octave, bool is_forced, const Vec3& proxy_m) noexcept;
   bool empty() const noexcept { return spacing_m_ == 0.0 || ticks_ == 0; }
