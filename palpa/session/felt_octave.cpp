@@ -23,16 +23,22 @@ void FeltOctave::advance(const Stock& stock, std::span<const Vec3> feet_m, doubl
   if (!is_finite(velocity_m_per_s_)) velocity_m_per_s_ = {};
 
   const int last = stock.count() - 1;
-  const auto finest = [last](auto&& suits) {
-    int octave = 0;
-    while (octave < last && !suits(octave)) ++octave;
+  const bool is_complete = stock.is_complete();
+  // Complete windows are those of the finest octave alone; else the felt octave comes from the coarsest, through all of them.
+  const auto finest = [&](auto&& suits) {
+    int octave = is_complete ? 0 : last;
+    if (is_complete) {
+      while (octave < last && !suits(octave)) ++octave;
+    } else {
+      while (octave > 0 && suits(octave - 1)) --octave;
+    }
     return octave;
   };
-  const double margin_voxels = stock.is_complete() ? Stock::margin_voxels : live_margin_voxels;
+  const double margin_voxels = is_complete ? Stock::margin_voxels : live_margin_voxels;
   const auto has_room = [&](int octave) { return stock.room_m(octave, feet_m, pose_time, margin_voxels) >= way_m; };
   const auto stays_s = [&](int octave) { return stock.stays_s(octave, feet_m, velocity_m_per_s_, pose_time, margin_voxels); };
   const int hard = finest(has_room);
-  const int steady = stock.is_complete() ? hard : finest([&](int octave) { return stays_s(octave) >= least_stay_s; });
+  const int steady = is_complete ? hard : finest([&](int octave) { return stays_s(octave) >= least_stay_s; });
   const int wish = std::clamp(stock.finest(), std::max(hard, steady), last);
 
   forced_ = false;

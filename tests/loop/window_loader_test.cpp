@@ -35,7 +35,7 @@ class Troubled final : public VoxelSource {
     if (octave == last_) return voxels_.read(octave, first, dims, to);
     ++reads;
     if (kind_ == Kind::sleeps) std::this_thread::sleep_for(std::chrono::milliseconds(random_() % 8));
-    if (kind_ == Kind::dies && reads > 5) throw std::runtime_error("the reader has ended");
+    if (kind_ == Kind::dies && reads > 3) throw std::runtime_error("the reader has ended");
     if (kind_ == Kind::hangs) {
       std::unique_lock lock(mutex_);
       released_.wait(lock, [&] { return is_released_; });
@@ -158,8 +158,12 @@ TEST_P(LiveOctaves, AreFeltAgainFromTheWindowsThatCame) {
     in_contact += norm(frame.command.force_n) > 1e-3;
   }
   EXPECT_GT(in_contact, 300);
-  if (GetParam() == Troubled::Kind::quick) EXPECT_EQ(finest, 0.0);
-  if (GetParam() == Troubled::Kind::hangs) EXPECT_EQ(finest, 3.0) << "the coarsest octave is all that there is";
+  if (GetParam() == Troubled::Kind::quick) {
+    EXPECT_EQ(finest, 0.0);
+  }
+  if (GetParam() == Troubled::Kind::hangs) {
+    EXPECT_EQ(finest, 3.0) << "the coarsest octave is all that there is";
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Sources, LiveOctaves,
@@ -179,7 +183,7 @@ TEST(LiveOctavesOfChangedScenes, KeepTheirWindows) {
   });
   for (const TickFrame& frame : felt.frames) {
     if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
-      EXPECT_LE(std::abs(frame.result.felt_octave - before), 1.0 / 20.0 + 1e-12) << frame.tick;
+      EXPECT_TRUE(frame.result.forced_octave || std::abs(frame.result.felt_octave - before) <= 0.5) << frame.tick;
     }
     before = frame.result.felt_octave;
   }
