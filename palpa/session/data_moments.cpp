@@ -4,6 +4,14 @@
 #include <limits>
 
 namespace palpa {
+namespace {
+
+// While octaves fade the proxy moves no more than so many times [1] as far as hand and data, where a level turns, and as
+// changes the spring's force at this rate [N/s]. More: a lost level lets go with a kick; less: the proxy is late.
+constexpr double fading_moves = 3.0;
+constexpr double fading_n_per_s = 10.0;
+
+}  // namespace
 
 DataMoments::DataMoments(StateArena& live, const TimeOptions& time, ModeRuntime& modes, const Tool& tool)
     : time_(time),
@@ -23,6 +31,15 @@ DataTime DataMoments::at(double elapsed_s, double octave) const noexcept {
   at.octave = octave;
   at.stock = stock_.empty() ? nullptr : &stock_;
   return at;
+}
+
+bool DataMoments::octaves_fade() const noexcept {
+  const double felt = felt_octave_.octave();
+  return !stock_.empty() && (state_.view_octave != felt || state_.followed_octave != felt || modes_.any_fades());
+}
+
+double DataMoments::fading_way_m(double moved_m, double time_s, double stiffness_n_per_m) noexcept {
+  return fading_moves * moved_m + fading_n_per_s * time_s / stiffness_n_per_m;
 }
 
 void DataMoments::reset() noexcept {

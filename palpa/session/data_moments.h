@@ -36,6 +36,11 @@ class DataMoments {
   DataTime now() const noexcept { return at(state_.elapsed_s); }
   /// Moment of the samples.
   DataTime view() const noexcept { return at(state_.view_s, state_.view_octave); }
+  /// Whether octaves fade: samples or proxy are not yet at the felt octave, or a mode whose level jumped fades.
+  bool octaves_fade() const noexcept;
+  /// Way [m] that the proxy may go in `time_s` [s] while octaves fade and hand and data move by `moved_m` [m]. A level that is
+  /// lost, or slides out from under the proxy, is a step of the data and none of the hand: the proxy leaves it in many ticks.
+  static double fading_way_m(double moved_m, double time_s, double stiffness_n_per_m) noexcept;
   /// Moment up to which the proxy has followed the data.
   DataTime followed() const noexcept { return at(state_.followed_s, state_.followed_octave); }
 

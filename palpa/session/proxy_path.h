@@ -104,6 +104,7 @@ class ProxyPath {
     Pose step_start;                     // of the moves that settle a step
     double max_move_m = 0.0;             // bound on this segment's moves; less after each turn back
     int turns = 0;                       // of this segment: turned back, or without end
+    bool is_held_back = false;           // stopped on its way because octaves fade
     double left_s = 0.0, whole_s = 0.0;  // of the segment: pending and whole time
     Pose followed;                       // pose of the probe's path that the proxy has followed to
   };
@@ -124,6 +125,7 @@ class ProxyPath {
     return moments_.elapsed_s() - queue_.time_behind_s(segment);
   }
   DataMoments::Step advance_data(const ProbeSegment& segment) noexcept;
+  void allow_way(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
   Pose stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
@@ -158,7 +160,8 @@ class ProxyPath {
 
   WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;
-  bool changes_ = false;  // the data change in this tick
+  bool changes_ = false;       // the data change in this tick
+  bool octaves_fade_ = false;  // they do so because the felt octave changes
   Tool tool_;
   ContactTable contacts_;
   ModeRuntime modes_;
@@ -176,6 +179,7 @@ class ProxyPath {
   int refined_ = 1;
   int patient_trials_ = 1;                 // of a move, however little work is left
   int spared_work_ = 0;                    // no move begins with less left
+  double allowed_m_ = 0.0;                 // left of the way in this segment
   double path_m_ = 0.0;                    // motion of probe or data, the longer one
   double moved_n_ = 0.0;                   // allowed change of directed forces for moving data
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest near this sub-step, and its longest move
