@@ -85,11 +85,18 @@ std::span<const Vec3> DataMoments::feet_in_world(const Pose& pose) noexcept {
   return feet_in_world_;
 }
 
+// Of each field in the finest octave, from that of the samples on, whose window holds all feet, as samples are.
 double DataMoments::reach_m(const Pose& proxy) noexcept {
-  if (stock_.empty()) return std::numeric_limits<double>::infinity();
-  const auto octave = static_cast<int>(state_.view_octave);
+  double reach_m = std::numeric_limits<double>::infinity();
+  if (stock_.empty()) return reach_m;
   const std::span<const Vec3> feet_m = feet_in_world(proxy);
-  return stock_.room_m(octave, feet_m, time_.at(state_.view_s), Stock::sample_voxels) / map().scale;
+  const DataTime pose_time = time_.at(state_.view_s);
+  for (std::size_t field = 0; field < stock_.size(); ++field) {
+    auto octave = static_cast<int>(state_.view_octave);
+    while (stock_.room_of_m(field, octave, feet_m, pose_time, 0.0) < 0.0) ++octave;
+    reach_m = std::min(reach_m, stock_.room_of_m(field, octave, feet_m, pose_time, Stock::sample_voxels));
+  }
+  return std::max(0.0, reach_m) / map().scale;
 }
 
 WindowNeed DataMoments::need(const Pose& start, double way_m, double time_step_s) noexcept {

@@ -74,7 +74,7 @@ class DataMoments {
   /// In a tick without change: samples and proxy are at the tick's end.
   void stand_still() noexcept { state_.view_s = state_.followed_s = state_.elapsed_s; }
 
-  /// Way [m] of any foot within the windows of the samples' octave, less the voxels of a sample; infinite without windows.
+  /// Way [m] of any foot within the windows that are sampled, less the voxels of a sample; infinite without windows.
   double reach_m(const Pose& proxy) noexcept;
   /// Windows needed by the tick in `time_step_s` [s] that begins at a pose and moves a foot by `way_m` [m]. Valid until the
   /// next.
