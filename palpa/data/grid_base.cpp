@@ -424,50 +424,6 @@ PolynomialPiece GridBase::stretch_of(int component, const Vec3& from_m, const Ve
   return piece.inside ? piece : PolynomialPiece{.end = piece.end};
 }
 
-namespace {
-constexpr double unbounded = std::numeric_limits<double>::infinity();
-}
-
-template <class Visit>
-void GridBase::for_each_face(const Vec3& steps, Visit&& visit) const noexcept {
-  const double at[3] = {steps.x, steps.y, steps.z};
-  for (std::size_t a = 0; a < 3; ++a) {
-    if (window_.first[a] > 0) visit(a, at[a] - extent_.low[a], -1.0);
-    if (window_.first[a] + window_.dims[a] < view_.geometry.dims[a]) visit(a, extent_.high[a] - at[a], 1.0);
-  }
-}
-
-double GridBase::room_voxels(const Vec3& world_m) const noexcept {
-  double room = unbounded;
-  for_each_face(steps_of(world_m), [&](std::size_t, double way, double) { room = std::min(room, way); });
-  return std::isnan(room) ? -unbounded : room;
-}
-
-double GridBase::stays_s(const Vec3& world_m, const Vec3& velocity_m_per_s, double margin) const noexcept {
-  const Vec3 rate = world_to_steps_ * velocity_m_per_s;
-  const double rates[3] = {rate.x, rate.y, rate.z};
-  double time_s = unbounded;
-  for_each_face(steps_of(world_m), [&](std::size_t a, double way, double side) {
-    const double left = way - margin, towards = side * rates[a];
-    if (!(left > 0.0)) time_s = 0.0;
-    if (towards > 0.0) time_s = std::min(time_s, left / towards);
-  });
-  return std::max(time_s, 0.0);
-}
-
-std::array<double, 2> GridBase::passage(const Vec3& from_m, const Vec3& to_m) const noexcept {
-  const Vec3 from = steps_of(from_m), way = steps_of(to_m) - from;
-  const double ways[3] = {way.x, way.y, way.z};
-  double enters = 0.0, leaves = 1.0;
-  for_each_face(from, [&](std::size_t a, double left, double side) {
-    const double towards = side * ways[a];
-    if (towards > 0.0) leaves = std::min(leaves, left / towards);
-    if (towards < 0.0) enters = std::max(enters, left / towards);
-    if (!(towards < 0.0) && !(left >= 0.0)) leaves = -1.0;
-  });
-  return {enters, enters < leaves ? leaves : -1.0};
-}
-
 double GridBase::end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept {
   Way way(steps_of(from_m), steps_of(to_m), *this);
   double end = 1.0;

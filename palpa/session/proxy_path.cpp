@@ -31,15 +31,12 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 
 ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, Steps steps)
     : stiffness_n_per_m_(scene.coupling().stiffness_n_per_m),
-      time_(scene.time()),
       tool_(scene.tool(), scene.coupling()),
       contacts_(live, scene.modes().size(), tool_.feet(), ContactProblem::most_primitives(tool_.feet())),
       modes_(live, scene, map, tool_, contacts_),
       crossings_(live, modes_.watches(), modes_.fields(), tool_.feet()),
       policy_(crossings_.policy()),
-      stock_(modes_.all_fields()),
-      feet_in_world_(tool_.feet()),
-      felt_octave_(live.add<FeltOctave>()),
+      moments_(live, scene.time(), modes_, tool_),
       model_(live, std::move(law), modes_, scene.coupling().stiffness_n_per_m, work_),
       state_(live.add<PathState>()),
       stopped_by_(live.add<Crossing>(tool_.feet())),
@@ -53,18 +50,14 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
     patient_trials_ = tool_trials;
     spared_work_ = tool_spared_work;
   }
-  playing_ = (modes_.any_timed() && time_.play != TimeOptions::Play::hold) || !stock_.empty();
-  end_s_ = modes_.data_end_s();
-  modes_.set_time(data_time(0.0, 0.0));
+  modes_.set_time(moments_.now());
   refine(1);
   reset();
 }
 
 void ProxyPath::reset() noexcept {
-  const PathState fresh{
-      .proxy = state_.proxy, .elapsed_s = state_.elapsed_s, .view_s = state_.view_s, .followed_s = state_.followed_s};
-  state_ = fresh;
-  felt_octave_.reset();
+  state_ = PathState{.proxy = state_.proxy};
+  moments_.reset();
   std::ranges::fill(stopped_by_, Crossing{});
   queue_.start({});
   model_.clear();
@@ -81,20 +74,18 @@ void ProxyPath::refine(int times) {
 
 void ProxyPath::after_state_copy(const ProxyPath& other) noexcept {
   model_.forget_warm_start();
-  stock_.take_windows_of(other.stock_);
-  modes_.set_time(view());
+  moments_.take_windows_of(other.moments_);
+  modes_.set_time(moments_.view());
 }
 
 void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
   state_ = other.state_;
   reset();
-  felt_octave_ = other.felt_octave_;
-  state_.view_octave = other.state_.view_octave, state_.followed_octave = other.state_.followed_octave;
-  stock_.take_windows_of(other.stock_);
+  moments_.resume(other.moments_);
   state_.started = other.state_.started;
   queue_.start(other.queue_.processed_up_to());
   state_.followed = other.state_.followed;
-  modes_.set_time(view());
+  modes_.set_time(moments_.view());
 }
 
 void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
@@ -102,43 +93,15 @@ void ProxyPath::start(const Pose& probe, double time_step_s) noexcept {
   c.started = true;
   c.proxy = c.followed = probe;
   queue_.start(probe);
-  c.view_s = c.followed_s = c.elapsed_s - time_step_s;
-  if (!stock_.empty()) {
-    choose_octave(time_step_s);
-    c.followed_octave = c.view_octave = felt_octave_.octave();
-  }
-  modes_.set_time(view());
-}
-
-// Feet in the world [m].
-std::span<const Vec3> ProxyPath::feet_in_world(const Pose& pose) noexcept {
-  for (std::size_t foot = 0; foot < tool_.feet(); ++foot)
-    feet_in_world_[foot] = modes_.samples(foot).hand_to_world().to_world(tool_.foot_m(pose, foot));
-  return feet_in_world_;
+  moments_.start(c.proxy, path_m_, time_step_s);
+  modes_.set_time(moments_.view());
 }
 
 WindowNeed ProxyPath::window_need(const Pose& probe, bool valid, double time_step_s) noexcept {
   const Pose at{probe.position_m, tool_.is_point() ? Turn{} : unit_turn(probe.turn)};
-  const bool follows = state_.started && valid;
+  const bool follows = state_.started && valid && is_finite(at.position_m);
   const double way_m = follows ? tool_.way_m(queue_.last(), at) : 0.0;
-  const Pose& feet = state_.started ? state_.proxy : at;
-  const double scale = modes_.samples(0).hand_to_world().scale;
-  return {feet_in_world(feet), is_finite(at.position_m) ? way_m * scale : 0.0, felt_octave_.velocity_m_per_s(),
-          time_.at(state_.elapsed_s + time_step_s)};
-}
-
-void ProxyPath::choose_octave(double time_step_s) noexcept {
-  const DataTime now = time_.at(state_.elapsed_s);
-  const std::span<const Vec3> feet_m = feet_in_world(state_.proxy);
-  stock_.put_in_force(feet_m, now);
-  felt_octave_.advance(stock_, feet_m, path_m_ * modes_.samples(0).hand_to_world().scale, time_step_s, now);
-}
-
-// Way [m] of a foot within the windows of the felt octave, less the voxels that a sample needs.
-double ProxyPath::reach_m() noexcept {
-  const auto octave = static_cast<int>(state_.view_octave);
-  const double scale = modes_.samples(0).hand_to_world().scale;
-  return stock_.room_m(octave, feet_in_world(state_.proxy), time_.at(state_.view_s), Stock::sample_voxels) / scale;
+  return moments_.need(state_.started ? state_.proxy : at, way_m, time_step_s);
 }
 
 const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
@@ -152,16 +115,16 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   walk_.unreached_m = 0.0;
   walk_.dropped = 0;
   path_m_ = queue_.push(probe, time_step_s, tool_);
-  if (!stock_.empty()) choose_octave(time_step_s);
-  if (playing_) find_changes();
-  if (changes_)
-    path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, followed(), data_time(c.elapsed_s, felt_octave_.octave())));
+  moments_.choose_octave(c.proxy, path_m_, time_step_s);
+  if (moments_.can_change()) find_changes();
+  octaves_fade_ = changes_ && moments_.octaves_fade();
+  if (changes_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, moments_.followed(), moments_.now()));
 
   ProbeSegment& segment = segment_;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
     const bool may_go_on = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ &&
-                           work_.left() > spared_work_ && (stock_.empty() || reach_m() > 0.0);
+                           work_.left() > spared_work_ && moments_.reach_m(c.proxy) > 0.0;
     if (may_go_on) {
       steps_ == Steps::refined ? sub_step(segment) : one_step(segment);
     } else if (may_give_up()) {
@@ -178,22 +141,12 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   return walk_;
 }
 
-// Moment of the data. One that plays once ends with the longest of its fields, so that equal moments are found equal.
-DataTime ProxyPath::data_time(double elapsed_s, double octave) const noexcept {
-  DataTime at = time_.at(elapsed_s);
-  if (!at.loop) at.time_s = std::min(at.time_s, end_s_);
-  at.octave = octave;
-  at.stock = stock_.empty() ? nullptr : &stock_;
-  return at;
-}
-
 // Whether the data change in this tick. Data that stand still are as plain ones.
 void ProxyPath::find_changes() noexcept {
-  PathState& c = state_;
-  const DataTime now = data_time(c.elapsed_s, felt_octave_.octave());
-  changes_ = followed() != now || view() != now || modes_.any_fades();
+  const DataTime now = moments_.now();
+  changes_ = moments_.followed() != now || moments_.view() != now || modes_.any_fades();
   if (changes_) return;
-  c.view_s = c.followed_s = c.elapsed_s;
+  moments_.stand_still();
   modes_.set_time(now);
   moved_n_ = 0.0;
 }
@@ -209,9 +162,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   segment = queue_.front();
   const double length = tool_.way_m(segment.from, segment.to);
   const double furthest =
-      changes_
-          ? std::max(length, modes_.motion_m(c.proxy, followed(), data_time(time_at_end_of(segment), felt_octave_.octave())))
-          : length;
+      changes_ ? std::max(length, modes_.motion_m(c.proxy, moments_.followed(), moments_.at(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
   double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from, segment.to);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
@@ -229,18 +180,22 @@ bool ProxyPath::is_free() noexcept {
 }
 
 // Samples the data at the segment's end time from here on. Returns their advance.
-ProxyPath::DataStep ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
-  PathState& c = state_;
-  const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
-  const double passed_s = view_s - c.view_s;
+DataMoments::Step ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   work_.spend(modes_.work());
-  const double octave = felt_octave_.octave();
-  modes_.advance(c.proxy, followed(), data_time(view_s, octave), data_time(c.elapsed_s, octave), passed_s, [&](std::size_t m) {
+  const DataTime followed = moments_.followed();
+  const DataMoments::Step step = moments_.advance_view(segment.fresh ? time_at_end_of(segment) : moments_.view_s());
+  modes_.advance(state_.proxy, followed, moments_.view(), moments_.now(), step.passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });
-  c.view_s = view_s, c.view_octave = octave;
-  moved_n_ = 0.5 * stiffness_n_per_m_ * modes_.furthest_carried_m() + directed_n_per_s * passed_s;
-  return {view_s - c.followed_s, octave - c.followed_octave};
+  moved_n_ = 0.5 * stiffness_n_per_m_ * modes_.furthest_carried_m() + directed_n_per_s * step.passed_s;
+  return step;
+}
+
+// Sets the way that the proxy may go in a segment.
+void ProxyPath::allow_way(const ProbeSegment& segment) noexcept {
+  const double moved_m = tool_.way_m(segment.from, segment.to) + modes_.furthest_carried_m();
+  const bool is_limited = octaves_fade_ || state_.is_held_back;
+  allowed_m_ = is_limited ? DataMoments::fading_way_m(moved_m, segment.time_s, stiffness_n_per_m_) : unbounded;
 }
 
 void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
@@ -250,7 +205,8 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
   const double finest_m = modes_.finest_m(start, start, segment.to);
   step_m_ = step_share_ / refined_ * finest_m;
   context.spacing_m = spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
-  const DataStep follows = changes_ ? advance_data(segment) : DataStep{};
+  const DataMoments::Step follows = changes_ ? advance_data(segment) : DataMoments::Step{};
+  if (segment.fresh) allow_way(segment);
   if (!settles) modes_.begin_step(state_.step_start = start);
   const Move made = move(segment, context, settles);
 
@@ -273,7 +229,9 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
     // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, end, follows, is_settled && !lets_go);
-    if (creeps && !lets_go) leave_rest();
+    allowed_m_ -= went_m;
+    state_.is_held_back = !(allowed_m_ > bound_m);
+    if (state_.is_held_back || (creeps && !lets_go)) leave_rest();
     accept(segment, made, context, settles);
     model_.end_move();
   }
@@ -287,7 +245,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const bool at_probe = steps_ == Steps::one_at_probe;
   spacing_m_ = std::min(modes_.finest_m(start, start, segment.to), 1.0);
   StepContext context{start, segment.to, segment.time_s, stiffness_n_per_m_, spacing_m_};
-  const DataStep follows = changes_ ? advance_data(segment) : DataStep{};
+  const DataMoments::Step follows = changes_ ? advance_data(segment) : DataMoments::Step{};
   modes_.begin_step(state_.step_start = start);
 
   model_.begin_move(context, spacing_m_);
@@ -341,7 +299,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const Step
 }
 
 // Moves the proxy. The pending rest of the segment continues where the move was stopped.
-void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pose& end, const DataStep& follows,
+void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pose& end, const DataMoments::Step& follows,
                         bool settled) noexcept {
   PathState& c = state_;
   const Pose start = std::exchange(c.proxy, end);
@@ -370,9 +328,7 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, const Pos
   }
   c.pending = pending_after(move, settled);
   if (work_.any() && c.pending != Pending::path) c.followed = queue_.processed_up_to();
-  const double behind = c.pending != Pending::nothing ? 1.0 - move.fraction : 0.0;
-  c.followed_s = c.view_s - behind * follows.time_s;
-  c.followed_octave = c.view_octave - behind * follows.octave;
+  moments_.follow(follows, c.pending != Pending::nothing ? 1.0 - move.fraction : 0.0);
   c.left_s = c.pending == Pending::settling ? segment.time_s
                                             : std::max(contact_tolerance * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }
@@ -390,8 +346,7 @@ void ProxyPath::give_up() noexcept {
 void ProxyPath::leave_rest() noexcept {
   state_.pending = Pending::nothing;
   state_.followed = queue_.processed_up_to();
-  state_.followed_s = state_.view_s;
-  state_.followed_octave = state_.view_octave;
+  moments_.follow();
 }
 
 ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) const noexcept {
@@ -452,7 +407,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
   if (flies) longest = longest_flight_m();
-  if (!stock_.empty()) longest = std::min(longest, reach_m());
+  longest = std::min({longest, moments_.reach_m(start), allowed_m_});
   const auto shorten = [&](Pose& end, const Motion& motion, double share) {
     if (share < 1.0) end = tool_.moved(start, share * motion);
   };

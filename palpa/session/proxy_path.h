@@ -11,7 +11,7 @@
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/contact_problem.h"
 #include "palpa/session/contact_table.h"
-#include "palpa/session/felt_octave.h"
+#include "palpa/session/data_moments.h"
 #include "palpa/session/mode_runtime.h"
 #include "palpa/session/probe_queue.h"
 #include "palpa/session/session.h"
@@ -51,8 +51,8 @@ class ProxyPath {
   /// Sets the pose of a proxy that is not walked [m].
   void put(const Pose& proxy) noexcept { state_.proxy = proxy; }
   /// Windows of volumes larger than memory.
-  Stock& stock() noexcept { return stock_; }
-  const FeltOctave& felt_octave() const noexcept { return felt_octave_; }
+  Stock& stock() noexcept { return moments_.stock(); }
+  const FeltOctave& felt_octave() const noexcept { return moments_.felt_octave(); }
   WindowNeed window_need(const Pose& probe, bool valid, double time_step_s) noexcept;
   /// See Session.
   void set_force_limit(double most_n) noexcept { modes_.set_force_limit(most_n); }
@@ -65,7 +65,7 @@ class ProxyPath {
   void start_at_proxy_of(const ProxyPath& other) noexcept;
 
   /// Advances the data's time by `time_step_s` [s], walking or not.
-  void advance_clock(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
+  void advance_clock(double time_step_s) noexcept { moments_.advance_clock(time_step_s); }
   /// Starts with the proxy on the probe at `probe` [m], `time_step_s` [s] ago.
   void start(const Pose& probe, double time_step_s) noexcept;
   /// Walks to the next probe pose [m], `time_step_s` [s] later, as far as the caps allow. Requires `start`.
@@ -101,14 +101,12 @@ class ProxyPath {
     Motion extrapolated_m;                // sum of the expected moves: on an elastic level they shrink in a constant ratio
     int moves_without_extrapolation = 0;  // consecutive moves without it
     Pending pending = Pending::nothing;
-    Pose step_start;                                  // of the moves that settle a step
-    double max_move_m = 0.0;                          // bound on this segment's moves; less after each turn back
-    int turns = 0;                                    // of this segment: turned back, or without end
-    double left_s = 0.0, whole_s = 0.0;               // of the segment: pending and whole time
-    double elapsed_s = 0.0;                           // since the session began
-    double view_s = 0.0, followed_s = 0.0;            // data time of samples, and of the proxy's advection
-    double view_octave = 0.0, followed_octave = 0.0;  // felt octave, likewise
-    Pose followed;                                    // pose of the probe's path that the proxy has followed to
+    Pose step_start;                     // of the moves that settle a step
+    double max_move_m = 0.0;             // bound on this segment's moves; less after each turn back
+    int turns = 0;                       // of this segment: turned back, or without end
+    bool is_held_back = false;           // stopped on its way because octaves fade
+    double left_s = 0.0, whole_s = 0.0;  // of the segment: pending and whole time
+    Pose followed;                       // pose of the probe's path that the proxy has followed to
   };
 
   // Result of one move.
@@ -120,21 +118,14 @@ class ProxyPath {
     Pose to_pose;            // of the balance
   };
 
-  DataTime data_time(double elapsed_s, double octave) const noexcept;
-  DataTime view() const noexcept { return data_time(state_.view_s, state_.view_octave); }
-  DataTime followed() const noexcept { return data_time(state_.followed_s, state_.followed_octave); }
   void find_changes() noexcept;
-  void choose_octave(double time_step_s) noexcept;
-  std::span<const Vec3> feet_in_world(const Pose& pose) noexcept;
-  double reach_m() noexcept;
   bool next_segment(ProbeSegment& segment) noexcept;
   bool is_free() noexcept;
-  double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
-  // Advance of the data in a sub-step.
-  struct DataStep {
-    double time_s = 0.0, octave = 0.0;
-  };
-  DataStep advance_data(const ProbeSegment& segment) noexcept;
+  double time_at_end_of(const ProbeSegment& segment) const noexcept {
+    return moments_.elapsed_s() - queue_.time_behind_s(segment);
+  }
+  DataMoments::Step advance_data(const ProbeSegment& segment) noexcept;
+  void allow_way(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
   Pose stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
@@ -156,7 +147,8 @@ class ProxyPath {
   void balance(Move& move, const Pose& probe, double time_step_s) noexcept;
   void place(const StepContext& context, const Pose& end, const Pose& whole_end) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
-  void advance(const ProbeSegment& segment, const Move& move, const Pose& end, const DataStep& follows, bool settled) noexcept;
+  void advance(const ProbeSegment& segment, const Move& move, const Pose& end, const DataMoments::Step& follows,
+               bool settled) noexcept;
   bool may_give_up() const noexcept;
   void give_up() noexcept;
   void leave_rest() noexcept;
@@ -168,10 +160,8 @@ class ProxyPath {
 
   WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;
-  TimeOptions time_;
-  bool playing_ = false;  // the data change with time
-  bool changes_ = false;  // and do so in this tick
-  double end_s_ = 0.0;    // end of the data, if they play once
+  bool changes_ = false;       // the data change in this tick
+  bool octaves_fade_ = false;  // they do so because the felt octave changes
   Tool tool_;
   ContactTable contacts_;
   ModeRuntime modes_;
@@ -179,9 +169,7 @@ class ProxyPath {
   EventPolicy policy_;          // of one foot
   std::vector<Event> events_;   // by foot
   std::size_t first_foot_ = 0;  // whose event comes first
-  Stock stock_;
-  std::vector<Vec3> feet_in_world_;
-  FeltOctave& felt_octave_;
+  DataMoments moments_;
   ContactProblem model_;
   PathState& state_;
   std::span<Crossing> stopped_by_;  // by foot, on the spot: without a field if it crossed nothing
@@ -191,6 +179,7 @@ class ProxyPath {
   int refined_ = 1;
   int patient_trials_ = 1;                 // of a move, however little work is left
   int spared_work_ = 0;                    // no move begins with less left
+  double allowed_m_ = 0.0;                 // left of the way in this segment
   double path_m_ = 0.0;                    // motion of probe or data, the longer one
   double moved_n_ = 0.0;                   // allowed change of directed forces for moving data
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest near this sub-step, and its longest move

@@ -9,6 +9,7 @@
 
 #include "palpa/data/analytic.h"
 #include "palpa/data/sampled.h"
+#include "palpa/data/smooth_grid.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
 #include "palpa/mode/modes.h"
@@ -192,6 +193,7 @@ std::optional<Vec3> level_in(const TimedField& field, DataTime at, const Vec3& n
 struct Fade {
   double worst_n = 0.0;  ///< [N] change of the force in a tick
   int slips = 0;         ///< ticks of many sub-steps: the proxy slips at a fold of its balances, as a hand's motion makes it
+  int waiting = 0;       ///< ticks without work left
   int let_go = 0;        ///< ticks in which a level was broken through or vanished
 };
 
@@ -202,7 +204,8 @@ Fade fade_under(Session& session, const Vec3& probe_m, int to_octave) {
   for (int tick = 0; tick < 200; ++tick) {
     const Tick t = session.tick({.position_m = probe_m}, 1e-3);
     if (tick > 0) fade.worst_n = std::max(fade.worst_n, norm(t.force_n - before_n));
-    fade.slips += t.sub_steps > 8 || t.status == TickStatus::waiting;
+    fade.slips += t.sub_steps > 8;
+    fade.waiting += t.status == TickStatus::waiting;
     fade.let_go += tick > 0 && norm(before_n) > 0.1 && !(norm(t.force_n) > 0.0);
     before_n = t.force_n;
     for (const SessionEvent& event : session.events()) fade.let_go += event.kind == SessionEventKind::break_through;
@@ -212,10 +215,10 @@ Fade fade_under(Session& session, const Vec3& probe_m, int to_octave) {
 }
 
 /// Presses at places on a ball about the middle, until the coupling is stretched by `depth_m`, and lets the felt octave go to 2
-/// and back. Law 5: a tick changes the force by the stiffness times the way of the level in a 25th of an octave, and no level
-/// lets go that is within ten voxels of octave 0 in octaves 1 and 2, unless the proxy slips.
+/// and back. Law 5: a tick changes the force by the stiffness times the way of the level in a 25th of an octave, where the
+/// proxy slips by 10 mN more, and no level lets go at once.
 void press_and_fade(const Scene& scene, double radius_m, double depth_m, int least_compared) {
-  int compared = 0, slipped = 0;
+  int compared = 0, waited = 0;
   for (int n = 0; n < 16; ++n) {
     const double angle = 2.39996 * n, z = 1.0 - (n + 0.5) / 8.0, r = std::sqrt(1.0 - z * z);
     const Vec3 start_m = radius_m * Vec3{r * std::cos(angle), r * std::sin(angle), z};
@@ -249,29 +252,136 @@ void press_and_fade(const Scene& scene, double radius_m, double depth_m, int lea
       last_m = there.value_or(last_m);
     }
     const Fade coarser = fade_under(session, probe_m, 2);
+    EXPECT_EQ(coarser.let_go, 0) << n;
     if (difference > 10.0) continue;
     const Fade finer = fade_under(session, probe_m, 0);
-    if (coarser.slips + finer.slips > 0) {
-      ++slipped;
+    EXPECT_EQ(finer.let_go, 0) << n;
+    if (coarser.waiting + finer.waiting > 0) {
+      ++waited;
       continue;
     }
     ++compared;
-    EXPECT_EQ(coarser.let_go, 0) << n;
-    EXPECT_EQ(finer.let_go, 0) << n;
     // Along the gradient; across it the proxy moves by up to twice as much again, where the level turns.
     const double way_m = 8.0 / 25.0 * step_m / session.hand_to_world().scale;
-    const double bound_n = 3.0 * scene.coupling().stiffness_n_per_m * way_m + 1e-3;
-    EXPECT_LT(coarser.worst_n, bound_n) << n;
-    EXPECT_LT(finer.worst_n, bound_n) << n;
+    const double level_n = 3.0 * scene.coupling().stiffness_n_per_m * way_m;
+    EXPECT_LT(coarser.worst_n, level_n + (coarser.slips > 0 ? 10e-3 : 1e-3)) << n;
+    EXPECT_LT(finer.worst_n, level_n + (finer.slips > 0 ? 10e-3 : 1e-3)) << n;
   }
   EXPECT_GE(compared, least_compared);
-  EXPECT_LE(2 * slipped, compared);
+  EXPECT_LE(2 * waited, compared);
 }
 
 /// A scene at another scale [1] of its workspace.
 Scene scaled(Scene scene, double scale) {
   scene.edit<Workspace>([&](Workspace& workspace) { workspace.scale = scale, workspace.fit.clear(); });
   return scene;
+}
+
+/// Grid of n³ voxels of 1 mm about the origin, in octaves.
+template <class Value>
+Volume voxels_in_octaves(std::int64_t n, int count, Value&& value) {
+  GridGeometry grid{.dims = {n, n, n}, .index_to_world_m = 1e-3 * Mat3::identity()};
+  const double half = 0.5 * static_cast<double>(n - 1);
+  grid.origin_m = grid.index_to_world_m * Vec3{-half, -half, -half};
+  const std::shared_ptr<float[]> values(new float[static_cast<std::size_t>(grid.voxels())]);
+  float* to = values.get();
+  for (std::int64_t k = 0; k < n; ++k) {
+    for (std::int64_t j = 0; j < n; ++j) {
+      for (std::int64_t i = 0; i < n; ++i) *to++ = static_cast<float>(value(static_cast<double>(i) - half));
+    }
+  }
+  Volume volume;
+  volume.fields.emplace_back().name = "value";
+  volume.fields.front().field = test::in_octaves(*smooth_grid_field(grid, {VoxelType::float32, 1, values}), count);
+  return volume;
+}
+
+/// Work on a hand in a tick by its ledger [J].
+double work_by_ledger_j(const Energy& before, const Energy& now) {
+  return before.stored_j + before.elastic_j - now.stored_j - now.elastic_j + now.sampling_bound_j + now.injected_j -
+         now.dissipated_j + now.data_motion_j + now.path_and_release_j + now.damper_j;
+}
+
+// Law 5, where a level vanishes: a wall of one and a half voxels is gone in octave 1. While it is there the force changes by
+// the stiffness times the way of the level, then by 10 mN a tick, until the proxy is at the probe; the ledger closes all the
+// time.
+TEST(SessionsInOctaves, LetALevelThatVanishesGoSlowly) {
+  for (const double strength_n : {12.0, 1.6}) {
+    Scene scene({.stiffness_n_per_m = 600});
+    const Volume wall =
+        voxels_in_octaves(128, 4, [](double x) { return std::clamp(1250.0 - 1000.0 * std::abs(x), 0.0, 1000.0); });
+    const FieldRef field = scene.add("wall", wall, {}, Filter::smooth);
+    scene.add("surface", SurfaceAndFriction{.field = field, .levels = {{.value = 400, .strength_n = strength_n}}});
+    Session session(scaled(scene, 1.0));
+    Vec3 probe_m{-0.01, 0.0003, 0.0002};
+    Windows(session, 64).lay({}, 0);
+    Tick last;
+    for (int tick = 0; tick < 300; ++tick) {
+      probe_m.x = std::min(1e-3, -0.01 + 5e-5 * tick);
+      last = session.tick({.position_m = probe_m}, 1e-3);
+    }
+    ASSERT_GT(norm(last.force_n), 1.0);
+    const TimedField& data = *timed(*wall.fields.front().field);
+    const auto level = [&](double octave) {
+      DataTime at;
+      at.octave = octave, at.stock = &session.stock();
+      return level_in(data, at, {-0.0008, 0.0003, 0.0002}, {1, 0, 0}, 400);
+    };
+    session.stock().set_finest(2);
+    int without_level = 0;
+    for (int tick = 0; tick < 250; ++tick) {
+      const Tick now = session.tick({.position_m = probe_m}, 1e-3);
+      const auto before = level(last.felt_octave), there = level(now.felt_octave);
+      const double way_m = before && there ? distance(*before, *there) : 0.0;
+      EXPECT_LE(norm(now.force_n - last.force_n), 600.0 * way_m + 10e-3 + 1e-6) << tick;
+      EXPECT_NEAR(work_by_ledger_j(last.energy, now.energy), 0.0, 1e-15) << tick;
+      EXPECT_EQ(now.status, TickStatus::complete) << tick;
+      without_level += !there;
+      last = now;
+    }
+    EXPECT_GT(without_level, 100);
+    EXPECT_EQ(last.felt_octave, 2.0);
+    EXPECT_NEAR(distance(last.proxy_m, probe_m), 0.0, 1e-9);
+  }
+}
+
+// A wall breaks, and the proxy would fly on in the same tick further than its window reaches, onto another wall: it stops at
+// the face, feels nothing of what is beyond, and goes on through the next windows to where it rests in memory.
+TEST(SessionsInOctaves, StopAtTheFaceOfAWindowInFreeFlight) {
+  Scene scene({.stiffness_n_per_m = 100});
+  const Volume walls = voxels_in_octaves(160, 3, [](double x) { return std::abs(x + 60.0) < 3.0 || x > -10.0 ? 400.0 : 0.0; });
+  const FieldRef field = scene.add("walls", walls, {}, Filter::smooth);
+  scene.add("surface", SurfaceAndFriction{.field = field, .levels = {{.value = 200, .strength_n = 6.0}}});
+  scene = scaled(scene, 1.0);
+  Session in_memory(scene), in_window(scene);
+  in_memory.stock().set_complete(true);
+  Vec3 probe_m{-0.079, 0.0003, 0.0002};
+  Windows(in_memory, 160).lay(probe_m, 0);
+  Windows window(in_window, 64);
+  window.lay({-0.063, probe_m.y, probe_m.z}, 0);
+  const auto room_m = [&](const Vec3& at_m) { return in_window.stock().room_m(0, {&at_m, 1}, {}, Stock::sample_voxels); };
+
+  Tick a, b;
+  while (b.status == TickStatus::complete && probe_m.x < 0.0) {
+    probe_m.x += 5e-5;
+    a = in_memory.tick({.position_m = probe_m}, 1e-3), b = in_window.tick({.position_m = probe_m}, 1e-3);
+  }
+  ASSERT_EQ(b.status, TickStatus::waiting);
+  EXPECT_NEAR(probe_m.x, -0.003, 1e-3);
+  EXPECT_NEAR(a.proxy_m.x, -0.010, 2e-3);  // on the wall beyond, in the tick in which the first one broke
+  EXPECT_LT(b.proxy_m.x, -0.015);
+  EXPECT_NEAR(room_m(b.proxy_m), 0.0, 1e-9);
+  EXPECT_EQ(in_window.sub_steps().back().primitives, 0u);
+
+  for (int tick = 0; tick < 300; ++tick) {
+    if (tick % 20 == 0) window.lay(b.proxy_m, 0);
+    a = in_memory.tick({.position_m = probe_m}, 1e-3), b = in_window.tick({.position_m = probe_m}, 1e-3);
+    EXPECT_LE(b.proxy_m.x, a.proxy_m.x + 2e-3) << tick;  // of octave 1
+  }
+  EXPECT_EQ(b.felt_octave, 0.0);
+  EXPECT_NEAR(distance(a.proxy_m, b.proxy_m), 0.0, 1e-9);
+  EXPECT_NEAR(norm(a.force_n - b.force_n), 0.0, 1e-6);
+  EXPECT_GT(norm(b.force_n), 0.5);
 }
 
 TEST(SessionsInOctaves, FadeUnderAStillHandOnThePhantom) {

@@ -1,0 +1,106 @@
+#include "palpa/session/data_moments.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace palpa {
+namespace {
+
+// While octaves fade the proxy moves no more than so many times [1] as far as hand and data, where a level turns, and as
+// changes the spring's force at this rate [N/s]. More: a lost level lets go with a kick; less: the proxy is late.
+constexpr double fading_moves = 3.0;
+constexpr double fading_n_per_s = 10.0;
+
+}  // namespace
+
+DataMoments::DataMoments(StateArena& live, const TimeOptions& time, ModeRuntime& modes, const Tool& tool)
+    : time_(time),
+      modes_(modes),
+      tool_(tool),
+      stock_(modes.all_fields()),
+      felt_octave_(live.add<FeltOctave>()),
+      state_(live.add<State>()),
+      end_s_(modes.data_end_s()),
+      can_change_((modes.any_timed() && time.play != TimeOptions::Play::hold) || !stock_.empty()),
+      feet_in_world_(tool.feet()) {}
+
+// Data that play once end with the longest of their fields, so that equal moments are found equal.
+DataTime DataMoments::at(double elapsed_s, double octave) const noexcept {
+  DataTime at = time_.at(elapsed_s);
+  if (!at.loop) at.time_s = std::min(at.time_s, end_s_);
+  at.octave = octave;
+  at.stock = stock_.empty() ? nullptr : &stock_;
+  return at;
+}
+
+bool DataMoments::octaves_fade() const noexcept {
+  const double felt = felt_octave_.octave();
+  return !stock_.empty() && (state_.view_octave != felt || state_.followed_octave != felt || modes_.any_fades());
+}
+
+double DataMoments::fading_way_m(double moved_m, double time_s, double stiffness_n_per_m) noexcept {
+  return fading_moves * moved_m + fading_n_per_s * time_s / stiffness_n_per_m;
+}
+
+void DataMoments::reset() noexcept {
+  state_.view_octave = state_.followed_octave = 0.0;
+  felt_octave_.reset();
+}
+
+void DataMoments::resume(const DataMoments& other) noexcept {
+  state_ = other.state_;
+  felt_octave_ = other.felt_octave_;
+  take_windows_of(other);
+}
+
+void DataMoments::start(const Pose& proxy, double way_m, double time_step_s) noexcept {
+  choose_octave(proxy, way_m, time_step_s);
+  state_.view_s = state_.followed_s = state_.elapsed_s - time_step_s;
+  state_.view_octave = state_.followed_octave = felt_octave_.octave();
+}
+
+void DataMoments::choose_octave(const Pose& proxy, double way_m, double time_step_s) noexcept {
+  if (stock_.empty()) return;
+  const DataTime pose_time = time_.at(state_.elapsed_s);
+  const std::span<const Vec3> feet_m = feet_in_world(proxy);
+  stock_.put_in_force(feet_m, pose_time);
+  felt_octave_.advance(stock_, feet_m, way_m * map().scale, time_step_s, pose_time);
+}
+
+DataMoments::Step DataMoments::advance_view(double to_s) noexcept {
+  const double before_s = state_.view_s;
+  state_.view_s = std::max(before_s, to_s);
+  state_.view_octave = felt_octave_.octave();
+  return {state_.view_s - before_s, state_.view_s - state_.followed_s, state_.view_octave - state_.followed_octave};
+}
+
+void DataMoments::follow(const Step& step, double share_behind) noexcept {
+  state_.followed_s = state_.view_s - share_behind * step.behind_s;
+  state_.followed_octave = state_.view_octave - share_behind * step.behind_octave;
+}
+
+// Feet [m, world].
+std::span<const Vec3> DataMoments::feet_in_world(const Pose& pose) noexcept {
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) feet_in_world_[foot] = map().to_world(tool_.foot_m(pose, foot));
+  return feet_in_world_;
+}
+
+// Of each field in the finest octave, from that of the samples on, whose window holds all feet, as samples are.
+double DataMoments::reach_m(const Pose& proxy) noexcept {
+  double reach_m = std::numeric_limits<double>::infinity();
+  if (stock_.empty()) return reach_m;
+  const std::span<const Vec3> feet_m = feet_in_world(proxy);
+  const DataTime pose_time = time_.at(state_.view_s);
+  for (std::size_t field = 0; field < stock_.size(); ++field) {
+    auto octave = static_cast<int>(state_.view_octave);
+    while (stock_.room_of_m(field, octave, feet_m, pose_time, 0.0) < 0.0) ++octave;
+    reach_m = std::min(reach_m, stock_.room_of_m(field, octave, feet_m, pose_time, Stock::sample_voxels));
+  }
+  return std::max(0.0, reach_m) / map().scale;
+}
+
+WindowNeed DataMoments::need(const Pose& start, double way_m, double time_step_s) noexcept {
+  return {feet_in_world(start), way_m * map().scale, felt_octave_.velocity_m_per_s(), time_.at(state_.elapsed_s + time_step_s)};
+}
+
+}  // namespace palpa
