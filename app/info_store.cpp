@@ -9,16 +9,20 @@
 #include "palpa/base/wording.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/store_protocol.h"
+#include "palpa/file/store_volume.h"
 
 namespace palpa::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double most_whole_bytes = 512e6;  // More: info takes longer; less: fewer facts of small stores
-constexpr double longest_survey_s = 0.4;    // More: slower; less: fewer chunks are looked at
-constexpr int slots = 16;                   // [1] More: more memory; fewer: slow disks are used less
-constexpr double much_waste = 2.0;          // [1] More: slow stores are not reported; less: usual ones are
+constexpr double longest_survey_s = 0.4;  // More: slower; less: fewer chunks are looked at
+constexpr int slots = 16;                 // [1] More: more memory; fewer: slow disks are used less
+constexpr double much_waste = 2.0;        // [1] More: slow stores are not reported; less: usual ones are
+
+double most_whole_bytes(const VolumeRequest& request) {
+  return request.memory_mb ? 1e6 * *request.memory_mb : detail::whole_bytes;
+}
 
 std::string sides(const std::array<std::int64_t, 3>& n) { return fmt::format("{} × {} × {}", n[0], n[1], n[2]); }
 
@@ -167,8 +171,6 @@ double StoreFacts::whole_bytes() const noexcept {
   return voxels * voxel_bytes;
 }
 
-bool StoreFacts::is_large() const noexcept { return whole_bytes() > most_whole_bytes; }
-
 std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& read) {
   const std::filesystem::path& path = asked.request.files.front();
   if (asked.is_series || asked.request.files.size() > 1 || !protocol::is_store(path)) return std::nullopt;
@@ -178,7 +180,7 @@ std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& 
   } catch (const LoadError&) {
     return std::nullopt;  // Reading it as a whole succeeds, as with one large chunk, or says why it fails.
   }
-  StoreFacts facts{asked.name, reader->contents(), {}, {}};
+  StoreFacts facts{asked.name, reader->contents(), {}, {}, most_whole_bytes(asked.request)};
   facts.places = octave_places(*reader);
   facts.survey = survey(*reader, longest_survey_s);
   return facts;
@@ -186,7 +188,7 @@ std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& 
 
 ReadOptions options_for_whole(const Asked& asked, ReadOptions read) {
   if (read.max_bytes == 0 && protocol::is_store(asked.request.files.front()))
-    read.max_bytes = static_cast<std::uint64_t>(most_whole_bytes);
+    read.max_bytes = static_cast<std::uint64_t>(most_whole_bytes(asked.request));
   return read;
 }
 
