@@ -63,8 +63,8 @@ std::optional<DrawnOctave> drawn_of(const Octaves& octaves, const Box& box_m, do
     const PartOfOctave part = part_within(octaves, octave, box_m);
     if (part.dims[0] == 0) return std::nullopt;
     if (octave < last && *std::ranges::max_element(part.dims) > most_drawn_voxels) continue;
-    if (FieldPtr field = octave_part(octaves, octave, part.first, part.dims))
-      return DrawnOctave{std::move(field), octave, std::ldexp(octaves.spacing_m(), octave)};
+    if (const FieldPtr field = octave_part(octaves, octave, part.first, part.dims))
+      return DrawnOctave{filtered(field, octaves.shape().filter), octave, std::ldexp(octaves.spacing_m(), octave)};
   }
   return std::nullopt;
 }

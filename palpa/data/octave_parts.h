@@ -34,7 +34,7 @@ Statistics sample_statistics(const Octaves& octaves, std::span<const FieldPtr> s
 
 /// Octave that a picture is drawn from.
 struct DrawnOctave {
-  FieldPtr field;        ///< part of one octave as a grid, under the pose of the whole
+  FieldPtr field;        ///< part of one octave as a grid, under the pose and with the filter of the whole
   int octave = 0;        ///< [1] 0: the voxels of the file
   double voxel_m = 0.0;  ///< [m] width of its voxels
 };

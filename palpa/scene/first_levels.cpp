@@ -138,20 +138,19 @@ FirstLevels first_levels(const Field& field, std::span<const FieldPtr> sample, c
 std::optional<FirstLevels> level_around_labels(std::span<const FieldPtr> sample, const Statistics& values,
                                                const std::string& unit, const std::string& modality) {
   double background = values.max, least = values.max;
-  bool found = false;
+  int varied = 0, labelled = 0;  // blocks; one that a thin part of a label enters does not look like labels
   for (const FieldPtr& block : sample) {
     const ValueRange range = block->value_ranges().front();
+    background = std::min(background, range.min);
     if (!(range.max > range.min)) continue;
     LabelMap map = label_map_unless_said(*block, values, unit, modality);
-    if (map.labels.empty()) return std::nullopt;
-    found = true;
-    background = std::min(background, range.min);
+    ++varied, labelled += !map.labels.empty();
     map.labels.push_back({map.background, 0});  // of the block: a label where it lies within one
     for (const Label& label : map.labels) {
       if (label.value > values.min) least = std::min(least, label.value);
     }
   }
-  if (!found || background > values.min) return std::nullopt;
+  if (2 * labelled <= varied || background > values.min) return std::nullopt;
   FirstLevels first;
   first.why_solid = "the background has the lowest value";
   FirstLevel level{.name = "labelled", .value = 0.5 * (background + least), .strength_n = 0.8};
