@@ -17,6 +17,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double longest_survey_s = 0.4;  // More: slower; less: fewer chunks are looked at
+constexpr double longest_facts_s = 60.0;  // More: info of very large stores takes longer; less: not all lost chunks are found
 constexpr int slots = 16;                 // [1] More: more memory; fewer: slow disks are used less
 constexpr double much_waste = 2.0;        // [1] More: slow stores are not reported; less: usual ones are
 
@@ -54,9 +55,9 @@ std::string octave_words(const StoreFacts& facts) {
 std::string lost_words(const StoreFacts& facts) {
   const StoreSurvey& survey = facts.survey;
   const std::string of =
-      static_cast<double>(survey.looked_at) == survey.chunks
-          ? fmt::format("all {} chunks", survey.looked_at)
-          : fmt::format("{} chunks that were looked at, of {}", survey.looked_at, rounded_words(survey.chunks));
+      static_cast<double>(survey.looked_for) == survey.chunks
+          ? fmt::format("all {} chunks", rounded_words(survey.chunks))
+          : fmt::format("{} chunks that were looked at, of {}", survey.looked_for, rounded_words(survey.chunks));
   if (survey.absent == 0) return "none of " + of;
   if (!survey.can_tell_lost)
     return fmt::format("{} of {} are absent; whether they were lost, a store of one octave does not say", survey.absent, of);
@@ -78,7 +79,7 @@ std::string common_words(const StoreFacts& facts) {
   std::string stored;
   if (survey.stored_share > 0.0) {
     const double present =
-        1.0 - static_cast<double>(survey.absent) / static_cast<double>(std::max<std::int64_t>(survey.looked_at, 1));
+        1.0 - static_cast<double>(survey.absent) / static_cast<double>(std::max<std::int64_t>(survey.looked_for, 1));
     stored = fmt::format(", about {} in the store",
                          bytes_words(facts.whole_bytes() * facts.contents.frames * survey.stored_share * present));
   }
@@ -156,6 +157,7 @@ Json store_json(const StoreFacts& facts) {
           {"octaves_made_by", making_key(facts.places.making)},
           {"chunk_waste", waste_of_chunks(contents.octaves.front())},
           {"chunks", survey.chunks},
+          {"chunks_looked_for", survey.looked_for},
           {"chunks_looked_at", survey.looked_at},
           {"chunks_absent", survey.absent},
           {"chunks_lost", survey.lost},
@@ -182,7 +184,7 @@ std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& 
   }
   StoreFacts facts{asked.name, reader->contents(), {}, {}, most_whole_bytes(asked.request)};
   facts.places = octave_places(*reader);
-  facts.survey = survey(*reader, longest_survey_s);
+  facts.survey = survey(*reader, longest_survey_s, longest_facts_s);
   return facts;
 }
 

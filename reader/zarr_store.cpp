@@ -251,6 +251,7 @@ bool ZarrStore::is_as_delivered(const ZarrArray& array, const StoreField& field)
 
 ZarrRead ZarrStore::read(const StoreChunk& chunk, std::span<std::byte> to, ZarrScratch& scratch) const {
   if (chunk.facts) return read_facts(chunk, to, scratch);
+  if (chunk.presence) return look_for_chunks(chunk, to);
   const ZarrArray& array = image_.levels.at(static_cast<std::size_t>(chunk.octave)).array;
   const auto f = static_cast<std::size_t>(chunk.field);
   const StoreField& field = contents_.fields.at(f);
@@ -290,6 +291,33 @@ ZarrRead ZarrStore::read_facts(const StoreChunk& chunk, std::span<std::byte> to,
   const auto numbers = static_cast<std::int64_t>(array.chunk_numbers());
   copy_component(array.type, scratch.raw.data(), 0, {{numbers, 1, 1}, {1, 0, 0}}, to.data(), 1, 0);
   return read;
+}
+
+ZarrRead ZarrStore::look_for_chunks(const StoreChunk& of_facts, std::span<std::byte> to) const {
+  const ZarrArray& array = image_.levels.at(static_cast<std::size_t>(of_facts.octave)).array;
+  const StoreOctave& octave = contents_.octaves.at(static_cast<std::size_t>(of_facts.octave));
+  ZarrChunks::KnownShards known;
+  try {
+    for (std::size_t n = 0; n < to.size(); ++n) {
+      StoreChunk chunk = of_facts;
+      auto rest = static_cast<std::int64_t>(n);
+      bool is_there = true, is_present = false;
+      for (std::size_t a = 0; a < 3; ++a) {
+        chunk.at[a] = of_facts.at[a] * octave.facts[a] + rest % octave.facts[a];
+        rest /= octave.facts[a];
+        is_there = is_there && chunk.at[a] * octave.chunk[a] < octave.grid.dims[a];
+      }
+      for (const std::int64_t channel : channels_.at(static_cast<std::size_t>(chunk.field))) {
+        if (!is_there || is_present) break;
+        const Place place = place_of(array, chunk, channel);
+        is_present = chunks_.has(array, std::span(place.at).first(array.shape.size()), known);
+      }
+      to[n] = static_cast<std::byte>(is_present);
+    }
+  } catch (const LoadError& problem) {
+    return {ChunkState::damaged, 0, problem.what()};
+  }
+  return {ChunkState::present, to.size()};
 }
 
 std::vector<std::string> ZarrStore::metadata_files() const {

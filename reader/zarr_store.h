@@ -50,6 +50,7 @@ class ZarrStore {
   Place place_of(const ZarrArray& array, const StoreChunk& chunk, std::int64_t channel) const;
   bool is_as_delivered(const ZarrArray& array, const StoreField& field) const;
   ZarrRead read_facts(const StoreChunk& chunk, std::span<std::byte> to, ZarrScratch& scratch) const;
+  ZarrRead look_for_chunks(const StoreChunk& of_facts, std::span<std::byte> to) const;
 
   ZarrFolder folder_;
   ZarrChunks chunks_{folder_};

@@ -113,7 +113,7 @@ std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const Read
     if (!request.memory_mb && bytes <= static_cast<double>(limit_bytes)) return std::nullopt;
     throw LoadError(problem);
   }
-  const StoreSurvey values = survey(*reader, longest_survey_s);
+  const StoreSurvey values = survey(*reader, longest_survey_s, longest_survey_s);
   if (request.frame == VolumeRequest::all_frames)
     throw LoadError("is larger than memory, so it is felt one frame at a time; name one");
   if (request.frame >= contents.frames)
@@ -141,8 +141,8 @@ std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const Read
   }
   if (values.values.front().about) volume.warnings.push_back("is not prepared: its range of values is that of some chunks");
   if (values.lost + values.damaged > 0)
-    volume.warnings.push_back("has " + std::to_string(values.lost + values.damaged) + " lost or damaged chunks of " +
-                              std::to_string(values.looked_at) + "; a coarser octave is felt there");
+    volume.warnings.push_back("has " + std::to_string(values.lost) + " lost and " + std::to_string(values.damaged) +
+                              " damaged chunks or more; a coarser octave is felt there");
   volume.files.push_back({request.files.front().string(), 0, {}});
   volume.request = std::make_shared<const VolumeRequest>(request);
   return volume;
