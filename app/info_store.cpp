@@ -122,13 +122,30 @@ std::string field_words(const StoreFacts& facts) {
 
 Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+/// [m] Distances of voxels along i, j, k.
+std::array<double, 3> spacings_m(const GridGeometry& grid) {
+  const Mat3 columns = transposed(grid.index_to_world_m);
+  return {norm(columns.row[0]), norm(columns.row[1]), norm(columns.row[2])};
+}
+
+/// Whether a grid lies along the axes of the world.
+bool is_along_axes(const GridGeometry& grid) {
+  const Mat3& m = grid.index_to_world_m;
+  return std::abs(m.row[0].y) + std::abs(m.row[0].z) + std::abs(m.row[1].x) + std::abs(m.row[1].z) + std::abs(m.row[2].x) +
+             std::abs(m.row[2].y) ==
+         0.0;
+}
+
 Json store_json(const StoreFacts& facts) {
   const StoreContents& contents = facts.contents;
   Json octaves = Json::array(), fields = Json::array();
   for (const StoreOctave& octave : facts.places.octaves) {
     const Mat3& steps = octave.grid.index_to_world_m;
+    Json rows = Json::array();
+    for (const Vec3& row : steps.row) rows.push_back({row.x, row.y, row.z});
     octaves.push_back({{"dims", octave.grid.dims},
-                       {"spacing_m", {steps.row[0].x, steps.row[1].y, steps.row[2].z}},
+                       {"spacing_m", spacings_m(octave.grid)},
+                       {"index_to_world_m", rows},
                        {"origin_m", {octave.grid.origin_m.x, octave.grid.origin_m.y, octave.grid.origin_m.z}},
                        {"chunk", octave.chunk},
                        {"shard", octave.shard},
@@ -197,16 +214,15 @@ ReadOptions options_for_whole(const Asked& asked, ReadOptions read) {
 InfoTable store_table(const StoreFacts& facts) {
   const StoreContents& contents = facts.contents;
   const GridGeometry& grid = contents.octaves.front().grid;
-  const Mat3& steps = grid.index_to_world_m;
-  const double spacing_m[] = {steps.row[0].x, steps.row[1].y, steps.row[2].z};
+  const std::array<double, 3> spacing_m = spacings_m(grid);
   std::vector<std::string> spacings, sizes;
   for (std::size_t a = 0; a < 3; ++a) {
     spacings.push_back(length_words(spacing_m[a]));
     sizes.push_back(length_words(spacing_m[a] * static_cast<double>(grid.dims[a])));
   }
   InfoTable table{facts.name + "\n", {}};
-  table.words +=
-      line("grid", fmt::format("{} voxels of {} × {} × {}", sides(grid.dims), spacings[0], spacings[1], spacings[2]));
+  table.words += line("grid", fmt::format("{} voxels of {} × {} × {}{}", sides(grid.dims), spacings[0], spacings[1],
+                                          spacings[2], is_along_axes(grid) ? "" : ", turned or sheared in the world"));
   table.words += line(
       "size", fmt::format("{} × {} × {}{}, {} as a whole", sizes[0], sizes[1], sizes[2],
                           contents.length_unit_assumed ? " (micrometres are assumed)" : "", bytes_words(facts.whole_bytes())));
