@@ -102,11 +102,7 @@ void draw(const Facts& facts, const fs::path& file, detail::Existing existing) {
 }
 
 /// Writes scene and picture of a volume, and reports the files and the next step on stderr.
-void make_files(Asked asked, Facts facts, const InfoArguments& arguments) {
-  if (const auto otherwise = request_to_feel(asked, facts, arguments.read)) {
-    asked.request = *otherwise;
-    facts = read_facts(asked, arguments.read, false);
-  }
+void make_files(const Asked& asked, const Facts& facts, const InfoArguments& arguments) {
   if (arguments.scene) suggest_scene(asked, facts, arguments);
   if (!arguments.picture.empty()) draw(facts, arguments.picture, arguments.existing);
   for (const fs::path& file : {arguments.scene ? arguments.scene_file : fs::path(), arguments.picture}) {
@@ -118,15 +114,35 @@ void make_files(Asked asked, Facts facts, const InfoArguments& arguments) {
   }
 }
 
+/// `make_files`, of directions and of vectors in arrays of their own as such.
+void make_files_to_feel(Asked asked, Facts facts, const InfoArguments& arguments) {
+  if (const auto otherwise = request_to_feel(asked, facts, arguments.read)) {
+    asked.request = *otherwise;
+    facts = read_facts(asked, arguments.read, false);
+  }
+  make_files(asked, facts, arguments);
+}
+
+/// `make_files` of a store that is felt through windows, or is read as a whole where it has no octaves and fits into memory.
+void make_files_of_large(const Asked& asked, const InfoArguments& arguments) {
+  Facts facts{.name = asked.name};
+  {
+    const Progress progress("reading " + asked.name);
+    ReadOptions read = arguments.read;
+    read.preview = false;  // which would be the store as a whole
+    facts.file = read_volume_file(asked.request, read);
+    for (const VolumeField& field : facts.file.volume.fields) facts.values.push_back(statistics(*field.field));
+  }
+  facts.what = "volume in octaves";
+  make_files(asked, facts, arguments);
+}
+
 /// Prints a store that is too large to be read as a whole, or adds it to the list of JSON objects.
 void print_large_store(const StoreFacts& store, const InfoArguments& arguments, bool is_further, nlohmann::ordered_json& list) {
-  const bool asks_for_voxels =
-      arguments.scene || !arguments.picture.empty() || !arguments.at_m.empty() || !arguments.places.empty() || arguments.level;
-  if (asks_for_voxels) {
-    throw LoadError(
-        store.name +
-        ": is too large to be read as a whole, which --scene, --picture, --at and --level need; give the folder of a "
-        "coarser octave of it");
+  if (!arguments.at_m.empty() || !arguments.places.empty() || arguments.level) {
+    throw LoadError(store.name +
+                    ": is too large to be read as a whole, which --at and --level need; give the folder of a coarser octave of "
+                    "it, or another memory_mb by --set");
   }
   InfoTable table = store_table(store);
   if (arguments.json) {
@@ -135,6 +151,8 @@ void print_large_store(const StoreFacts& store, const InfoArguments& arguments, 
   }
   if (is_further) print("\n");
   print(table.words);
+  if (arguments.files.size() == 1 && arguments.picture.empty())
+    print(fmt::format("\n  next      palpa info {} --scene first.toml, to feel it\n", for_shell(store.name)));
   std::fflush(stdout);
   std::vector<std::string> warnings;
   for (const auto* all : {&store.contents.warnings, &store.places.warnings})
@@ -160,12 +178,14 @@ int run_info(const InfoArguments& arguments) {
   for (const Asked& asked : all) {
     const std::optional<StoreFacts> store = store_facts_of(asked, arguments.read);
     if (store && store->is_large()) {
+      if (arguments.scene || !arguments.picture.empty()) make_files_of_large(asked, arguments);
+      if (arguments.scene) continue;
       print_large_store(*store, arguments, &asked != &all.front(), list);
       continue;
     }
     const Facts facts = read_facts(asked, options_for_whole(asked, arguments.read), !arguments.scene);
     for (const AskedPlace& place : places) world_of(place, facts);  // throws on unknown positions before anything is printed
-    if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
+    if (arguments.scene || !arguments.picture.empty()) make_files_to_feel(asked, facts, arguments);
     if (arguments.scene) continue;
     InfoTable table = info_table(facts, places, arguments.level);
     if (store) add_store(table, *store);

@@ -9,16 +9,21 @@
 #include "palpa/base/wording.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/store_protocol.h"
+#include "palpa/file/store_volume.h"
 
 namespace palpa::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double most_whole_bytes = 512e6;  // More: info takes longer; less: fewer facts of small stores
-constexpr double longest_survey_s = 0.4;    // More: slower; less: fewer chunks are looked at
-constexpr int slots = 16;                   // [1] More: more memory; fewer: slow disks are used less
-constexpr double much_waste = 2.0;          // [1] More: slow stores are not reported; less: usual ones are
+constexpr double longest_survey_s = 0.4;  // More: slower; less: fewer chunks are looked at
+constexpr double longest_facts_s = 60.0;  // More: info of very large stores takes longer; less: not all lost chunks are found
+constexpr int slots = 16;                 // [1] More: more memory; fewer: slow disks are used less
+constexpr double much_waste = 2.0;        // [1] More: slow stores are not reported; less: usual ones are
+
+double most_whole_bytes(const VolumeRequest& request) {
+  return request.memory_mb ? 1e6 * *request.memory_mb : detail::whole_bytes;
+}
 
 std::string sides(const std::array<std::int64_t, 3>& n) { return fmt::format("{} × {} × {}", n[0], n[1], n[2]); }
 
@@ -50,9 +55,9 @@ std::string octave_words(const StoreFacts& facts) {
 std::string lost_words(const StoreFacts& facts) {
   const StoreSurvey& survey = facts.survey;
   const std::string of =
-      static_cast<double>(survey.looked_at) == survey.chunks
-          ? fmt::format("all {} chunks", survey.looked_at)
-          : fmt::format("{} chunks that were looked at, of {}", survey.looked_at, rounded_words(survey.chunks));
+      static_cast<double>(survey.looked_for) == survey.chunks
+          ? fmt::format("all {} chunks", rounded_words(survey.chunks))
+          : fmt::format("{} chunks that were looked at, of {}", survey.looked_for, rounded_words(survey.chunks));
   if (survey.absent == 0) return "none of " + of;
   if (!survey.can_tell_lost)
     return fmt::format("{} of {} are absent; whether they were lost, a store of one octave does not say", survey.absent, of);
@@ -74,7 +79,7 @@ std::string common_words(const StoreFacts& facts) {
   std::string stored;
   if (survey.stored_share > 0.0) {
     const double present =
-        1.0 - static_cast<double>(survey.absent) / static_cast<double>(std::max<std::int64_t>(survey.looked_at, 1));
+        1.0 - static_cast<double>(survey.absent) / static_cast<double>(std::max<std::int64_t>(survey.looked_for, 1));
     stored = fmt::format(", about {} in the store",
                          bytes_words(facts.whole_bytes() * facts.contents.frames * survey.stored_share * present));
   }
@@ -117,13 +122,30 @@ std::string field_words(const StoreFacts& facts) {
 
 Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
+/// [m] Distances of voxels along i, j, k.
+std::array<double, 3> spacings_m(const GridGeometry& grid) {
+  const Mat3 columns = transposed(grid.index_to_world_m);
+  return {norm(columns.row[0]), norm(columns.row[1]), norm(columns.row[2])};
+}
+
+/// Whether a grid lies along the axes of the world.
+bool is_along_axes(const GridGeometry& grid) {
+  const Mat3& m = grid.index_to_world_m;
+  return std::abs(m.row[0].y) + std::abs(m.row[0].z) + std::abs(m.row[1].x) + std::abs(m.row[1].z) + std::abs(m.row[2].x) +
+             std::abs(m.row[2].y) ==
+         0.0;
+}
+
 Json store_json(const StoreFacts& facts) {
   const StoreContents& contents = facts.contents;
   Json octaves = Json::array(), fields = Json::array();
   for (const StoreOctave& octave : facts.places.octaves) {
     const Mat3& steps = octave.grid.index_to_world_m;
+    Json rows = Json::array();
+    for (const Vec3& row : steps.row) rows.push_back({row.x, row.y, row.z});
     octaves.push_back({{"dims", octave.grid.dims},
-                       {"spacing_m", {steps.row[0].x, steps.row[1].y, steps.row[2].z}},
+                       {"spacing_m", spacings_m(octave.grid)},
+                       {"index_to_world_m", rows},
                        {"origin_m", {octave.grid.origin_m.x, octave.grid.origin_m.y, octave.grid.origin_m.z}},
                        {"chunk", octave.chunk},
                        {"shard", octave.shard},
@@ -152,6 +174,7 @@ Json store_json(const StoreFacts& facts) {
           {"octaves_made_by", making_key(facts.places.making)},
           {"chunk_waste", waste_of_chunks(contents.octaves.front())},
           {"chunks", survey.chunks},
+          {"chunks_looked_for", survey.looked_for},
           {"chunks_looked_at", survey.looked_at},
           {"chunks_absent", survey.absent},
           {"chunks_lost", survey.lost},
@@ -167,8 +190,6 @@ double StoreFacts::whole_bytes() const noexcept {
   return voxels * voxel_bytes;
 }
 
-bool StoreFacts::is_large() const noexcept { return whole_bytes() > most_whole_bytes; }
-
 std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& read) {
   const std::filesystem::path& path = asked.request.files.front();
   if (asked.is_series || asked.request.files.size() > 1 || !protocol::is_store(path)) return std::nullopt;
@@ -178,31 +199,30 @@ std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& 
   } catch (const LoadError&) {
     return std::nullopt;  // Reading it as a whole succeeds, as with one large chunk, or says why it fails.
   }
-  StoreFacts facts{asked.name, reader->contents(), {}, {}};
+  StoreFacts facts{asked.name, reader->contents(), {}, {}, most_whole_bytes(asked.request)};
   facts.places = octave_places(*reader);
-  facts.survey = survey(*reader, longest_survey_s);
+  facts.survey = survey(*reader, longest_survey_s, longest_facts_s);
   return facts;
 }
 
 ReadOptions options_for_whole(const Asked& asked, ReadOptions read) {
   if (read.max_bytes == 0 && protocol::is_store(asked.request.files.front()))
-    read.max_bytes = static_cast<std::uint64_t>(most_whole_bytes);
+    read.max_bytes = static_cast<std::uint64_t>(most_whole_bytes(asked.request));
   return read;
 }
 
 InfoTable store_table(const StoreFacts& facts) {
   const StoreContents& contents = facts.contents;
   const GridGeometry& grid = contents.octaves.front().grid;
-  const Mat3& steps = grid.index_to_world_m;
-  const double spacing_m[] = {steps.row[0].x, steps.row[1].y, steps.row[2].z};
+  const std::array<double, 3> spacing_m = spacings_m(grid);
   std::vector<std::string> spacings, sizes;
   for (std::size_t a = 0; a < 3; ++a) {
     spacings.push_back(length_words(spacing_m[a]));
     sizes.push_back(length_words(spacing_m[a] * static_cast<double>(grid.dims[a])));
   }
   InfoTable table{facts.name + "\n", {}};
-  table.words +=
-      line("grid", fmt::format("{} voxels of {} × {} × {}", sides(grid.dims), spacings[0], spacings[1], spacings[2]));
+  table.words += line("grid", fmt::format("{} voxels of {} × {} × {}{}", sides(grid.dims), spacings[0], spacings[1],
+                                          spacings[2], is_along_axes(grid) ? "" : ", turned or sheared in the world"));
   table.words += line(
       "size", fmt::format("{} × {} × {}{}, {} as a whole", sizes[0], sizes[1], sizes[2],
                           contents.length_unit_assumed ? " (micrometres are assumed)" : "", bytes_words(facts.whole_bytes())));

@@ -16,10 +16,11 @@ struct StoreFacts {
   StoreContents contents;
   OctavePlaces places;
   StoreSurvey survey;
+  double most_bytes = 0.0;  ///< of octave 0 of a store that is in memory as a whole
 
   double whole_bytes() const noexcept;  ///< of octave 0 in memory: one frame of all fields
   /// Too large to be read as a whole for its facts.
-  bool is_large() const noexcept;
+  bool is_large() const noexcept { return whole_bytes() > most_bytes; }
 };
 
 /// Facts of a store; none of other files, of series, and of a store that is read only as a whole. At most a second. Throws

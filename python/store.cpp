@@ -34,13 +34,13 @@ class PythonStore {
                              py::arg("fill") = field.fill));
     }
     for (const StoreOctave& octave : c.octaves) {
-      const Mat3& m = octave.grid.index_to_world_m;
+      const Mat3 columns = transposed(octave.grid.index_to_world_m);
       const Vec3& o = octave.grid.origin_m;
-      octaves.append(py::dict(py::arg("dims") = py::tuple(py::cast(octave.grid.dims)),
-                              py::arg("chunk") = py::tuple(py::cast(octave.chunk)),
-                              py::arg("shard") = py::tuple(py::cast(octave.shard)), py::arg("codec") = octave.codec,
-                              py::arg("spacing_m") = py::make_tuple(m.row[0].x, m.row[1].y, m.row[2].z),
-                              py::arg("origin_m") = py::make_tuple(o.x, o.y, o.z)));
+      octaves.append(py::dict(
+          py::arg("dims") = py::tuple(py::cast(octave.grid.dims)), py::arg("chunk") = py::tuple(py::cast(octave.chunk)),
+          py::arg("shard") = py::tuple(py::cast(octave.shard)), py::arg("codec") = octave.codec,
+          py::arg("spacing_m") = py::make_tuple(norm(columns.row[0]), norm(columns.row[1]), norm(columns.row[2])),
+          py::arg("origin_m") = py::make_tuple(o.x, o.y, o.z)));
     }
     return py::dict(py::arg("format") = c.format, py::arg("length_unit") = c.length_unit, py::arg("fields") = fields,
                     py::arg("octaves") = octaves, py::arg("frames") = c.frames, py::arg("period_s") = c.period_s,

@@ -65,15 +65,39 @@ std::shared_ptr<const ZarrChunks::ShardIndex> ZarrChunks::index_of(const ZarrArr
   return made;
 }
 
+std::string ZarrChunks::file_of(const ZarrArray& array, std::span<const std::int64_t> at) {
+  std::array<std::int64_t, 8> of_file{};
+  for (std::size_t n = 0; n < at.size(); ++n) of_file.at(n) = at[n] / (array.shard[n] / array.chunk[n]);
+  return array.file_of(std::span(of_file).first(at.size()));
+}
+
+/// Number of a chunk within its shard.
+std::size_t ZarrChunks::position_of(const ZarrArray& array, std::span<const std::int64_t> at) noexcept {
+  std::int64_t position = 0;
+  for (std::size_t n = 0; n < at.size(); ++n) {
+    const std::int64_t in_file = array.shard[n] / array.chunk[n];
+    position = position * in_file + at[n] % in_file;
+  }
+  return static_cast<std::size_t>(position);
+}
+
+bool ZarrChunks::has(const ZarrArray& array, std::span<const std::int64_t> at, KnownShards& known) const {
+  const std::string name = file_of(array, at);
+  if (!array.has_shards) return folder_.has(name);
+  const auto [shard, is_new] = known.try_emplace(name);
+  if (is_new) {
+    const auto file = folder_.open(name);
+    if (file) shard->second = index_of(array, name, *file);
+  }
+  if (!shard->second) return false;
+  const Piece piece = shard->second->pieces.at(position_of(array, at));
+  return piece.offset != absent || piece.bytes != absent;
+}
+
 ZarrChunks::Piece ZarrChunks::piece_of(const ZarrArray& array, std::span<const std::int64_t> at, const std::string& name,
                                        const detail::InputFile& file) const {
   if (!array.has_shards) return {0, file.bytes()};
-  std::uint64_t position = 0;
-  for (std::size_t n = 0; n < at.size(); ++n) {
-    const std::int64_t in_file = array.shard[n] / array.chunk[n];
-    position = position * static_cast<std::uint64_t>(in_file) + static_cast<std::uint64_t>(at[n] % in_file);
-  }
-  const Piece piece = index_of(array, name, file)->pieces.at(position);
+  const Piece piece = index_of(array, name, file)->pieces.at(position_of(array, at));
   if (piece.offset == absent && piece.bytes == absent) return {absent, absent};
   if (piece.bytes > file.bytes() || piece.offset > file.bytes() - piece.bytes)
     throw LoadError("'" + name + "': its index points beyond its end");
@@ -82,9 +106,7 @@ ZarrChunks::Piece ZarrChunks::piece_of(const ZarrArray& array, std::span<const s
 
 ZarrRead ZarrChunks::read(const ZarrArray& array, std::span<const std::int64_t> at, std::vector<std::byte>& packed,
                           std::span<std::byte> to) const {
-  std::array<std::int64_t, 8> of_file{};
-  for (std::size_t n = 0; n < at.size(); ++n) of_file.at(n) = at[n] / (array.shard[n] / array.chunk[n]);
-  const std::string name = array.file_of(std::span(of_file).first(at.size()));
+  const std::string name = file_of(array, at);
   try {
     const auto file = folder_.open(name);
     if (!file) return {ChunkState::absent};

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <ctime>
 #include <list>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -34,16 +35,19 @@ class ZarrChunks {
   ZarrRead read(const ZarrArray& array, std::span<const std::int64_t> at, std::vector<std::byte>& packed,
                 std::span<std::byte> to) const;
 
+  struct ShardIndex;
+  /// Shards that were looked at, by their names; null for absent ones.
+  using KnownShards = std::map<std::string, std::shared_ptr<const ShardIndex>>;
+  /// Whether the store has the chunk with this index, by its file or its shard's index; decodes nothing. Throws LoadError on a
+  /// damaged shard, and bad_alloc.
+  bool has(const ZarrArray& array, std::span<const std::int64_t> at, KnownShards& known) const;
+
  private:
   struct Piece {
     std::uint64_t offset = 0, bytes = 0;
   };
-  struct ShardIndex {
-    std::string file;
-    std::uint64_t bytes = 0;
-    timespec changed{};
-    std::vector<Piece> pieces;
-  };
+  static std::string file_of(const ZarrArray& array, std::span<const std::int64_t> at);
+  static std::size_t position_of(const ZarrArray& array, std::span<const std::int64_t> at) noexcept;
   std::shared_ptr<const ShardIndex> index_of(const ZarrArray& array, const std::string& name,
                                              const detail::InputFile& file) const;
   Piece piece_of(const ZarrArray& array, std::span<const std::int64_t> at, const std::string& name,
@@ -52,6 +56,14 @@ class ZarrChunks {
   const ZarrFolder& folder_;
   mutable std::mutex mutex_;
   mutable std::list<std::shared_ptr<const ShardIndex>> indices_;  ///< the latest first
+};
+
+/// Places of the chunks in a shard.
+struct ZarrChunks::ShardIndex {
+  std::string file;
+  std::uint64_t bytes = 0;
+  timespec changed{};
+  std::vector<Piece> pieces;
 };
 
 }  // namespace palpa::reader

@@ -71,6 +71,11 @@ std::unique_ptr<detail::InputFile> ZarrFolder::open(const std::string& name) con
   return file;
 }
 
+bool ZarrFolder::has(const std::string& name) const {
+  std::error_code problem;
+  return fs::is_regular_file(path_ + "/" + name, problem);
+}
+
 std::optional<ZarrJson> ZarrFolder::json(const std::string& name) const {
   std::unique_ptr<detail::InputFile> file;
   try {

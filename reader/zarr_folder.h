@@ -25,6 +25,9 @@ class ZarrFolder {
   /// the store: a link that leads out, a folder, a pipe. Allocates; any thread.
   std::unique_ptr<detail::InputFile> open(const std::string& name) const;
 
+  /// Whether there is a regular file of this name, wherever a link of that name leads. Allocates; any thread.
+  bool has(const std::string& name) const;
+
   /// Content of a JSON file; none if there is no such file. Throws LoadError with a sentence: damaged, too long, too deep.
   std::optional<ZarrJson> json(const std::string& name) const;
 

@@ -81,25 +81,60 @@ ZarrAxes axes_of_array(const ZarrArray& array, std::vector<std::string>& warning
   return axes;
 }
 
-/// Applies a transformation of 0.4 to 0.6 to scale and translation. Throws LoadError.
+/// Rows of numbers of a transformation. Throws LoadError.
+std::vector<double> rows_of(const ZarrJson& transform, const ZarrMetadata& of, const std::string& key, std::size_t rows,
+                            std::size_t columns) {
+  const ZarrJson* list = ZarrMetadata::member(transform, key.c_str());
+  std::vector<double> numbers;
+  if (list != nullptr && list->is_array() && list->size() == rows) {
+    for (const ZarrJson& row : *list) {
+      if (!row.is_array() || row.size() != columns) break;
+      for (const ZarrJson& n : row) {
+        if (n.is_number() && std::isfinite(n.get<double>())) numbers.push_back(n.get<double>());
+      }
+    }
+  }
+  if (numbers.size() == rows * columns) return numbers;
+  throw of.error("whose '" + key + "' is no list of " + std::to_string(rows) + " lists of " + std::to_string(columns) +
+                 " numbers; write the store again");
+}
+
+/// Applies a linear map with `columns` numbers a row, of which the last is a translation where there is one more than rows.
+void apply_rows(const std::vector<double>& rows, std::size_t columns, ZarrLevel& to) {
+  const std::size_t rank = to.translation.size();
+  const std::vector<double> matrix = to.matrix, translation = to.translation;
+  for (std::size_t r = 0; r < rank; ++r) {
+    const auto at = [&](std::size_t n) { return rows[r * columns + n]; };
+    to.translation[r] = columns > rank ? at(rank) : 0.0;
+    for (std::size_t n = 0; n < rank; ++n) to.translation[r] += at(n) * translation[n];
+    for (std::size_t c = 0; c < rank; ++c) {
+      to.matrix[r * rank + c] = 0.0;
+      for (std::size_t n = 0; n < rank; ++n) to.matrix[r * rank + c] += at(n) * matrix[n * rank + c];
+    }
+  }
+}
+
+/// Applies a transformation of 0.4 to 0.6 to matrix and translation. Throws LoadError.
 void apply(const ZarrJson& transform, const ZarrMetadata& of, std::size_t rank, ZarrLevel& to) {
   const std::string type = ZarrMetadata::text(transform, "type");
-  if (to.scale.empty()) to.scale.assign(rank, 1.0);
-  const auto move = [&] {
-    if (to.translation.empty()) to.translation.assign(rank, 0.0);
-  };
+  if (to.matrix.empty()) {
+    to.matrix.assign(rank * rank, 0.0), to.translation.assign(rank, 0.0);
+    for (std::size_t n = 0; n < rank; ++n) to.matrix[n * rank + n] = 1.0;
+  }
   if (type == "identity") return;
   if (type == "scale") {
     const std::vector<double> by = of.numbers(transform, "scale", rank);
     for (std::size_t n = 0; n < rank; ++n) {
       if (!(by[n] > 0.0)) throw of.error("with a scale that is not above 0; write the store again");
-      to.scale[n] *= by[n];
-      if (!to.translation.empty()) to.translation[n] *= by[n];
+      for (std::size_t c = 0; c < rank; ++c) to.matrix[n * rank + c] *= by[n];
+      to.translation[n] *= by[n];
     }
   } else if (type == "translation") {
     const std::vector<double> by = of.numbers(transform, "translation", rank);
-    move();
     for (std::size_t n = 0; n < rank; ++n) to.translation[n] += by[n];
+  } else if (type == "affine" || type == "rotation") {
+    const std::size_t columns = type == "affine" ? rank + 1 : rank;
+    apply_rows(rows_of(transform, of, type, rank, columns), columns, to);
   } else if (type == "sequence") {
     const ZarrJson* parts = ZarrMetadata::member(transform, "transformations");
     if (parts == nullptr || !parts->is_array() || parts->size() > 8)
@@ -107,7 +142,22 @@ void apply(const ZarrJson& transform, const ZarrMetadata& of, std::size_t rank, 
     for (const ZarrJson& part : *parts) apply(part, of, rank, to);
   } else {
     throw of.error("with a transformation of the type " + detail::in_quotes(type) +
-                   ", which is not read; scale and translation are");
+                   ", which is not read; scale, translation, rotation and affine are");
+  }
+}
+
+/// Refuses a matrix that mixes space with time or channels, or lays voxels onto each other.
+void check_matrix(const ZarrLevel& level, const ZarrAxes& axes, const ZarrMetadata& of) {
+  if (level.matrix.empty()) return;
+  const std::size_t rank = axes.rank;
+  for (std::size_t n = 0; n < rank * rank; ++n) {
+    const std::size_t row = n / rank, column = n % rank;
+    const auto is_space = [&](std::size_t index) { return std::ranges::find(axes.space, index) != axes.space.end(); };
+    const bool is_apart = row != column && !(is_space(row) && is_space(column));
+    if (is_apart && level.matrix[n] != 0.0)
+      throw of.error("with a transformation that mixes space with time or channels; give one within space");
+    if (row == column && !is_space(row) && !(level.matrix[n] > 0.0))
+      throw of.error("with a transformation that reverses time or channels; give one within space");
   }
 }
 
@@ -173,6 +223,7 @@ ZarrImage image_of(const ZarrFolder& folder, const std::string& where, const Zar
                      std::to_string(level.array.shape.size()) + "; write the store again");
     apply_all(dataset, of, image.axes.rank, level);
     apply_all(scales, of, image.axes.rank, level);
+    check_matrix(level, image.axes, of);
     image.levels.push_back(std::move(level));
   }
   image.channels = channels_of(attributes);

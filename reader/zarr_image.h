@@ -22,7 +22,9 @@ struct ZarrAxes {
 /// Octave of an image.
 struct ZarrLevel {
   ZarrArray array;
-  std::vector<double> scale{}, translation{};  ///< along the array's indices, in the axes' units; empty: none in the file
+  /// Positions in the axes' units are matrix · indices + translation; both empty: none in the file. The matrix row by row, a
+  /// row for each axis, in the order of the array's indices; between space, time and channels it is 0.
+  std::vector<double> matrix{}, translation{};
 };
 
 struct ZarrImage {

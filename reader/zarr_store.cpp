@@ -118,18 +118,34 @@ void ZarrStore::take_fields() {
   }
 }
 
-/// Distances of voxels [m]; without a scale in the file 1 micrometre.
-std::array<double, 3> ZarrStore::steps_m(const ZarrLevel& level) const {
-  std::array<double, 3> steps{0.0, 0.0, 0.0};
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t a = 0; a < 3; ++a) {
-    const std::size_t index = image_.axes.space[a];
-    if (index == SIZE_MAX) continue;
-    steps[a] = level.scale.empty() ? micrometre_m : level.scale[index] * axis_unit_m_[a];
-    least = std::min(least, steps[a]);
+/// [m] Steps along i, j and k as columns; without a transformation in the file 1 micrometre.
+Mat3 ZarrStore::steps_m(const ZarrLevel& level) const {
+  const auto element = [&](std::size_t row, std::size_t column) {
+    const std::size_t r = image_.axes.space[row], c = image_.axes.space[column];
+    if (r == SIZE_MAX || c == SIZE_MAX) return 0.0;
+    if (level.matrix.empty()) return row == column ? micrometre_m : 0.0;
+    return level.matrix[r * image_.axes.rank + c] * axis_unit_m_[row];
+  };
+  Mat3 steps;
+  for (std::size_t row = 0; row < 3; ++row) steps.row[row] = {element(row, 0), element(row, 1), element(row, 2)};
+  if (image_.axes.space[2] == SIZE_MAX) {  // a slice
+    const Mat3 columns = transposed(steps);
+    steps.row[2].z = std::min(norm(columns.row[0]), norm(columns.row[1]));
   }
-  for (double& step : steps) step = step == 0.0 ? least : step;  // a slice
   return steps;
+}
+
+/// Whether an octave's voxels have steps that are `times` those of the finest, to rounding of sizes.
+bool ZarrStore::has_steps_of(const ZarrLevel& level, const Mat3& finest, double times,
+                             const std::array<std::int64_t, 3>& dims) const {
+  if (level.matrix.empty()) return true;
+  const Mat3 there = transposed(steps_m(level)), expected = times * transposed(finest);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double way_m = norm(there.row[a] - expected.row[a]);
+    const bool is_one = contents_.octaves.empty() ? dims[a] == 1 : contents_.octaves.front().grid.dims[a] == 1;
+    if (!is_one && !(way_m <= (1e-3 + 1.0 / static_cast<double>(dims[a])) * norm(expected.row[a]))) return false;
+  }
+  return true;
 }
 
 void ZarrStore::take_octaves() {
@@ -147,11 +163,11 @@ void ZarrStore::take_octaves() {
   }
   contents_.length_unit_assumed = !has_unit;
   if (!has_unit) contents_.length_unit = "um";
-  if (finest.scale.empty() && !image_.format.starts_with("Zarr"))
+  if (finest.matrix.empty() && !image_.format.starts_with("Zarr"))
     contents_.warnings.push_back("says no distances of voxels: 1 µm is taken");
-  if (image_.axes.time != SIZE_MAX && contents_.frames > 1 && !finest.scale.empty())
-    contents_.period_s = finest.scale[image_.axes.time] * seconds_of(image_.axes.time_unit);
-  const std::array<double, 3> steps = steps_m(finest);
+  if (image_.axes.time != SIZE_MAX && contents_.frames > 1 && !finest.matrix.empty())
+    contents_.period_s = finest.matrix[image_.axes.time * (image_.axes.rank + 1)] * seconds_of(image_.axes.time_unit);
+  const Mat3 steps = steps_m(finest);
   for (std::size_t n = 0; n < image_.levels.size(); ++n) {
     const ZarrLevel& level = image_.levels[n];
     StoreOctave octave;
@@ -159,7 +175,7 @@ void ZarrStore::take_octaves() {
     octave.chunk = in_space(image_.axes, level.array.chunk), octave.shard = in_space(image_.axes, level.array.shard);
     octave.codec = level.array.codec_words;
     const double times = std::ldexp(1.0, static_cast<int>(n));
-    octave.grid.index_to_world_m = {{{times * steps[0], 0, 0}, {0, times * steps[1], 0}, {0, 0, times * steps[2]}}};
+    octave.grid.index_to_world_m = times * steps;
     double* const origin[] = {&octave.grid.origin_m.x, &octave.grid.origin_m.y, &octave.grid.origin_m.z};
     for (std::size_t a = 0; a < 3; ++a) {
       const std::size_t index = image_.axes.space[a];
@@ -169,13 +185,11 @@ void ZarrStore::take_octaves() {
         level.array.type.name == finest.array.type.name &&
         length_along(level.array.shape, image_.axes.time) == length_along(finest.array.shape, image_.axes.time) &&
         length_along(level.array.shape, image_.axes.channel) == length_along(finest.array.shape, image_.axes.channel);
-    bool is_half = true;
+    bool is_half = has_steps_of(level, steps, times, octave.grid.dims);
     for (std::size_t a = 0; a < 3; ++a) {
       const std::int64_t whole = contents_.octaves.empty() ? octave.grid.dims[a] : contents_.octaves.front().grid.dims[a];
       const double exact = static_cast<double>(whole) / times, there = static_cast<double>(octave.grid.dims[a]);
       is_half = is_half && there >= std::max(1.0, std::floor(exact)) && there <= std::ceil(exact);
-      const double ratio = steps_m(level)[a] / (steps[a] * times);
-      is_half = is_half && (level.scale.empty() || whole == 1 || std::abs(ratio - 1.0) <= 1e-3 + 1.0 / there);
     }
     if (!is_alike || !is_half) {
       contents_.warnings.push_back(
@@ -251,6 +265,7 @@ bool ZarrStore::is_as_delivered(const ZarrArray& array, const StoreField& field)
 
 ZarrRead ZarrStore::read(const StoreChunk& chunk, std::span<std::byte> to, ZarrScratch& scratch) const {
   if (chunk.facts) return read_facts(chunk, to, scratch);
+  if (chunk.presence) return look_for_chunks(chunk, to);
   const ZarrArray& array = image_.levels.at(static_cast<std::size_t>(chunk.octave)).array;
   const auto f = static_cast<std::size_t>(chunk.field);
   const StoreField& field = contents_.fields.at(f);
@@ -290,6 +305,33 @@ ZarrRead ZarrStore::read_facts(const StoreChunk& chunk, std::span<std::byte> to,
   const auto numbers = static_cast<std::int64_t>(array.chunk_numbers());
   copy_component(array.type, scratch.raw.data(), 0, {{numbers, 1, 1}, {1, 0, 0}}, to.data(), 1, 0);
   return read;
+}
+
+ZarrRead ZarrStore::look_for_chunks(const StoreChunk& of_facts, std::span<std::byte> to) const {
+  const ZarrArray& array = image_.levels.at(static_cast<std::size_t>(of_facts.octave)).array;
+  const StoreOctave& octave = contents_.octaves.at(static_cast<std::size_t>(of_facts.octave));
+  ZarrChunks::KnownShards known;
+  try {
+    for (std::size_t n = 0; n < to.size(); ++n) {
+      StoreChunk chunk = of_facts;
+      auto rest = static_cast<std::int64_t>(n);
+      bool is_there = true, is_present = false;
+      for (std::size_t a = 0; a < 3; ++a) {
+        chunk.at[a] = of_facts.at[a] * octave.facts[a] + rest % octave.facts[a];
+        rest /= octave.facts[a];
+        is_there = is_there && chunk.at[a] * octave.chunk[a] < octave.grid.dims[a];
+      }
+      for (const std::int64_t channel : channels_.at(static_cast<std::size_t>(chunk.field))) {
+        if (!is_there || is_present) break;
+        const Place place = place_of(array, chunk, channel);
+        is_present = chunks_.has(array, std::span(place.at).first(array.shape.size()), known);
+      }
+      to[n] = static_cast<std::byte>(is_present);
+    }
+  } catch (const LoadError& problem) {
+    return {ChunkState::damaged, 0, problem.what()};
+  }
+  return {ChunkState::present, to.size()};
 }
 
 std::vector<std::string> ZarrStore::metadata_files() const {

@@ -46,10 +46,12 @@ class ZarrStore {
   void take_fields();
   void take_octaves();
   void take_facts();
-  std::array<double, 3> steps_m(const ZarrLevel& level) const;
+  Mat3 steps_m(const ZarrLevel& level) const;
+  bool has_steps_of(const ZarrLevel& level, const Mat3& finest, double times, const std::array<std::int64_t, 3>& dims) const;
   Place place_of(const ZarrArray& array, const StoreChunk& chunk, std::int64_t channel) const;
   bool is_as_delivered(const ZarrArray& array, const StoreField& field) const;
   ZarrRead read_facts(const StoreChunk& chunk, std::span<std::byte> to, ZarrScratch& scratch) const;
+  ZarrRead look_for_chunks(const StoreChunk& of_facts, std::span<std::byte> to) const;
 
   ZarrFolder folder_;
   ZarrChunks chunks_{folder_};

@@ -10,6 +10,7 @@
 
 #include "palpa/data/grid_base.h"
 #include "palpa/data/halton.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/data/parallel.h"
 
 namespace palpa {
@@ -246,6 +247,7 @@ double Statistics::percentile(double share) const noexcept {
 }
 
 Statistics statistics(const Field& field, std::int64_t most) {
+  if (const Octaves* octaves = octaves_of(field)) return sample_statistics(*octaves, octave_sample(*octaves));
   const GridView* grid = grid_behind(field);
   if (!grid) {
     const Box box = field.bounds_m();
@@ -276,6 +278,19 @@ Statistics statistics(const Field& field, std::int64_t most) {
   const auto at = static_cast<std::int64_t>(found.max_at.i);
   found.max_at = {static_cast<double>(at % dims[0]), static_cast<double>(at / dims[0] % dims[1]),
                   static_cast<double>(at / dims[0] / dims[1])};
+  return found;
+}
+
+Statistics statistics(std::span<const FieldPtr> grids) {
+  const auto for_grids = [&](const Part& part, const auto& each) {
+    for (std::int64_t n = part.first; n < part.last; ++n) {
+      const GridView& grid = *grid_behind(*grids[static_cast<std::size_t>(n)]);
+      const Part rows{0, grid.geometry.dims[1] * grid.geometry.dims[2], 1};
+      detail::with_values_of(grid.voxels, [&](const auto* voxels) { for_each_value(grid, voxels, rows, each); });
+    }
+  };
+  Statistics found = looked_at({0, std::ssize(grids), 1}, for_grids);
+  found.max_at = {};
   return found;
 }
 

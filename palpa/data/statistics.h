@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,8 +54,13 @@ struct Statistics {
 };
 
 /// Statistics of all voxels of the grid behind the field (grid_behind); beyond `most` voxels, of about that many, in rows
-/// spread evenly; of a field without voxels at places spread evenly over its box. Uses all cores. Throws std::bad_alloc only.
+/// spread evenly; of a field in octaves, of a sample of octave 0 (octave_parts.h), which is read; of another field without
+/// voxels at places spread evenly over its box. Uses all cores. Throws std::bad_alloc, and LoadError where a sample cannot be
+/// read.
 Statistics statistics(const Field& field, std::int64_t most = std::int64_t{1} << 24);
+/// Statistics of all voxels of several grids together, each with a grid behind it; `max_at` stays 0. Throws std::bad_alloc
+/// only.
+Statistics statistics(std::span<const FieldPtr> grids);
 
 /// Value that divides the values between `from` and `to` (the field's own unit) into two classes with the least spread within
 /// them (N. Otsu, IEEE Trans. SMC 9, 1979). None if all values lie in one class of the histogram. In the field's own unit.

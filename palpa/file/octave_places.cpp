@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "palpa/data/grid_base.h"
 #include "palpa/file/store_chunks.h"
 
 namespace palpa {
@@ -139,9 +140,7 @@ double move(OctavePlaces& places) {
       *parts[a] = share * (std::ldexp(1.0, static_cast<int>(n)) - 1.0);
     }
     const Vec3 origin_m = finest.to_world(at), way = origin_m - grid.origin_m;
-    const Mat3& steps = finest.index_to_world_m;
-    for (const double voxels : {way.x / steps.row[0].x, way.y / steps.row[1].y, way.z / steps.row[2].z})
-      largest = std::max(largest, std::abs(voxels));
+    largest = std::max(largest, largest_component(detail::scaled_inverse(finest.index_to_world_m) * way));
     grid.origin_m = origin_m;
   }
   return largest;

@@ -52,6 +52,7 @@ struct StoreChunk {
   std::int32_t field = 0;
   bool facts = false;                ///< chunk of the octave's facts (`ChunkFacts`) instead of its voxels
   std::array<std::int64_t, 3> at{};  ///< [chunks] along i, j, k
+  bool presence = false;             ///< of the chunks of a chunk of facts, whether the store has them, instead of voxels
   friend auto operator<=>(const StoreChunk&, const StoreChunk&) = default;
 };
 

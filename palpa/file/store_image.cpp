@@ -154,6 +154,21 @@ std::string image_metadata(const NewImage& image) {
   return whole.dump(2) + "\n";
 }
 
+namespace {
+
+/// Octaves are written with scale and translation alone.
+void refuse_other_transforms(const fs::path& store, const Json& dataset) {
+  const auto all = dataset.find("coordinateTransformations");
+  if (all == dataset.end() || !all->is_array()) return;
+  for (const Json& each : *all) {
+    const Json type = each.is_object() ? each.value("type", Json()) : Json();
+    if (type != "scale" && type != "translation" && type != "identity")
+      refuse(store, "has a transformation beside scale and translation, which no octave of 0.4 or 0.5 has");
+  }
+}
+
+}  // namespace
+
 StoreImage read_image(const fs::path& store) {
   Attributes attributes = attributes_of(store);
   StoreImage image;
@@ -173,6 +188,7 @@ StoreImage read_image(const fs::path& store) {
     const bool named = dataset.is_object() && dataset.contains("path") && dataset["path"].is_string();
     if (!named) refuse(store, "has a dataset without a path");
     image.paths.push_back(dataset["path"].get<std::string>());
+    refuse_other_transforms(store, dataset);
   }
   const Json& all = attributes.all();
   if (all.contains("palpa") && all["palpa"].is_object()) {

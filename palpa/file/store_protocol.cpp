@@ -61,12 +61,12 @@ void get(Unpacker& from, Counts& counts) {
 
 void put(Packer& to, const StoreChunk& chunk) {
   to.number(chunk.octave), to.number(chunk.frame), to.number(chunk.field), to.number(static_cast<std::uint8_t>(chunk.facts));
-  put(to, chunk.at);
+  put(to, chunk.at), to.number(static_cast<std::uint8_t>(chunk.presence));
 }
 void get(Unpacker& from, StoreChunk& chunk) {
   chunk.octave = from.number<std::int32_t>(), chunk.frame = from.number<std::int32_t>();
   chunk.field = from.number<std::int32_t>(), chunk.facts = from.truth();
-  get(from, chunk.at);
+  get(from, chunk.at), chunk.presence = from.truth();
 }
 
 }  // namespace
@@ -103,16 +103,18 @@ bool has_place(const StoreContents& contents, const StoreChunk& chunk) noexcept 
   if (chunk.field < 0 || static_cast<std::size_t>(chunk.field) >= contents.fields.size()) return false;
   if (chunk.frame < 0 || chunk.frame >= contents.frames) return false;
   const StoreOctave& octave = contents.octaves[static_cast<std::size_t>(chunk.octave)];
-  if (chunk.facts && octave.facts[0] == 0) return false;
+  const bool of_facts = chunk.facts || chunk.presence;
+  if ((chunk.facts && chunk.presence) || (of_facts && octave.facts[0] == 0)) return false;
   for (std::size_t a = 0; a < 3; ++a) {
     const std::int64_t chunks = pieces(octave.grid.dims[a], octave.chunk[a]);
-    if (chunk.at[a] < 0 || chunk.at[a] >= (chunk.facts ? pieces(chunks, octave.facts[a]) : chunks)) return false;
+    if (chunk.at[a] < 0 || chunk.at[a] >= (of_facts ? pieces(chunks, octave.facts[a]) : chunks)) return false;
   }
   return true;
 }
 
 std::uint64_t content_bytes(const StoreContents& contents, const StoreChunk& chunk) noexcept {
   const StoreOctave& octave = contents.octaves[static_cast<std::size_t>(chunk.octave)];
+  if (chunk.presence) return octave.facts[0] == 0 ? 0 : product(octave.facts);
   return chunk.facts ? facts_bytes(octave) : chunk_bytes(octave, contents.fields[static_cast<std::size_t>(chunk.field)]);
 }
 

@@ -44,7 +44,7 @@ class StoreReader {
   std::optional<StoreRead> next(double timeout_s);
   /// Content of a slot whose chunk has been read and is not absent: voxels of the whole chunk, i fastest, components of a voxel
   /// together, of the field's `type`; beyond the octave's last voxel they are unspecified. Of facts: a ChunkFacts for each
-  /// chunk, i fastest. Shared with the sandboxed program, which could still change it: copy it, then check the copy.
+  /// chunk, i fastest; of presence: a byte for each, 1 where the store has any of its components, else 0. Shared with the sandboxed program, which could still change it: copy it, then check the copy.
   std::span<const std::byte> content(int slot) const noexcept;
   /// File descriptor that is readable when a chunk may be ready, for poll.
   int descriptor() const noexcept;

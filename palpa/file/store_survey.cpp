@@ -6,10 +6,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <map>
 #include <random>
 #include <set>
+#include <utility>
 
 #include "palpa/file/store_chunks.h"
 
@@ -18,7 +20,6 @@ namespace {
 
 // More of any: slower; less: a coarser picture.
 constexpr std::size_t most_chunks = 4096, chunks_for_values = 64;
-constexpr std::uint64_t most_facts_bytes = 64'000'000;
 
 using Clock = std::chrono::steady_clock;
 using Counts = std::array<std::int64_t, 3>;
@@ -102,68 +103,101 @@ std::optional<bool> differs_in_next(StoreReader& reader, const StoreChunk& chunk
   return std::ranges::any_of(*voxels, [&](double value) { return value != fill && !(std::isnan(value) && std::isnan(fill)); });
 }
 
-/// Facts of chunks of octave 0.
-struct AllFacts {
-  std::map<StoreChunk, ChunkFacts> of;
-  bool whole = false;  ///< of all chunks
-};
-
-AllFacts facts_in(StoreReader& reader, const std::function<bool()>& go_on) {
-  const StoreContents& contents = reader.contents();
-  const StoreOctave& octave = contents.octaves.front();
-  const Counts along = chunks_along(octave);
-  Counts facts_along{};
-  std::size_t in_one = 1;
-  for (std::size_t a = 0; a < 3; ++a) {
-    facts_along[a] = (along[a] + octave.facts[a] - 1) / octave.facts[a];
-    in_one *= static_cast<std::size_t>(octave.facts[a]);
-  }
-  const std::size_t most = std::max<std::size_t>(most_facts_bytes / (in_one * sizeof(ChunkFacts)), 1);
-  const std::vector<StoreChunk> places = places_among(contents, facts_along, true, most);
-  AllFacts all;
-  std::size_t read_whole = 0;
-  read_chunks(
-      reader, places,
-      [&](const StoreRead& read, std::span<const std::byte> content) {
-        if (read.state != ChunkState::present) return;
-        ++read_whole;
-        for (std::size_t n = 0; n < in_one; ++n) {
-          StoreChunk chunk = read.chunk;
-          chunk.facts = false;
-          auto rest = static_cast<std::int64_t>(n);
-          bool is_there = true;
-          for (std::size_t a = 0; a < 3; ++a) {
-            chunk.at[a] = read.chunk.at[a] * octave.facts[a] + rest % octave.facts[a];
-            rest /= octave.facts[a];
-            is_there = is_there && chunk.at[a] < along[a];
-          }
-          ChunkFacts facts;
-          std::memcpy(&facts, &content[n * sizeof facts], sizeof facts);
-          if (is_there) all.of[chunk] = facts;
-        }
-      },
-      go_on);
-  double chunks = static_cast<double>(contents.fields.size()) * contents.frames;
-  for (const std::int64_t n : along) chunks *= static_cast<double>(n);
-  all.whole = static_cast<double>(all.of.size()) == chunks;
-  return all;
-}
-
 bool is_fill(const ChunkFacts& facts, double fill) {
   return (facts.min == fill && facts.max == fill) || (std::isnan(fill) && std::isnan(facts.min));
 }
 
-/// Chunks of which the facts say that they have values: others cannot be lost.
-std::vector<StoreChunk> places_with_values(const StoreContents& contents, const AllFacts& facts) {
-  std::vector<StoreChunk> places;
-  for (const auto& [chunk, of] : facts.of) {
-    if (!is_fill(of, contents.fields[static_cast<std::size_t>(chunk.field)].fill)) places.push_back(chunk);
+/// Number of a chunk in a random order of all, the same for equal stores.
+std::uint64_t shuffled(const StoreChunk& chunk) {
+  std::uint64_t hash = 0;
+  for (const auto number : {std::int64_t{chunk.frame}, std::int64_t{chunk.field}, chunk.at[0], chunk.at[1], chunk.at[2]}) {
+    hash = (hash ^ static_cast<std::uint64_t>(number)) + 0x9e3779b97f4a7c15U;  // the steps of splitmix64
+    hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9U;
+    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebU;
+    hash ^= hash >> 31;
   }
-  std::mt19937_64 random(3);
-  std::shuffle(places.begin(), places.end(), random);
-  if (places.size() > most_chunks) places.resize(most_chunks);
-  return places;
+  return hash;
 }
+
+/// Search of all chunks of octave 0 of a prepared store: their facts, and whether the store has them, in blocks as they come.
+class FactsSearch {
+ public:
+  using Facts = std::map<StoreChunk, ChunkFacts>;
+
+  FactsSearch(StoreReader& reader, StoreSurvey& found) : reader_(reader), found_(found) {}
+
+  /// Facts of random chunks that have values.
+  Facts search(const std::function<bool()>& go_on) {
+    const Counts along = chunks_along(octave_);
+    Counts blocks{};
+    for (std::size_t a = 0; a < 3; ++a) blocks[a] = (along[a] + octave_.facts[a] - 1) / octave_.facts[a];
+    std::vector<StoreChunk> wanted;
+    for (StoreChunk block : places_among(reader_.contents(), blocks, true, most_blocks)) {
+      wanted.push_back(block);
+      block.facts = false, block.presence = true;
+      wanted.push_back(block);
+    }
+    read_chunks(
+        reader_, wanted, [&](const StoreRead& read, std::span<const std::byte> content) { take(read, content); }, go_on);
+    if (static_cast<double>(count_) == found_.chunks) {
+      for (StoreSurvey::Values& values : found_.values) values.about = false;
+    }
+    Facts facts;
+    for (const auto& [order, chunk] : picked_) facts.insert(chunk);
+    return facts;
+  }
+
+ private:
+  static constexpr std::size_t most_blocks = 1'000'000;  // More: memory; fewer: parts of larger stores are not looked at
+  struct Block {
+    std::vector<ChunkFacts> facts;
+    std::vector<std::byte> present;
+  };
+
+  void take(const StoreRead& read, std::span<const std::byte> content) {
+    if (read.state == ChunkState::damaged && ++found_.damaged == 1) found_.damage = read.sentence;
+    if (read.state != ChunkState::present) return;
+    StoreChunk at = read.chunk;
+    at.facts = at.presence = false;
+    Block& block = blocks_[at];
+    if (read.chunk.presence) {
+      block.present.assign(content.begin(), content.end());
+    } else {
+      block.facts.resize(content.size() / sizeof(ChunkFacts));
+      std::memcpy(block.facts.data(), content.data(), block.facts.size() * sizeof(ChunkFacts));
+    }
+    if (block.facts.empty() || block.present.size() != block.facts.size()) return;
+    for (std::size_t n = 0; n < block.facts.size(); ++n) take(at, n, block);
+    blocks_.erase(at);
+  }
+
+  void take(const StoreChunk& block_at, std::size_t n, const Block& block) {
+    StoreChunk chunk = block_at;
+    auto rest = static_cast<std::int64_t>(n);
+    for (std::size_t a = 0; a < 3; ++a) {
+      chunk.at[a] = block_at.at[a] * octave_.facts[a] + rest % octave_.facts[a];
+      rest /= octave_.facts[a];
+      if (chunk.at[a] * octave_.chunk[a] >= octave_.grid.dims[a]) return;
+    }
+    const auto field = static_cast<std::size_t>(chunk.field);
+    const ChunkFacts& facts = block.facts[n];
+    const bool has_values = !is_fill(facts, reader_.contents().fields[field].fill);
+    const bool is_absent = block.present[n] == std::byte{0};
+    ++count_, ++found_.looked_for;
+    if (facts.min <= facts.max) widen(found_.values[field], facts.min, facts.max);
+    found_.absent += is_absent, found_.lost += is_absent && has_values;
+    if (!has_values || is_absent) return;
+    picked_.emplace(shuffled(chunk), std::pair(chunk, facts));
+    if (picked_.size() > most_chunks) picked_.erase(std::prev(picked_.end()));
+  }
+
+  StoreReader& reader_;
+  StoreSurvey& found_;
+  const StoreOctave& octave_ = reader_.contents().octaves.front();
+  std::map<StoreChunk, Block> blocks_;  ///< of which half has come
+  std::map<std::uint64_t, std::pair<StoreChunk, ChunkFacts>> picked_;
+  std::int64_t count_ = 0;
+};
 
 /// Whether the facts of a chunk are of other voxels. False of a chunk with voxels beyond the octave, which have any value.
 bool has_changed(const StoreOctave& octave, const StoreChunk& chunk, const ChunkFacts& facts,
@@ -175,14 +209,11 @@ bool has_changed(const StoreOctave& octave, const StoreChunk& chunk, const Chunk
   return static_cast<double>(sum) != facts.crc32;
 }
 
-void count_lost(StoreReader& reader, const std::vector<StoreChunk>& absent, bool has_facts, const std::function<bool()>& go_on,
+void count_lost(StoreReader& reader, const std::vector<StoreChunk>& absent, const std::function<bool()>& go_on,
                 StoreSurvey& found) {
   const StoreContents& contents = reader.contents();
+  found.absent = static_cast<std::int64_t>(absent.size());
   for (const StoreChunk& chunk : absent) {
-    if (has_facts) {
-      ++found.lost;  // its facts have values
-      continue;
-    }
     const auto field = static_cast<std::size_t>(chunk.field);
     const double fill = contents.fields[field].fill;
     if (std::isfinite(fill)) widen(found.values[field], fill, fill);
@@ -191,7 +222,7 @@ void count_lost(StoreReader& reader, const std::vector<StoreChunk>& absent, bool
 }
 
 /// Looks at chunks; returns those that are absent.
-std::vector<StoreChunk> look_at(StoreReader& reader, const std::vector<StoreChunk>& places, const AllFacts& facts,
+std::vector<StoreChunk> look_at(StoreReader& reader, const std::vector<StoreChunk>& places, const FactsSearch::Facts& facts,
                                 const std::function<bool()>& go_on, StoreSurvey& found) {
   const StoreContents& contents = reader.contents();
   std::vector<StoreChunk> absent;
@@ -203,9 +234,9 @@ std::vector<StoreChunk> look_at(StoreReader& reader, const std::vector<StoreChun
     if (read.state == ChunkState::damaged && ++found.damaged == 1) found.damage = read.sentence;
     if (read.state != ChunkState::present) return;
     stored_bytes += static_cast<double>(read.bytes), whole_bytes += static_cast<double>(content.size());
-    if (facts.of.empty() && looked_for_values++ < chunks_for_values) take_values(contents, read.chunk, content, found.values);
-    const auto known = facts.of.find(read.chunk);
-    if (known == facts.of.end() || !has_changed(contents.octaves.front(), read.chunk, known->second, content)) return;
+    if (facts.empty() && looked_for_values++ < chunks_for_values) take_values(contents, read.chunk, content, found.values);
+    const auto known = facts.find(read.chunk);
+    if (known == facts.end() || !has_changed(contents.octaves.front(), read.chunk, known->second, content)) return;
     if (++found.damaged == 1) found.damage = "a chunk has changed since palpa prepare";
   };
   read_chunks(reader, places, look, go_on);
@@ -213,13 +244,16 @@ std::vector<StoreChunk> look_at(StoreReader& reader, const std::vector<StoreChun
   return absent;
 }
 
-}  // namespace
-
-StoreSurvey survey(StoreReader& reader, double longest_s) {
-  const StoreContents& contents = reader.contents();
+std::function<bool()> within(double longest_s) {
   const Clock::time_point latest =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(longest_s));
-  const auto go_on = [&] { return Clock::now() < latest; };
+  return [latest] { return Clock::now() < latest; };
+}
+
+}  // namespace
+
+StoreSurvey survey(StoreReader& reader, double longest_s, double longest_facts_s) {
+  const StoreContents& contents = reader.contents();
   StoreSurvey found;
   constexpr double infinity = std::numeric_limits<double>::infinity();
   found.values.assign(contents.fields.size(), {infinity, -infinity, true});
@@ -228,19 +262,20 @@ StoreSurvey survey(StoreReader& reader, double longest_s) {
   for (const std::int64_t n : along) found.chunks *= static_cast<double>(n);
   found.can_tell_lost = contents.prepared || contents.octaves.size() > 1;
 
-  AllFacts facts;
-  if (contents.prepared) facts = facts_in(reader, go_on);
-  for (const auto& [chunk, of] : facts.of) {
-    StoreSurvey::Values& values = found.values[static_cast<std::size_t>(chunk.field)];
-    if (of.min <= of.max) widen(values, of.min, of.max);
-    values.about = !facts.whole;
+  FactsSearch::Facts facts;
+  if (contents.prepared) facts = FactsSearch(reader, found).search(within(longest_facts_s));
+  const std::function<bool()> go_on = within(longest_s);
+  if (found.looked_for > 0) {
+    std::vector<StoreChunk> places;
+    for (const auto& [chunk, of] : facts) places.push_back(chunk);
+    std::ranges::sort(places, {}, shuffled);
+    look_at(reader, places, facts, go_on, found);
+    return found;
   }
-  const bool has_facts = !facts.of.empty();
   const std::vector<StoreChunk> absent =
-      look_at(reader, has_facts ? places_with_values(contents, facts) : places_among(contents, along, false, most_chunks),
-              facts, go_on, found);
-  found.absent = static_cast<std::int64_t>(absent.size());
-  count_lost(reader, absent, has_facts, go_on, found);
+      look_at(reader, places_among(contents, along, false, most_chunks), facts, go_on, found);
+  found.looked_for = found.looked_at;
+  count_lost(reader, absent, go_on, found);
   return found;
 }
 

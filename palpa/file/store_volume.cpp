@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
+#include "palpa/base/sanitized.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/length_unit.h"
 #include "palpa/file/octave_places.h"
@@ -88,15 +90,24 @@ double length_factor(const VolumeRequest& request, const StoreContents& contents
   volume.length_unit_assumed = contents.length_unit_assumed;
   if (request.length_unit.empty()) return 1.0;
   const auto asked = length_unit(request.length_unit), stated = length_unit(contents.length_unit);
-  if (!asked) throw LoadError("is asked for with length_unit '" + request.length_unit + "', which is unknown");
+  if (!asked)
+    throw LoadError("is asked for with length_unit '" + request.length_unit + "', which is unknown; name one as mm or um");
   volume.length_unit = asked->name, volume.length_unit_assumed = false;
   return asked->metres / (stated && !contents.length_unit_assumed ? stated->metres : 1e-6);
 }
 
-}  // namespace
+/// Field of a store. Throws LoadError with a sentence.
+FieldPtr field_of(Octaves::Shape shape) {
+  try {
+    return std::make_shared<const Octaves>(std::move(shape));
+  } catch (const std::invalid_argument& problem) {
+    throw LoadError("cannot be felt: " + std::string(problem.what()) +
+                    "; get its chunks again, or make its octaves again by `palpa prepare --into`");
+  }
+}
 
-std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options, std::uint64_t limit_bytes) {
-  if (request.files.size() != 1 || !protocol::is_store(request.files.front())) return std::nullopt;
+/// `volume_in_octaves`, with sentences that may begin with the store's name.
+std::optional<Volume> volume_of_store(const VolumeRequest& request, const ReadOptions& options, std::uint64_t limit_bytes) {
   std::unique_ptr<StoreReader> reader;
   try {
     reader = std::make_unique<StoreReader>(request.files.front(), options, slots);
@@ -113,11 +124,12 @@ std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const Read
     if (!request.memory_mb && bytes <= static_cast<double>(limit_bytes)) return std::nullopt;
     throw LoadError(problem);
   }
-  const StoreSurvey values = survey(*reader, longest_survey_s);
+  const StoreSurvey values = survey(*reader, longest_survey_s, longest_survey_s);
   if (request.frame == VolumeRequest::all_frames)
     throw LoadError("is larger than memory, so it is felt one frame at a time; name one");
   if (request.frame >= contents.frames)
-    throw LoadError("has " + std::to_string(contents.frames) + " frames, not frame " + std::to_string(request.frame));
+    throw LoadError("has " + std::to_string(contents.frames) + " frames, not frame " + std::to_string(request.frame) +
+                    "; name one from 0 to " + std::to_string(contents.frames - 1));
   Volume volume;
   volume.format = "zarr";
   volume.frames = contents.frames;
@@ -138,15 +150,29 @@ std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const Read
     shape.filter = field.components == 1 ? Filter::smooth : Filter::trilinear;
     shape.ranges.assign(static_cast<std::size_t>(field.components), found);
     shape.source = std::make_shared<StoreVoxels>(cache, wanted.field, std::max(request.frame, 0));
-    volume.fields.push_back({wanted.name, wanted.unit, std::make_shared<const Octaves>(std::move(shape))});
+    volume.fields.push_back({wanted.name, wanted.unit, field_of(std::move(shape))});
   }
-  if (values.values.front().about) volume.warnings.push_back("is not prepared: its range of values is that of some chunks");
+  if (values.values.front().about)
+    volume.warnings.push_back(std::string(contents.prepared ? "has more facts than could be read" : "is not prepared") +
+                              ": its range of values is that of some chunks");
   if (values.lost + values.damaged > 0)
-    volume.warnings.push_back("has " + std::to_string(values.lost + values.damaged) + " lost or damaged chunks of " +
-                              std::to_string(values.looked_at) + "; a coarser octave is felt there");
+    volume.warnings.push_back("has " + std::to_string(values.lost) + " lost and " + std::to_string(values.damaged) +
+                              " damaged chunks or more; a coarser octave is felt there");
   volume.files.push_back({request.files.front().string(), 0, {}});
   volume.request = std::make_shared<const VolumeRequest>(request);
   return volume;
+}
+
+}  // namespace
+
+std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options, std::uint64_t limit_bytes) {
+  if (request.files.size() != 1 || !protocol::is_store(request.files.front())) return std::nullopt;
+  try {
+    return volume_of_store(request, options, limit_bytes);
+  } catch (const LoadError& error) {
+    const std::string sentence = error.what(), place = one_line(request.files.front().string()) + ": ";
+    throw LoadError(sentence.starts_with(place) ? sentence.substr(place.size()) : sentence);
+  }
 }
 
 }  // namespace palpa::detail

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "palpa/base/new_file.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/report/beside.h"
 #include "palpa/report/hands.h"
 #include "palpa/report/html.h"
@@ -119,6 +120,18 @@ std::vector<PathPoint> path_of(const Recorded& recorded) {
   return path;
 }
 
+/// Meaning of the octaves that a key names; empty for a scene without volumes larger than memory.
+std::string words_on_octaves(const Scene& scene) {
+  for (const SceneVolume& volume : scene.volumes()) {
+    for (const VolumeField& field : volume.volume.fields) {
+      const MovingView* moved = moving_of(*field.field);
+      if (octaves_of(moved ? *moved->field : *field.field))
+        return " Octave 0 has the voxels of the file, each next octave the means of 2 \u00d7 2 \u00d7 2 of them.";
+    }
+  }
+  return {};
+}
+
 /// Pictures in place of the interactive view: scene with path, and busiest moment.
 std::string stills(const Recorded& recorded, const Scene& scene, const std::vector<PathPoint>& path,
                    const ScenePictureOptions& look, const std::vector<RecordedMoment>& moments, const ReportOptions& options) {
@@ -127,7 +140,8 @@ std::string stills(const Recorded& recorded, const Scene& scene, const std::vect
   if (!picture) return notice(why_not);
   const std::string whole =
       image(options, "scene.png", *picture, "The scene with the path of the hand, coloured by force.",
-            "The scene as the user sees it, with the path of probe and proxy, coloured by the force on the hand.");
+            "The scene as the user sees it, with the path of probe and proxy, coloured by the force on the hand." +
+                words_on_octaves(scene));
   tell(options, 0.8);
   return whole + picture_of_moment(recorded, scene, moments, path, options);
 }

@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "palpa/data/derived.h"
+#include "palpa/data/halton.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/data/quantile.h"
 #include "palpa/data/volume.h"
 
@@ -218,16 +220,29 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   return found;
 }
 
-}  // namespace
+/// Share [1] of noise in what moves, of blocks of octave 0.
+double noisy_share_of(const Octaves& octaves, double empty) {
+  std::size_t moving = 0, noise = 0;
+  for (const FieldPtr& block : octave_sample(octaves)) {
+    const FieldPtr coherence = derived(Derivation::coherence, block);
+    constexpr int places = 64;  // [1] of a block. More: slower; fewer: a less certain share
+    for (int n = 1; n <= places; ++n) {
+      const Vec3 at_m = halton(n, block->bounds_m());
+      const VectorSample u = block->vector(at_m);
+      const ScalarSample c = coherence->scalar(at_m);
+      if (!u.inside || !c.inside || !(norm(u.value) > empty)) continue;
+      ++moving, noise += c.value < coherence_of_noise;
+    }
+  }
+  return static_cast<double>(noise) / static_cast<double>(std::max<std::size_t>(moving, 1));
+}
 
-FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t flow, const FirstFlow& speeds,
-                       const std::vector<Statistics>& values) {
-  const FieldPtr& field = volume.fields[flow].field;
-  FlowPlaces found;
-  found.speeds = speeds;
+/// Flow at each cell of the lattice, and the noise in it.
+std::vector<Cell> cells_of(const Lattice& lattice, const FieldPtr& field, const FirstFlow& speeds, FlowPlaces& found) {
   std::vector<Cell> cells(lattice.size());
-  const FieldPtr coherence = speeds.directions ? nullptr : derived(Derivation::coherence, field);
-  std::size_t inside = 0, moving = 0, noise = 0;
+  const bool has_coherence = !speeds.directions && !found.in_octaves;
+  const FieldPtr coherence = has_coherence ? derived(Derivation::coherence, field) : nullptr;
+  std::size_t moving = 0, noise = 0;
   for (std::size_t n = 0; n < cells.size(); ++n) {
     const Vec3 at_m = lattice.middle_m(n);
     const VectorSample u = field->vector(at_m);
@@ -240,34 +255,49 @@ FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t
       const ScalarSample c = coherence->scalar(at_m);
       if (c.inside) cell.coherence = c.value;  // unknown beside a hole in the data: stays 1
     }
-    ++inside, moving += cell.moves, noise += cell.moves && cell.coherence < coherence_of_noise;
+    moving += cell.moves, noise += cell.moves && cell.coherence < coherence_of_noise;
   }
   found.noisy_share = static_cast<double>(noise) / static_cast<double>(std::max<std::size_t>(moving, 1));
+  if (const Octaves* octaves = octaves_of(*field); octaves && !speeds.directions)
+    found.noisy_share = noisy_share_of(*octaves, speeds.empty);
   found.noisy = found.noisy_share > many;
-  if (found.noisy) {  // noise may be faster than the flow
-    std::vector<double> streams;
-    for (const Cell& c : cells) {
-      if (c.moves && c.coherence >= coherence_of_flow) streams.push_back(c.speed);
-    }
-    const double fast = quantile(streams, 0.995);
-    if (fast > 0.0) {
-      FirstFlow& s = found.speeds;
-      s.fast = rounded(fast, fast), s.empty = rounded(0.05 * fast, 0.05 * fast);
-      s.moderate = rounded(std::max(median(streams), 2.0 * s.empty), fast);
-    }
+  return cells;
+}
+
+/// Speeds without noise, which may be faster than the flow.
+void leave_noise_out(const std::vector<Cell>& cells, FirstFlow& speeds) {
+  std::vector<double> streams;
+  for (const Cell& c : cells) {
+    if (c.moves && c.coherence >= coherence_of_flow) streams.push_back(c.speed);
   }
+  const double fast = quantile(streams, 0.995);
+  if (!(fast > 0.0)) return;
+  speeds.fast = rounded(fast, fast), speeds.empty = rounded(0.05 * fast, 0.05 * fast);
+  speeds.moderate = rounded(std::max(median(streams), 2.0 * speeds.empty), fast);
+}
+
+}  // namespace
+
+FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t flow, const FirstFlow& speeds,
+                       const std::vector<Statistics>& values) {
+  const FieldPtr& field = volume.fields[flow].field;
+  FlowPlaces found;
+  found.speeds = speeds;
+  found.in_octaves = octaves_of(*field) != nullptr;
+  const std::vector<Cell> cells = cells_of(lattice, field, speeds, found);
+  if (found.noisy && !found.in_octaves) leave_noise_out(cells, found.speeds);
   std::vector<char> flows(lattice.size(), 0);
-  std::size_t flowing = 0;
+  std::size_t flowing = 0, inside = 0;
   for (std::size_t n = 0; n < cells.size(); ++n) {
     flows[n] = cells[n].speed > found.speeds.empty && (!found.noisy || cells[n].coherence >= coherence_of_flow);
-    flowing += flows[n] != 0;
+    flowing += flows[n] != 0, inside += cells[n].inside;
   }
   if (!speeds.directions) found.wall = wall_of(lattice, volume, flow, cells, flows, values);
   if (!found.wall && (found.noisy || static_cast<double>(flowing) < sparse * static_cast<double>(inside))) {
     found.signal = signal_of(lattice, volume, flow, cells, flows, found.noisy, values);
   }
   found.object = largest_parts(lattice, std::move(flows), enough);
-  if (speeds.directions) return found;
+  if (speeds.directions || found.in_octaves) return found;
   found.turning = turning_of(lattice, *field, found);
   found.vortices = vortices_of(lattice, *field, cells, found);
   return found;

@@ -5,6 +5,7 @@
 
 #include "palpa/base/printed.h"
 #include "palpa/data/halton.h"
+#include "palpa/data/labels.h"
 #include "palpa/data/quantile.h"
 
 namespace palpa::detail {
@@ -37,25 +38,27 @@ bool border_is_below(const Field& field, double value) {
 
 /// Share of the contrast of two classes within two sample spacings across a level, as a median over it: 1 for an edge as sharp
 /// as the grid allows, near 0 for a slope.
-double sharpness(const Field& field, double level, double contrast) {
-  const Box box = field.bounds_m();
-  const double spacing_m = field.spacing_m();
+double sharpness(std::span<const FieldPtr> sample, double level, double contrast) {
   std::vector<double> shares;
-  for (int n = 1; n <= places; ++n) {
-    const ScalarSample s = field.scalar(halton(n, box));
-    const double steep = norm(s.gradient);
-    if (!s.inside || !(steep > 0.0) || std::abs(level - s.value) > steep * spacing_m) continue;
-    shares.push_back(2.0 * spacing_m * steep / contrast);
+  for (const FieldPtr& field : sample) {
+    const Box box = field->bounds_m();
+    const double spacing_m = field->spacing_m();
+    for (int n = 1; n <= places / static_cast<int>(sample.size()); ++n) {
+      const ScalarSample s = field->scalar(halton(n, box));
+      const double steep = norm(s.gradient);
+      if (!s.inside || !(steep > 0.0) || std::abs(level - s.value) > steep * spacing_m) continue;
+      shares.push_back(2.0 * spacing_m * steep / contrast);
+    }
   }
   if (shares.empty() || !(contrast > 0.0)) return 0.0;
   return std::clamp(median(shares), 0.0, 1.0);
 }
 
 /// Level between two classes of values of the histogram, from `low` over the level to `high`.
-FirstLevel level_between(const Field& field, const Histogram& histogram, std::string name, double value, double low,
-                         double high, double weakest_n, double firmest_n) {
+FirstLevel level_between(std::span<const FieldPtr> sample, const Histogram& histogram, std::string name, double value,
+                         double low, double high, double weakest_n, double firmest_n) {
   const double below = histogram.mean_between(low, value), above = histogram.mean_between(value, high);
-  const double sharp = sharpness(field, value, std::abs(above - below));
+  const double sharp = sharpness(sample, value, std::abs(above - below));
   FirstLevel level;
   level.name = std::move(name);
   level.value = value;
@@ -78,8 +81,8 @@ double rounded(double value, double span) noexcept {
   return std::isfinite(result) ? result + 0.0 : value;
 }
 
-FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit, const std::string& modality,
-                         bool is_scan) {
+FirstLevels first_levels(const Field& field, std::span<const FieldPtr> sample, const Statistics& values,
+                         const std::string& unit, const std::string& modality, bool is_scan) {
   FirstLevels first;
   const Histogram& h = values.histogram;
   if (!(values.max > values.min)) return first;
@@ -115,7 +118,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
   first.solid_is_high = border_is_below(field, outer_value);
   first.why_solid = first.solid_is_high ? "most of the border of the data is below the level: what is above it is the object"
                                         : "most of the border of the data is above the level: what is below it is the object";
-  first.levels.push_back(level_between(field, h, "surface", outer_value, bottom, top, share * 0.4, share * 1.0));
+  first.levels.push_back(level_between(sample, h, "surface", outer_value, bottom, top, share * 0.4, share * 1.0));
 
   const double from = first.solid_is_high ? outer_value : bottom, to = first.solid_is_high ? top : outer_value;
   if (const auto inner = dividing_value(h, from, to)) {
@@ -126,9 +129,34 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     // the first level.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
       first.levels.back().soft = true;
-      first.levels.push_back(level_between(field, h, "core", inner_value, from, to, share * 0.7, share * 1.5));
+      first.levels.push_back(level_between(sample, h, "core", inner_value, from, to, share * 0.7, share * 1.5));
     }
   }
+  return first;
+}
+
+std::optional<FirstLevels> level_around_labels(std::span<const FieldPtr> sample, const Statistics& values,
+                                               const std::string& unit, const std::string& modality) {
+  double background = values.max, least = values.max;
+  int varied = 0, labelled = 0;  // blocks; one that a thin part of a label enters does not look like labels
+  for (const FieldPtr& block : sample) {
+    const ValueRange range = block->value_ranges().front();
+    background = std::min(background, range.min);
+    if (!(range.max > range.min)) continue;
+    LabelMap map = label_map_unless_said(*block, values, unit, modality);
+    ++varied, labelled += !map.labels.empty();
+    map.labels.push_back({map.background, 0});  // of the block: a label where it lies within one
+    for (const Label& label : map.labels) {
+      if (label.value > values.min) least = std::min(least, label.value);
+    }
+  }
+  if (2 * labelled <= varied || background > values.min) return std::nullopt;
+  FirstLevels first;
+  first.why_solid = "the background has the lowest value";
+  FirstLevel level{.name = "labelled", .value = 0.5 * (background + least), .strength_n = 0.8};
+  level.why_value = "half way from the background to the lowest label; labels of their own need all voxels in memory";
+  level.why_strength = "gives way, so that one gets to what lies behind";
+  first.levels.push_back(std::move(level));
   return first;
 }
 

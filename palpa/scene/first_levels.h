@@ -1,6 +1,8 @@
 // First levels of a scalar field, first speeds of a vector field.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,10 +37,18 @@ inline constexpr double holding_n = 6.0;
 
 /// Levels from the histogram: skin and bone of CT, of which bone holds; else the value that divides it best, and a second that
 /// divides the solid. The sharper an edge, the firmer. A level over another is soft.
+/// \param sample  the field, or of a field in octaves blocks of octave 0 (octave_parts.h): its edges are as sharp as they are
 /// \param modality  as Volume::modality
 /// \param is_scan  of a part of a body: the solid is then soft tissue, unless the values are Hounsfield units
-FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit, const std::string& modality,
-                         bool is_scan);
+FirstLevels first_levels(const Field& field, std::span<const FieldPtr> sample, const Statistics& values,
+                         const std::string& unit, const std::string& modality, bool is_scan);
+
+/// One level around all labels of a label map in octaves, whose labels have no fields of their own; none if it is no label map,
+/// or some labels are below its background.
+/// \param sample    blocks of octave 0
+/// \param modality  as Volume::modality
+std::optional<FirstLevels> level_around_labels(std::span<const FieldPtr> sample, const Statistics& values,
+                                               const std::string& unit, const std::string& modality);
 
 /// Value at which the drag of a sparse object begins, in the field's own unit: a share `wanted` [1] of `around` lies beyond it,
 /// clamped between the mean outside of the solid and the first level.

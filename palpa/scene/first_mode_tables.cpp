@@ -123,7 +123,7 @@ Where where_it_flows(const SceneNames& names, const std::vector<Statistics>& val
   if (const auto& signal = flow.signal)
     return {ramp(names.of(signal->field), signal->from, signal->full, beyond(signal->field), 1.0),
             flow.noisy ? "only where the signal is: in air the vectors are noise" : "only where the signal is"};
-  if (flow.noisy)
+  if (flow.noisy && !flow.in_octaves)
     return {ramp("coherence(" + field + ")", coherence_of_noise, coherence_of_flow, 2.0, 1.0),
             "not where vectors are at odds with those around them, as " + percent(flow.noisy_share) + " of what moves: noise"};
   return {};
@@ -140,10 +140,25 @@ std::string direction_rails(const std::string& field, const std::string& speed, 
                   "where neighbours disagree (0.3 of their length is left) there is no rail");
 }
 
+/// Rails along a flow in octaves: where it turns would need its curl.
+std::string plain_rails(const std::string& field, const std::string& speed, const FlowPlaces& flow, double beyond,
+                        const Where& where) {
+  std::string out = reasoned("[[mode]]", "free along the flow, held across it");
+  out += mode_head("stream", "follow", field);
+  out += reasoned("strength_n = " + ramp(speed, flow.speeds.empty, flow.speeds.moderate, beyond, rail_n),
+                  "wherever it moves, all of it from the median on: a volume larger than memory has no curl() to follow");
+  if (flow.noisy && where.mask.empty())
+    out += "# " + percent(flow.noisy_share) +
+           " of what moves is noise, which nothing leaves out: a volume larger than memory has no coherence()\n";
+  return out + mask_line(where) + "\n";
+}
+
 /// Variations of a flow as rails along it, and the flow as a push, which lets a hand feel its direction.
-std::string stream_modes(const std::string& field, const std::string& speed, const FirstFlow& speeds, double beyond,
-                         const std::optional<Turning>& turning, const Where& where) {
-  std::string out;
+std::string stream_modes(const std::string& field, const std::string& speed, const FlowPlaces& flow, double beyond,
+                         const Where& where) {
+  const FirstFlow& speeds = flow.speeds;
+  const std::optional<Turning>& turning = flow.turning;
+  std::string out = flow.in_octaves ? plain_rails(field, speed, flow, beyond, where) : std::string();
   if (turning) {
     out += reasoned("[[mode]]", "free along the flow, held across it where it turns or shears; a uniform stream has no rail");
     out += mode_head("stream", "follow", field);
@@ -311,7 +326,7 @@ std::string flow_modes(const Volume& volume, const SceneNames& names, const std:
   const Where where = where_it_flows(names, values, flow);
 
   std::string out = speeds.directions ? direction_rails(field, speed, beyond) + mask_line(where)
-                                      : stream_modes(field, speed, speeds, beyond, flow.turning, where);
+                                      : stream_modes(field, speed, flow, beyond, where);
   out += "\n" + reasoned("[[mode]]", speeds.directions ? "viscous where there are directions"
                                                        : "viscous inside the flow: its extent can be felt");
   out += mode_head("fluid", "viscosity", field);

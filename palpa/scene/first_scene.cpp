@@ -6,7 +6,9 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/base/wording.h"
+#include "palpa/data/halton.h"
 #include "palpa/data/labels.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/scene/first_flow.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/first_mode_tables.h"
@@ -55,6 +57,7 @@ std::string title_of(const detail::FlowPlaces& flow) {
   if (flow.speeds.directions) return "A first touch: rails along directions";
   std::string title = "A first touch of a flow: it carries the hand along";
   if (flow.turning) title += ", rails where it turns";
+  if (flow.in_octaves) title += ", rails along it";
   if (flow.vortices) title += ", a pull near the cores of its vortices";
   if (flow.wall)
     title += flow.wall->around ? ", a wall around it that gives way when pressed" : ", a body in it that holds when touched";
@@ -67,7 +70,7 @@ Draft draft_of_flow(const Volume& volume, const std::vector<Statistics>& values,
   if (flow.signal) names.used.push_back(flow.signal->field);
   if (flow.wall) names.used.push_back(flow.wall->field);
   Draft draft;
-  draft.directions = flow.speeds.directions;
+  draft.directions = flow.speeds.directions && !flow.in_octaves;  // without a sign they are read as a whole
   draft.title = title_of(flow);
   draft.holds = flow.wall && !flow.wall->around;
   draft.modes = detail::flow_modes(volume, names, values, flow);
@@ -102,18 +105,42 @@ bool is_scan(const Volume& volume) {
          volume.format == "dicom";
 }
 
+/// The field, or of a field in octaves blocks of octave 0, whose values are not means.
+std::vector<FieldPtr> voxels_of(const FieldPtr& field) {
+  const Octaves* octaves = octaves_of(*field);
+  return octaves ? octave_sample(*octaves) : std::vector<FieldPtr>{field};
+}
+
+/// Values of a sample within a box.
+std::vector<double> values_in(const std::vector<FieldPtr>& sample, const Box& box) {
+  constexpr int places = 128;  // [1] of a block. More: slower; fewer: less certain
+  std::vector<double> values;
+  for (const FieldPtr& block : sample) {
+    for (int n = 1; n <= places; ++n) {
+      const Vec3 at_m = detail::halton(n, block->bounds_m());
+      const ScalarSample s = contains(box, at_m) ? block->scalar(at_m) : ScalarSample{};
+      if (s.inside) values.push_back(s.value);
+    }
+  }
+  return values;
+}
+
 Draft draft_of_surfaces(const Volume& volume, const Statistics& values, std::size_t number, const detail::Lattice& lattice,
                         const detail::SceneNames& names) {
   const VolumeField& of = volume.fields[number];
   const Field& field = *of.field;
-  const detail::FirstLevels first = detail::first_levels(field, values, of.unit, volume.modality, is_scan(volume));
+  const std::vector<FieldPtr> sample = voxels_of(of.field);
+  const auto labels = octaves_of(field) ? detail::level_around_labels(sample, values, of.unit, volume.modality) : std::nullopt;
+  const detail::FirstLevels first =
+      labels ? *labels : detail::first_levels(field, sample, values, of.unit, volume.modality, is_scan(volume));
   if (first.levels.empty()) throw LoadError("has no two classes of values; there is no surface to feel");
   Draft draft;
-  draft.title = first.tissue ? "A first touch: a material that yields to a press, firmer from one class of values to the next"
+  draft.title = labels         ? "A first touch of labels: one surface around all of them"
+                : first.tissue ? "A first touch: a material that yields to a press, firmer from one class of values to the next"
                 : !first.hounsfield        ? "A first touch: surfaces between classes of values"
                 : first.levels.size() == 2 ? "A first touch of a CT scan: skin gives way, bone holds"
                                            : "A first touch of a CT scan: " + first.levels.front().name;
-  draft.filter = detail::filter_of_surfaces(field, first.levels, first.solid_is_high);
+  draft.filter = detail::filter_of_surfaces(field, sample, first.levels, first.solid_is_high);
   const double level = first.levels.front().value;
   std::vector<std::optional<double>> here(lattice.size());
   std::vector<char> solid(lattice.size(), 0);
@@ -128,7 +155,8 @@ Draft draft_of_surfaces(const Volume& volume, const Statistics& values, std::siz
   double faint = level;
   if (draft.object.share < sparse) {
     std::vector<double> in_box;
-    for (std::size_t n = 0; n < lattice.size(); ++n) {
+    if (octaves_of(field)) in_box = values_in(sample, draft.object.box_m);
+    for (std::size_t n = 0; n < lattice.size() && !octaves_of(field); ++n) {
       if (here[n] && contains(draft.object.box_m, lattice.middle_m(n))) in_box.push_back(*here[n]);
     }
     faint = detail::faint_value(std::move(in_box), first, felt_part);
@@ -224,7 +252,8 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request, cons
       if (f >= volume.fields.size()) names_beside->used.push_back(f - volume.fields.size());
     out += "\n" + detail::volume_table(*beside, *beside->request, *names_beside, options.folder);
   }
-  out += "\n" + detail::workspace_table(volume, names, object.box_m, facing, close, lattice.cell_m()) + "\n" + draft.modes;
+  out +=
+      "\n" + detail::workspace_table(volume, field, names, object.box_m, facing, close, lattice.cell_m()) + "\n" + draft.modes;
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "palpa/data/body_hint.h"
 #include "palpa/data/field_name.h"
 #include "palpa/data/filter.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/data/thin_parts.h"
 #include "palpa/scene/first_scene_lines.h"
 #include "palpa/scene/to_toml.h"
@@ -144,17 +145,32 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
   return out;
 }
 
-std::string filter_of_surfaces(const Field& field, const std::vector<FirstLevel>& levels, bool solid_is_high) {
+namespace {
+
+/// [1] Share of what is solid that the smoothing spline loses at a level.
+double lost_at(std::span<const FieldPtr> sample, double level, SolidSide side) {
+  ThinParts all;
+  for (const FieldPtr& block : sample) {
+    const ThinParts parts = thin_parts(*block, level, side);
+    all = {all.solid + parts.solid, all.thin + parts.thin, all.lost + parts.lost};
+  }
+  return all.thin_share() * all.lost_share();
+}
+
+}  // namespace
+
+std::string filter_of_surfaces(const Field& field, std::span<const FieldPtr> sample, const std::vector<FirstLevel>& levels,
+                               bool solid_is_high) {
   const GridView* grid = grid_behind(field);
-  if (!grid) return {};
-  const FilterChoice felt = default_filter(*grid);
+  const bool in_octaves = octaves_of(field) != nullptr;
+  if (!grid && !in_octaves) return {};
+  const FilterChoice felt =
+      grid ? default_filter(*grid) : FilterChoice{Filter::smooth, "has no facets, and needs no copy of all voxels"};
   if (felt.filter != Filter::smooth) return reasoned("filter = \"" + std::string(name_of(felt.filter)) + "\"", felt.why);
   double lost = 0.0;
-  for (const FirstLevel& level : levels) {
-    const ThinParts parts = thin_parts(field, level.value, solid_is_high ? SolidSide::high : SolidSide::low);
-    lost = std::max(lost, parts.thin_share() * parts.lost_share());
-  }
-  return reasoned("filter = \"smooth\"", felt.why + std::string("; loses ") +
+  for (const FirstLevel& level : levels)
+    lost = std::max(lost, lost_at(sample, level.value, solid_is_high ? SolidSide::high : SolidSide::low));
+  return reasoned("filter = \"smooth\"", felt.why + std::string(in_octaves ? "; of a sample, loses " : "; loses ") +
                                              (lost < 1e-3 ? std::string("next to nothing")
                                                           : percent(lost) + " of what is solid, thinner than 2 voxels") +
                                              "; \"trilinear\" keeps all, with facets");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,9 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
                          const std::filesystem::path& folder);
 
 /// Filter of a field that is felt as surfaces, and its cost; empty without voxels.
-std::string filter_of_surfaces(const Field& field, const std::vector<FirstLevel>& levels, bool solid_is_high);
+/// \param sample  as of `first_levels`
+std::string filter_of_surfaces(const Field& field, std::span<const FieldPtr> sample, const std::vector<FirstLevel>& levels,
+                               bool solid_is_high);
 /// Filter of a flow with fractional values: trilinear, because smoothing would blur the edges of the scalar fields of masks.
 /// Empty: the default.
 std::string filter_of_flow(const Volume& volume);

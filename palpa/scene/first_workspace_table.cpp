@@ -1,8 +1,10 @@
 #include "palpa/scene/first_workspace_table.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "palpa/base/wording.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/first_scene_lines.h"
 
@@ -12,6 +14,14 @@ namespace {
 // Length of the hand's motion over the longest side of the object; also in sentences below. More: beyond the reach of small
 // devices; less: details become too small for a hand.
 constexpr double reach_m = 0.15;
+
+/// Comment on the width of voxels for the hand. \param zoom  [1] of the hand's metres, per metre of the data
+std::string words_of_octaves(const Octaves& octaves, double zoom) {
+  const int last = octaves.count() - 1;
+  const auto of_hand = [&](int octave) { return size_words({std::ldexp(octaves.spacing_m(), octave) * zoom}); };
+  return "# A voxel takes " + of_hand(0) + " of the hand, one of the coarsest octave, " + std::to_string(last) + ", " +
+         of_hand(last) + "; a hand of 0.05 m/s goes 50 um in a tick of 1 ms.\n";
+}
 
 }  // namespace
 
@@ -58,8 +68,8 @@ Facing facing_of(const Volume& volume, bool is_flow, const Vec3& size_m, double 
   return {"-y", "+z", face, "its x is to the right, its z is up" + turn, {0, -1, 0}};
 }
 
-std::string workspace_table(const Volume& volume, const SceneNames& names, const Box& object_m, const Facing& facing,
-                            const CloseUp& close, double cell_m) {
+std::string workspace_table(const Volume& volume, const Field& felt, const SceneNames& names, const Box& object_m,
+                            const Facing& facing, const CloseUp& close, double cell_m) {
   const Box data_m = volume.bounds_m();
   const Vec3 size_m = object_m.size_m();
   const double longest_m = largest_component(size_m), span_m = largest_component(data_m.size_m());
@@ -79,6 +89,7 @@ std::string workspace_table(const Volume& volume, const SceneNames& names, const
                                           size_words(data_m.size_m()) + ": its longest side becomes 0.15 m of hand");
     out += reasoned(centre(object_m.centre_m()), "its middle");
   }
+  if (const Octaves* octaves = octaves_of(felt)) out += words_of_octaves(*octaves, reach_m / longest_m);
   out += reasoned("towards_user = " + toml_string(facing.towards_user), facing.why_towards_user);
   out += reasoned("up = " + toml_string(facing.up), facing.why_up);
   const std::string instead = whole ? "fit" : "scale and center";

@@ -25,8 +25,9 @@ struct CloseUp {
   std::string what;
 };
 
+/// \param felt    for a field in octaves, the hand's metres of their voxels
 /// \param cell_m  [m] resolution of the object's box
-std::string workspace_table(const Volume& volume, const SceneNames& names, const Box& object_m, const Facing& facing,
-                            const CloseUp& close, double cell_m);
+std::string workspace_table(const Volume& volume, const Field& felt, const SceneNames& names, const Box& object_m,
+                            const Facing& facing, const CloseUp& close, double cell_m);
 
 }  // namespace palpa::detail

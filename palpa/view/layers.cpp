@@ -28,6 +28,7 @@
 #include <map>
 
 #include "palpa/data/grid.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/data/parallel.h"
 #include "palpa/data/sampled.h"
 #include "palpa/data/volume.h"
@@ -42,6 +43,7 @@ namespace {
 
 // [1] Factor of a mode's masks below which a flow is not drawn. More: its edges are cut off; less: noise is drawn.
 constexpr double least_drawn = 0.2;
+constexpr int slice_cells = 240;  // [1] along each side of a slice. More: slower; fewer: blurred
 
 /// Collects the fields and levels of a mode.
 class FieldsRead : public ParameterVisitor {
@@ -126,28 +128,49 @@ class Masked : public Field {
   std::vector<std::pair<FieldPtr, TransferFunction>> masks_;
 };
 
-/// Cache of sampled fields: several surfaces of one field share one image.
-class Images {
- public:
-  vtkImageData* of(const std::string& name, const FieldPtr& field, const Box& box, int most_samples) {
-    vtkSmartPointer<vtkImageData>& image = images_[name];
-    if (!image) image = image_of(field, box, most_samples);
-    return image;
-  }
-
- private:
-  std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
-};
-
 /// Field of a layer as it is drawn, hand frame.
 struct DrawnField {
   FieldPtr field;
   Box box;
+  std::optional<int> octave{};  ///< of a field in octaves
 };
 DrawnField drawn_field(const Scene& scene, const ViewLayer& layer, const LayerOptions& options) {
-  const FieldPtr field = in_hand_frame(frozen(scene.field(layer.field).field, options.at), scene.hand_to_world());
-  return {field, shared_part(field->bounds_m(), options.near)};
+  const FieldPtr world = scene.field(layer.field).field;
+  const FieldPtr field = in_hand_frame(frozen(world, options.at), scene.hand_to_world());
+  const Box box = shared_part(field->bounds_m(), options.near);
+  const double side_m = largest_component(box.size_m());
+  const double step_m = side_m / (layer.show == ViewLayer::Show::slices ? slice_cells : options.most_samples);
+  if (!(step_m > 0.0)) return {field, box};
+  const auto octave = drawn_octave(*in_hand_frame(world, scene.hand_to_world()), options.at, box, step_m);
+  return octave ? DrawnField{octave->field, box, octave->octave} : DrawnField{field, box};
 }
+
+/// Words of a layer with the octave that it shows.
+std::string with_octave(const std::string& words, const DrawnField& drawn) {
+  return drawn.octave ? words + ", octave " + std::to_string(*drawn.octave) : words;
+}
+
+/// Cache of drawn and sampled fields: several layers of one field share them.
+class Images {
+ public:
+  Images(const Scene& scene, const LayerOptions& options) : scene_(scene), options_(options) {}
+  const DrawnField& field_of(const ViewLayer& layer) {
+    std::optional<DrawnField>& field = fields_[{layer.field.name, layer.show == ViewLayer::Show::slices}];
+    if (!field) field = drawn_field(scene_, layer, options_);
+    return *field;
+  }
+  vtkImageData* of(const ViewLayer& layer) {
+    const DrawnField& drawn = field_of(layer);
+    vtkSmartPointer<vtkImageData>& image = images_[layer.field.name];
+    return image ? image : image = image_of(drawn.field, drawn.box, options_.most_samples);
+  }
+
+ private:
+  const Scene& scene_;
+  const LayerOptions& options_;
+  std::map<std::pair<std::string, bool>, std::optional<DrawnField>> fields_;
+  std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
+};
 
 /// Isosurfaces by layer, null for other layers; on all cores.
 std::vector<vtkSmartPointer<vtkPolyData>> find_surfaces(const Scene& scene, const std::vector<ViewLayer>& layers,
@@ -161,11 +184,11 @@ std::vector<vtkSmartPointer<vtkPolyData>> find_surfaces(const Scene& scene, cons
   std::vector<Work> all;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (layers[i].show != ViewLayer::Show::surface) continue;
-    const DrawnField drawn = drawn_field(scene, layers[i], options);
+    const DrawnField& drawn = images.field_of(layers[i]);
     if (!(largest_component(drawn.box.size_m()) > 0.0)) continue;
     all.push_back({i, drawn.field, vtkSmartPointer<vtkImageData>::New(),  // a pipeline of its own for each thread
                    surface_style(scene, layers, i, options.see_through).level});
-    all.back().image->ShallowCopy(images.of(layers[i].field.name, drawn.field, drawn.box, options.most_samples));
+    all.back().image->ShallowCopy(images.of(layers[i]));
   }
   std::vector<vtkSmartPointer<vtkPolyData>> surfaces(layers.size());
   in_parts(static_cast<std::int64_t>(all.size()), 1, [&](std::int64_t first, std::int64_t last) {
@@ -234,9 +257,8 @@ bool value_at(const Field& field, const Vec3& x_m, double& value) {
 
 /// Three planes through the middle of the box, in the field's colours, with holes without data.
 void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, const ColorMap& map) {
-  constexpr int n = 240;  // [1] cells along each side. More: slower; fewer: blurred
-  const Vec3 middle = box.centre_m();
-  const Vec3 size = box.size_m();
+  constexpr int n = slice_cells;
+  const Vec3 middle = box.centre_m(), size = box.size_m();
   const std::array<Vec3, 3> sides{Vec3{size.x, 0, 0}, Vec3{0, size.y, 0}, Vec3{0, 0, size.z}};
   for (int plane = 0; plane < 3; ++plane) {
     const Vec3& a = sides[static_cast<std::size_t>((plane + 1) % 3)];
@@ -376,15 +398,19 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
   const ViewLayer& layer = layers[number];
   const VolumeField& named = scene.field(layer.field);
   const bool flows = layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
-  auto [field, box] = drawn_field(scene, layer, options);
-  if (flows) field = drawn_flow(scene, layer.field, field, options.at);
+  const DrawnField& drawn = images.field_of(layer);
+  const Box& box = drawn.box;
+  const FieldPtr field = flows ? drawn_flow(scene, layer.field, drawn.field, options.at) : drawn.field;
   const double side_m = largest_component(box.size_m());
   if (!(side_m > 0.0)) return;
 
+  const std::string title = with_octave(title_of(scene, layer, named), drawn);
+  const Field& ranged = drawn.octave ? *named.field : *field;  // values of coarser octaves are means
   switch (layer.show) {
     case ViewLayer::Show::surface: {
       const SurfaceStyle look = surface_style(scene, layers, number, options.see_through);
-      LegendEntry entry{surface_words(scene, layer, named, look.level), {blended(look.color, look.opacity, ground_color)}};
+      LegendEntry entry{with_octave(surface_words(scene, layer, named, look.level), drawn),
+                        {blended(look.color, look.opacity, ground_color)}};
       if (look.opacity < 1.0) {
         signs.shells.push_back({surface, look.color, look.opacity});
         draw_shell(shells, signs.shells.back(), options.towards);
@@ -396,25 +422,21 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
       break;
     }
     case ViewLayer::Show::slices: {
-      const ColorMap map = colors_of(layer, *field);
+      const ColorMap map = colors_of(layer, ranged);
       draw_slices(solid, *field, box, map);
-      signs.bars.push_back({title_of(scene, layer, named), map});
+      signs.bars.push_back({title, map});
       break;
     }
     case ViewLayer::Show::volume: {
-      const ColorMap map = colors_of(layer, *field);
-      draw_volume(solid, images.of(layer.field.name, field, box, options.most_samples), side_m, map);
-      signs.bars.push_back({title_of(scene, layer, named), map});
+      const ColorMap map = colors_of(layer, ranged);
+      draw_volume(solid, images.of(layer), side_m, map);
+      signs.bars.push_back({title, map});
       break;
     }
-    case ViewLayer::Show::streamlines: {
-      signs.bars.push_back({title_of(scene, layer, named), draw_streamlines(solid, layer, *field, box, options)});
+    case ViewLayer::Show::streamlines:
+      signs.bars.push_back({title, draw_streamlines(solid, layer, *field, box, options)});
       break;
-    }
-    case ViewLayer::Show::glyphs: {
-      signs.bars.push_back({title_of(scene, layer, named), draw_glyphs(solid, layer, *field, box)});
-      break;
-    }
+    case ViewLayer::Show::glyphs: signs.bars.push_back({title, draw_glyphs(solid, layer, *field, box)}); break;
   }
 }
 
@@ -551,7 +573,7 @@ SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& lay
 LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
                        const LayerOptions& options) {
   for (const Finding& finding : layer_findings(scene, layers)) throw LoadError("pictures: " + finding.text);
-  Images images;
+  Images images(scene, options);
   const std::vector<vtkSmartPointer<vtkPolyData>> surfaces = find_surfaces(scene, layers, options, images);
   LayerSigns signs;
   // From the innermost outward, the drawing order of translucent surfaces.

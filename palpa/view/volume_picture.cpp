@@ -12,6 +12,7 @@
 #include "palpa/data/derived.h"
 #include "palpa/data/labels.h"
 #include "palpa/data/length_unit.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/data/volume.h"
 #include "palpa/scene/first_flow.h"
 #include "palpa/scene/first_levels.h"
@@ -368,10 +369,28 @@ double file_unit_m(const Scene& scene) {
   return found_m;
 }
 
-Picture volume_picture(const Volume& volume, std::size_t number, const Statistics& values, const std::string& title,
+namespace {
+
+/// The field as it is drawn: of a field in octaves one with about a voxel a pixel, which its title names.
+FieldPtr drawn_in(const FieldPtr& field, int pixels, std::string& title, double file_unit_m) {
+  const Box box = field->bounds_m();
+  const double side_m = largest_component(box.size_m());
+  const auto drawn = side_m > 0.0 ? drawn_octave(*field, {}, box, side_m / pixels) : std::nullopt;
+  if (!drawn) return field;
+  title +=
+      ", octave " + std::to_string(drawn->octave) + ": voxels of " + detail::length_words(drawn->voxel_m, 0.0, file_unit_m);
+  return drawn->field;
+}
+
+}  // namespace
+
+Picture volume_picture(const Volume& whole, std::size_t number, const Statistics& values, const std::string& of_file,
                        const VolumePictureOptions& options) {
   const int width = options.width_px, height = options.height_px;
   detail::check_size(width, height, 600, 400);
+  Volume volume = whole;
+  std::string title = of_file;
+  volume.fields[number].field = drawn_in(whole.fields[number].field, width / 3, title, file_unit_m(whole));
   const VolumeField& shown = volume.fields[number];
   const bool flow = shown.field->components() == 3;
   const std::string label = (flow ? "length of " : "") + shown.name + (shown.unit.empty() ? "" : " / " + shown.unit);

@@ -116,11 +116,15 @@ TEST(Protocol, SlotsHoldEveryChunkThatHasAPlace) {
   EXPECT_EQ(content_bytes(contents, {}), 32u * 16 * 8 * 2);
   EXPECT_EQ(content_bytes(contents, {.field = 1}), 32u * 16 * 8 * 12);
   EXPECT_EQ(content_bytes(contents, {.facts = true}), 64u * 32);
+  EXPECT_EQ(content_bytes(contents, {.presence = true}), 64u);
   EXPECT_EQ(slot_bytes(contents), 65536u);
   EXPECT_TRUE(has_place(contents, {.octave = 1, .frame = 4, .field = 1, .at = {3, 6, 12}}));
   EXPECT_FALSE(has_place(contents, {.octave = 1, .at = {4, 0, 0}}));
   EXPECT_TRUE(has_place(contents, {.facts = true, .at = {1, 3, 6}}));
   EXPECT_FALSE(has_place(contents, {.facts = true, .at = {2, 3, 6}}));
+  EXPECT_TRUE(has_place(contents, {.at = {1, 3, 6}, .presence = true}));
+  EXPECT_FALSE(has_place(contents, {.at = {2, 3, 6}, .presence = true}));
+  EXPECT_FALSE(has_place(contents, {.facts = true, .presence = true}));
   for (const StoreChunk& chunk :
        {StoreChunk{.octave = 2}, {.octave = -1}, {.frame = 5}, {.frame = -1}, {.field = 2}, {.at = {0, 0, -1}}})
     EXPECT_FALSE(has_place(contents, chunk));

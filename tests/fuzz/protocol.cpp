@@ -83,6 +83,7 @@ StoreChunk any_chunk(Choices& choices) {
   if (choices.one_in(8)) chunk.frame = static_cast<std::int32_t>(choices.below(4)) - 1;
   if (choices.one_in(8)) chunk.field = static_cast<std::int32_t>(choices.below(4)) - 1;
   if (choices.one_in(4)) chunk.facts = true;
+  if (choices.one_in(4)) chunk.presence = true;
   for (std::int64_t& at : chunk.at) at = static_cast<std::int64_t>(choices.below(3)) - (choices.one_in(16) ? 1 : 0);
   return chunk;
 }

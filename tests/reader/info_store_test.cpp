@@ -88,7 +88,7 @@ TEST_F(InfoStore, OfSixteenTerabytesTakesNoTimeAndReadsNothingElse) {
   EXPECT_EQ(told.json.at("store").at("fields")[0].at("max"), -5.0);
   InfoArguments arguments;
   arguments.files = {at("huge")}, arguments.read = options_, arguments.scene = true;
-  EXPECT_THAT(test::error_of([&] { run_info(arguments); }), HasSubstr("is too large to be read as a whole"));
+  EXPECT_THAT(test::error_of([&] { run_info(arguments); }), HasSubstr("`palpa prepare` makes the rest"));
 }
 
 TEST_F(InfoStore, ReadsChunksThatAreTooLargeToBeFeltAsAWholeUpToALimit) {

@@ -71,7 +71,7 @@ void read_store(const fs::path& store, const ReadOptions& options, MutationResul
     });
   }
   octave_places(reader);
-  survey(reader, 2.0);
+  survey(reader, 2.0, 2.0);
 }
 
 Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOptions& options, MutationResult& result,

@@ -213,7 +213,7 @@ class Survey : public StoreReaderTest {
  protected:
   StoreSurvey surveyed(const std::string& name) const {
     StoreReader reader = open(at(name), 8);
-    return survey(reader, 60.0);
+    return survey(reader, 60.0, 60.0);
   }
 };
 
@@ -266,6 +266,89 @@ TEST_F(Survey, OfAPreparedStoreIsOfItsFacts) {
   EXPECT_EQ(found.damaged, 1);
   EXPECT_THAT(found.damage, HasSubstr("has changed since palpa prepare"));
 }
+
+class Presence : public Survey, public testing::WithParamInterface<int> {
+ protected:
+  bool has_shards() const { return GetParam() == 3; }
+  /// [chunks] More than are decoded where they are no files of their own.
+  std::int64_t side() const { return has_shards() ? 18 : 8; }
+  std::int64_t all() const { return side() * side() * side(); }
+  /// Chunks of 2³ voxels, in shards of 9³ chunks where the format has them, without those that `has_chunk` leaves out; facts
+  /// in blocks of 4³ chunks.
+  void write_store(const std::function<bool(const std::vector<std::int64_t>&)>& has_chunk) {
+    write_zarr_group(at("a"), multiscales(1, false, has_shards() ? "0.5" : "0.4"), GetParam());
+    const std::int64_t n = side();
+    ZarrToWrite array{.format = GetParam(), .shape = {2 * n, 2 * n, 2 * n}, .chunk = {2, 2, 2}};
+    if (has_shards()) array.shard = {18, 18, 18};
+    array.value = [](const auto& v) { return v[0] < 2 ? 0.0 : 7.0; };
+    array.has_chunk = has_chunk;
+    write_zarr_array(at("a") / "0", array);
+    ZarrToWrite facts{.shape = {1, 1, n, n, n, 4}, .chunk = {1, 1, 4, 4, 4, 4}, .type = "float64"};
+    const std::string bytes(8, 7);
+    const auto sum = static_cast<double>(::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+    facts.value = [sum](const std::vector<std::int64_t>& v) {
+      if (v[2] == 0) return 0.0;  // the fill value
+      return v[5] == 3 ? sum : v[5] == 2 ? 0.0 : 7.0;
+    };
+    write_zarr_array(at("a") / "palpa/facts/0", facts);
+  }
+};
+
+TEST_P(Presence, OfEveryChunkIsThatOfTheStore) {
+  const auto has_chunk = [](const std::vector<std::int64_t>& c) { return (c[0] + 3 * c[1] + 5 * c[2]) % 7 != 0; };
+  write_store(has_chunk);
+  StoreReader reader = open(at("a"), 4);
+  std::vector<StoreChunk> blocks;
+  const std::int64_t along = (side() + 3) / 4;
+  for (std::int64_t n = 0; n < along * along * along; ++n)
+    blocks.push_back({.at = {n % along, n / along % along, n / along / along}, .presence = true});
+  std::int64_t count = 0;
+  read_chunks(reader, blocks, [&](const StoreRead& read, std::span<const std::byte> content) {
+    ASSERT_EQ(read.state, ChunkState::present);
+    ASSERT_EQ(content.size(), 64u);
+    for (std::int64_t n = 0; n < 64; ++n) {
+      const auto& b = read.chunk.at;
+      const std::vector<std::int64_t> c{4 * b[2] + n / 16, 4 * b[1] + n / 4 % 4, 4 * b[0] + n % 4};
+      const bool is_there = std::ranges::all_of(c, [&](std::int64_t index) { return index < side(); });
+      EXPECT_EQ(content[static_cast<std::size_t>(n)] == std::byte{1}, is_there && has_chunk(c));
+      count += is_there;
+    }
+  });
+  EXPECT_EQ(count, all());
+}
+
+TEST_P(Presence, NoLostChunkOfAPreparedStoreIsMissed) {
+  const auto is_lost = [&](const std::vector<std::int64_t>& c) {
+    const std::int64_t last = side() - 1;
+    return c == std::vector<std::int64_t>{7, 3, 5} || c == std::vector<std::int64_t>{last, last, last} || c[0] == 0;
+  };
+  write_store([&](const auto& c) { return !is_lost(c); });
+  const StoreSurvey found = surveyed("a");
+  EXPECT_EQ(found.looked_for, all());
+  EXPECT_EQ(found.lost, 2);
+  EXPECT_EQ(found.absent, 2 + side() * side());
+  EXPECT_EQ(found.looked_at, std::min<std::int64_t>(4096, all() - found.absent));
+  EXPECT_EQ(found.damaged, 0) << found.damage;
+  EXPECT_EQ(std::pair(found.values[0].min, found.values[0].max), std::pair(0.0, 7.0));
+  EXPECT_FALSE(found.values[0].about);
+
+  StoreReader reader = open(at("a"), 8);
+  const StoreSurvey late = survey(reader, 60.0, 0.0);  // no time for facts
+  EXPECT_LE(late.looked_for, 4096);
+  EXPECT_TRUE(late.values[0].about);
+}
+
+TEST_P(Presence, OfADamagedShardOrFactsIsSaid) {
+  write_store([](const auto&) { return true; });
+  write_text_file(at("a") / "palpa/facts/0/0/0/1/1/1/0", "short");
+  if (has_shards()) write_text_file(at("a") / "0/c/1/1/1", "short");
+  const StoreSurvey found = surveyed("a");
+  EXPECT_GE(found.damaged, 1);
+  EXPECT_TRUE(found.values[0].about);
+  EXPECT_LT(found.looked_for, all());
+}
+
+INSTANTIATE_TEST_SUITE_P(Versions, Presence, testing::Values(2, 3));
 
 TEST(WasteOfChunks, IsOneOfSmallChunksAndLargeOfPlanes) {
   StoreOctave octave;

@@ -174,10 +174,47 @@ TEST_F(StoreTest, CoordinateSystemsOfVersion06AreRead) {
   const GridGeometry& grid = reader.contents().octaves[0].grid;
   EXPECT_NEAR(grid.index_to_world_m.row[2].z, 3e-3, 1e-15);
   EXPECT_NEAR(norm(grid.origin_m - Vec3{7e-3, 6e-3, 5e-3}), 0.0, 1e-15);
-  const std::string rotated = R"("multiscales":[{"axes":["z","y","x"],"datasets":[{"path":"0","coordinateTransformations":[)"
-                              R"({"type":"rotation","rotation":[1]}]}]}])";
-  EXPECT_THAT(error_of_store(write("rotated", {.shape = {8, 8, 8}, .chunk = {8, 8, 8}}, rotated)),
-              HasSubstr("'rotation', which is not read; scale and translation are"));
+}
+
+/// Attributes of an image of axes z, y, x in millimetres, with this transformation.
+std::string image_with(const std::string& transform) {
+  std::string axes;
+  for (const char* name : {"z", "y", "x"})
+    axes += (axes.empty() ? "" : ",") + (R"({"name":")" + std::string(name) + R"(","type":"space","unit":"millimeter"})");
+  return R"("multiscales":[{"version":"0.6","axes":[)" + axes + R"(],"datasets":[{"path":"0","coordinateTransformations":[)" +
+         transform + "]}]}]";
+}
+
+TEST_F(StoreTest, RotationsAndAffinesTurnAndShearTheGrid) {
+  const std::string transforms =
+      R"({"type":"sequence","transformations":[{"type":"scale","scale":[3,2,1]},)"
+      R"({"type":"rotation","rotation":[[1,0,0],[0,0.8,0.6],[0,-0.6,0.8]]},{"type":"translation","translation":[0,1,0]},)"
+      R"({"type":"affine","affine":[[1,0.5,0,7],[0,1,0,0],[0,0,-2,4]]}]})";
+  // By hand, at (i, j, k) = (5, 3, 2), in z, y, x: scaled (6, 6, 5); turned (6, 7.8, 0.4); moved (6, 8.8, 0.4); sheared (6
+  // + 4.4 + 7, 8.8, 4 - 0.8).
+  const Vec3 expected_m{3.2e-3, 8.8e-3, 17.4e-3};
+  const StoreReader reader = open(write("turned", {.shape = {8, 8, 8}, .chunk = {8, 8, 8}}, image_with(transforms)));
+  const GridGeometry& grid = reader.contents().octaves[0].grid;
+  EXPECT_NEAR(norm(grid.to_world({5, 3, 2}) - expected_m), 0.0, 1e-15);
+  const Volume volume = read(at("turned"));
+  EXPECT_DOUBLE_EQ(volume.fields.front().field->scalar(expected_m).value, ramp(5, 3, 2));
+}
+
+TEST_F(StoreTest, TransformationsThatNoGridHasAreSaidInOneLine) {
+  const auto error_of_transform = [&](const std::string& transform) {
+    fs::remove_all(at("wrong"));
+    return error_of_store(write("wrong", {.shape = {8, 8, 8}, .chunk = {8, 8, 8}}, image_with(transform)));
+  };
+  EXPECT_THAT(error_of_transform(R"({"type":"rotation","rotation":[1]})"), HasSubstr("no list of 3 lists of 3 numbers"));
+  EXPECT_THAT(error_of_transform(R"({"type":"affine","affine":[[1,0,0],[0,1,0],[0,0,1]]})"), HasSubstr("of 4 numbers"));
+  EXPECT_THAT(error_of_transform(R"({"type":"affine","affine":[[1,0,0,0],[0,1,0,"x"],[0,0,1,0]]})"), HasSubstr("of 4 numbers"));
+  EXPECT_THAT(error_of_transform(R"({"type":"displacements","path":"d"})"),
+              HasSubstr("'displacements', which is not read; scale, translation, rotation and affine are"));
+  EXPECT_THAT(error_of_transform(R"({"type":"affine","affine":[[1,0,0,0],[1,0,0,0],[0,0,1,0]]})"), HasSubstr("; "));
+  const std::string mixed = R"("multiscales":[{"axes":["t","z","y","x"],"datasets":[{"path":"0","coordinateTransformations":[)"
+                            R"({"type":"rotation","rotation":[[1,0,0,0.5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}]}])";
+  EXPECT_THAT(error_of_store(write("mixed", {.shape = {2, 8, 8, 8}, .chunk = {1, 8, 8, 8}}, mixed)),
+              HasSubstr("mixes space with time or channels"));
 }
 
 TEST_F(StoreTest, OctavesThatAreNoHalvesAreLeftOut) {
