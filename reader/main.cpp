@@ -14,6 +14,7 @@
 #include "palpa/base/load_error.h"
 #include "program.h"
 #include "sandbox.h"
+#include "tiff_names.h"
 
 namespace palpa::reader {
 namespace {
