@@ -22,7 +22,8 @@ void serve_rows(int socket, Source& source) {
   const StoreOctave& octave = contents.octaves.front();
   while (const auto message = protocol::receive(socket, garbled)) {
     const auto* const request = std::get_if<protocol::ChunkRequest>(&message->message);
-    if (request == nullptr || request->slot < 0 || request->slot >= room.slots || !protocol::has_place(contents, request->chunk))
+    if (request == nullptr || request->slot < 0 || request->slot >= room.slots ||
+        !protocol::has_place(contents, request->chunk))
       return;
     const std::int64_t from = request->chunk.at[1] * octave.chunk[1];
     const std::int64_t count = std::min(octave.chunk[1], octave.grid.dims[1] - from);

@@ -185,8 +185,10 @@ class TiffSource final : public Source {
 
   void take_facts(const TiffFile& file) {
     const std::string text = file.description();
-    if (text.starts_with("ImageJ=")) facts_ = facts_of_imagej(text);
-    else if (text.find("<OME") != std::string::npos) facts_ = facts_of_ome(text);
+    if (text.starts_with("ImageJ="))
+      facts_ = facts_of_imagej(text);
+    else if (text.find("<OME") != std::string::npos)
+      facts_ = facts_of_ome(text);
     const double x = file.resolution(TIFFTAG_XRESOLUTION), y = file.resolution(TIFFTAG_YRESOLUTION);
     if (facts_.x == 0 && x > 0 && y > 0) {
       facts_.x = 1 / x, facts_.y = 1 / y;

@@ -12,8 +12,9 @@ namespace {
 
 using protocol::RawType;
 
-constexpr std::size_t most_images = std::size_t{1} << 18;  // [1] of a file. More: a hostile list takes longer; fewer: refuses stacks
-constexpr std::int64_t most_side = std::int64_t{1} << 18;  // [pixels] as of stores
+constexpr std::size_t most_images = std::size_t{1}
+                                    << 18;  // [1] of a file. More: a hostile list takes longer; fewer: refuses stacks
+constexpr std::int64_t most_side = std::int64_t{1} << 18;          // [pixels] as of stores
 constexpr std::uint64_t most_tile_bytes = std::uint64_t{1} << 28;  // More: memory of a hostile file; less: refuses single tiles
 
 std::optional<RawType> type_of(int bits, int format) {
@@ -40,6 +41,7 @@ TiffFile::TiffFile(const std::string& path) : stream_(new Stream{detail::InputFi
     try {
       const std::size_t got = stream->file.read(stream->at, to, static_cast<std::size_t>(std::max<tmsize_t>(bytes, 0)));
       stream->at += got;
+      stream->met_end = stream->met_end || got < static_cast<std::size_t>(bytes);
       return static_cast<tmsize_t>(got);
     } catch (const LoadError&) {
       return -1;
@@ -65,9 +67,11 @@ std::vector<std::uint64_t> TiffFile::images() {
     const bool is_preview = (number(TIFFTAG_SUBFILETYPE, 0) & FILETYPE_REDUCEDIMAGE) != 0;
     if (!is_preview || places.empty()) places.push_back(place_);
     if (places.size() > most_images) throw LoadError("holds more than 262144 images; write it as several files");
-    if (TIFFLastDirectory(tiff_.get()) != 0) return places;
-  } while (TIFFReadDirectory(tiff_.get()) == 1);
-  throw LoadError("has a list of images that is damaged behind image " + std::to_string(places.size()) + "; get the whole file");
+    // For libtiff a list whose link to the next image is cut is at its end.
+    if (TIFFLastDirectory(tiff_.get()) != 0 && !stream_->met_end) return places;
+  } while (!stream_->met_end && TIFFReadDirectory(tiff_.get()) == 1);
+  throw LoadError("has a list of images that is cut or damaged behind image " + std::to_string(places.size()) +
+                  "; get the whole file");
 }
 
 void TiffFile::go_to(std::uint64_t place) {
@@ -92,7 +96,8 @@ TiffImage TiffFile::image() const {
   if (image.columns > most_side || image.rows > most_side)
     throw LoadError("claims an image of " + std::to_string(image.columns) + " × " + std::to_string(image.rows) +
                     " pixels, where 262144 along an axis can be; the file is damaged, or has to be cut");
-  const int samples = short_number(TIFFTAG_SAMPLESPERPIXEL, 1), light = short_number(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+  const int samples = short_number(TIFFTAG_SAMPLESPERPIXEL, 1),
+            light = short_number(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
   const bool is_grey =
       samples == 1 && (light == PHOTOMETRIC_MINISBLACK || light == PHOTOMETRIC_MINISWHITE || light == PHOTOMETRIC_PALETTE);
   if (!is_grey)
@@ -101,7 +106,8 @@ TiffImage TiffFile::image() const {
   const int bits = short_number(TIFFTAG_BITSPERSAMPLE, 1), format = short_number(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
   const std::optional<RawType> type = type_of(bits, format);
   if (!type)
-    throw LoadError("has numbers of " + std::to_string(bits) + " bits" + (format == SAMPLEFORMAT_IEEEFP ? " with fractions" : "") +
+    throw LoadError("has numbers of " + std::to_string(bits) + " bits" +
+                    (format == SAMPLEFORMAT_IEEEFP ? " with fractions" : "") +
                     ", which are not read; export it with 8, 16 or 32 bits");
   image.type = *type;
   if (TIFFIsCODECConfigured(short_number(TIFFTAG_COMPRESSION, COMPRESSION_NONE)) != 1)
@@ -132,7 +138,9 @@ bool TiffFile::is_compressed() const { return short_number(TIFFTAG_COMPRESSION, 
 
 bool TiffFile::is_big_endian() const { return TIFFIsBigEndian(tiff_.get()) != 0; }
 
-bool TiffFile::has_colour_table() const { return short_number(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_PALETTE; }
+bool TiffFile::has_colour_table() const {
+  return short_number(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_PALETTE;
+}
 
 bool TiffFile::is_turned() const { return short_number(TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT) != ORIENTATION_TOPLEFT; }
 
@@ -158,7 +166,8 @@ void TiffFile::read_tiles(const TiffImage& image, std::int64_t first, std::int64
     throw LoadError("has tiles of another size than it says; the file is damaged");
   for (std::int64_t top = first / height * height; top < first + count; top += height)
     for (std::int64_t left = 0; left < image.columns; left += width) {
-      const auto read = TIFFReadTile(tiff_.get(), tile_.data(), static_cast<std::uint32_t>(left), static_cast<std::uint32_t>(top), 0, 0);
+      const auto read =
+          TIFFReadTile(tiff_.get(), tile_.data(), static_cast<std::uint32_t>(left), static_cast<std::uint32_t>(top), 0, 0);
       if (read != static_cast<tmsize_t>(tile_.size()))
         throw LoadError("is cut or damaged in the tile at row " + std::to_string(top) + "; get the whole file");
       const std::int64_t end = std::min({top + height, first + count, image.rows});
