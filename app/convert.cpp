@@ -68,8 +68,8 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
       progress.show(share);
     };
     try {
-      lost = sliced ? convert(*sliced, arguments.out, arguments.options)
-                    : convert(file.volume, arguments.out, arguments.options);
+      lost =
+          sliced ? convert(*sliced, arguments.out, arguments.options) : convert(file.volume, arguments.out, arguments.options);
     } catch (const LoadError& error) {
       const std::string problem = error.what();
       const bool has_place = problem.starts_with(arguments.out.string() + ": ") || problem.starts_with(in + ": ");

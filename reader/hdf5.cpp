@@ -513,10 +513,10 @@ class Hdf5Source final : public Source {
   }
 
   hid_t file_ = H5I_INVALID_HID;
-  std::int64_t first_ = 0;     ///< frame to read
-  bool along_index_ = false;   ///< vectors are along the grid's axes
-  std::vector<Array> arrays_;  ///< one per field
-  std::optional<Handle> rows_of_;     ///< array whose rows were read last
+  std::int64_t first_ = 0;         ///< frame to read
+  bool along_index_ = false;       ///< vectors are along the grid's axes
+  std::vector<Array> arrays_;      ///< one per field
+  std::optional<Handle> rows_of_;  ///< array whose rows were read last
   std::uint32_t rows_field_ = 0;
 };
 

@@ -199,9 +199,10 @@ class MetaImageSource : public Source {
     const auto said = static_cast<std::uint64_t>(image_.HeaderSize());
     RawVoxels stored = raw_;
     stored.swapped = image_.BinaryDataByteOrderMSB() == (std::endian::native == std::endian::little);
-    rows_.emplace(files.back(),
-                  (said > 0 || files.size() > 1 ? said : header_bytes_) + static_cast<std::uint64_t>(first_) * size_of(raw_.type),
-                  stored);
+    rows_.emplace(
+        files.back(),
+        (said > 0 || files.size() > 1 ? said : header_bytes_) + static_cast<std::uint64_t>(first_) * size_of(raw_.type),
+        stored);
     header.reads_rows = rows_->can_read();
   }
 

@@ -66,7 +66,7 @@ class TiffFile {
 
   struct Stream {
     detail::InputFile file;
-    std::uint64_t at = 0;   ///< [bytes]
+    std::uint64_t at = 0;  ///< [bytes]
     bool met_end = false;  ///< fewer bytes were there than wanted
   };
   std::unique_ptr<Stream> stream_;

@@ -449,7 +449,8 @@ std::unique_ptr<SlicedFile> open_one_sliced(const VolumeRequest& request, const 
       request.frame == VolumeRequest::all_frames)
     return nullptr;
   ask.rows = true;
-  auto reader = std::make_unique<detail::ReaderProcess>(detail::find_reader(options.reader), options.idle_limit_s, options.stop);
+  auto reader =
+      std::make_unique<detail::ReaderProcess>(detail::find_reader(options.reader), options.idle_limit_s, options.stop);
   reader->send(ask, {-1, -1});
   const std::uint64_t file_bytes = bytes_of(ask.path);
   Header header = expect<Header>(reader->receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
@@ -466,8 +467,8 @@ std::unique_ptr<SlicedFile> open_one_sliced(const VolumeRequest& request, const 
     if (taken.arrays.size() > 1) return nullptr;  // components of a vector, which are joined in memory
     const FieldHeader& of = plan.header.fields[taken.arrays.front()];
     arrays.push_back(taken.arrays.front());
-    fields.push_back({taken.name, taken.unit, in_metres(of.grid, plan.metres_per_file_unit), of.type, of.components, of.scale,
-                      of.offset});
+    fields.push_back(
+        {taken.name, taken.unit, in_metres(of.grid, plan.metres_per_file_unit), of.type, of.components, of.scale, of.offset});
   }
   // [bytes] Of chunks ahead. More: more memory; less: the disk pauses between requests.
   constexpr std::uint64_t ahead_bytes = 64'000'000;

@@ -51,8 +51,8 @@ class StoreReader::State {
         pending_(static_cast<std::size_t>(slots)) {
     guarded([&] { open(store, options); });
   }
-  State(const std::filesystem::path& file, const ReadOptions& options, int slots, std::unique_ptr<detail::ReaderProcess> process,
-        StoreContents contents)
+  State(const std::filesystem::path& file, const ReadOptions& options, int slots,
+        std::unique_ptr<detail::ReaderProcess> process, StoreContents contents)
       : place_(detail::one_line(file.string())),
         idle_limit_s_(options.idle_limit_s),
         process_(std::move(process)),

@@ -362,6 +362,55 @@ def test_parts_of_a_map_join_to_the_same_bytes(tmp_path, palpa_program):
         assert (tmp_path / "parts.vti").read_bytes() == (tmp_path / "whole.vti").read_bytes()
 
 
+def converted_in_parts(program, source, folder, *more):
+    """A store of octave 0, written at once, and in parts of three counts with the same bytes."""
+    whole = folder / "1" / "v.zarr"
+    for count in (1, 2, 3):
+        store = folder / str(count) / "v.zarr"
+        store.parent.mkdir()
+        for part in reversed(range(1, count + 1)):
+            done = palpa_run(program, "convert", source, store, "--part", f"{part}/{count}", *more)
+            assert done.returncode == 0, done.stderr
+        assert digest(store) == digest(whole)
+    return whole
+
+
+def test_a_stack_of_tiff_in_parts(tmp_path, palpa_program):
+    image = pytest.importorskip("PIL.Image", reason="python3-pil is not installed")
+    values, stack = voxels_of("uint16"), tmp_path / "stack"
+    stack.mkdir()
+    for k, plane in enumerate(values):
+        image.fromarray(plane).save(stack / f"s{k + 7}.tif", compression=(None, "tiff_lzw", "tiff_adobe_deflate", "packbits")[k % 4])
+    spacing = ("--set", "spacing_m=[1e-6,1e-6,2e-6]")
+    store = converted_in_parts(palpa_program, stack, tmp_path, *spacing)
+    prepare(palpa_program, store)
+    expected = values
+    for octave in octaves_of(store):
+        np.testing.assert_array_equal(octave[:], expected)
+        expected = halved(expected)
+    (tmp_path / "raw").mkdir()
+    assert digest(raw_store(palpa_program, tmp_path / "raw", "uint16"))["0/.zarray"] == digest(store)["0/.zarray"]
+    planes = [image.fromarray(plane) for plane in values[:3]]
+    planes[0].save(tmp_path / "pages.tif", save_all=True, append_images=planes[1:])
+    done = palpa_run(palpa_program, "convert", tmp_path / "pages.tif", tmp_path / "pages.zarr", *spacing)
+    assert done.returncode == 0 and "warning" not in done.stderr, done.stderr
+    np.testing.assert_array_equal(octaves_of(tmp_path / "pages.zarr")[0][:], values[:3])
+    (stack / "s9.tif").write_bytes((stack / "s9.tif").read_bytes()[:-300])
+    done = palpa_run(palpa_program, "convert", stack, tmp_path / "cut.zarr", *spacing)
+    assert done.returncode == 2 and "'s9.tif' that is cut or damaged" in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
+def test_a_file_of_rows_in_parts(tmp_path, palpa_program):
+    """A vector whose bytes are in the other order, with its slices from the last, is read row by row."""
+    values = np.random.default_rng(3).normal(size=(*shape[:2], 100, 3)).astype(">f4")
+    header = ("NRRD0004\ntype: float\ndimension: 4\nspace dimension: 3\nsizes: 3 100 {} {}\nendian: big\nencoding: raw\n"
+              "kinds: vector domain domain domain\nspace directions: none (1,0,0) (0,-1,0) (0,0,-2)\n").format(shape[1], shape[0])
+    (tmp_path / "v.nrrd").write_bytes(header.encode() + b"\n" + values.tobytes())
+    store = converted_in_parts(palpa_program, tmp_path / "v.nrrd", tmp_path)
+    prepare(palpa_program, store)
+    np.testing.assert_array_equal(octaves_of(store)[0][:], np.moveaxis(values[::-1, ::-1], -1, 0))
+
+
 def test_wrong_calls_are_one_line(tmp_path, palpa_program):
     voxels_of("uint8").tofile(tmp_path / "v.raw")
     (tmp_path / "empty.zarr").mkdir()
