@@ -278,7 +278,12 @@ std::vector<std::string> convert(const Volume& volume, const std::vector<Convert
     lost.push_back("one of " + std::to_string(volume.frames) + " frames is written (frame = N takes another)");
   if (is_store(out)) {
     if (!volume.length_unit.empty()) result.length_unit = volume.length_unit;
-    write_store(result, out, {options.part, options.shares_store, options.existing, options.zarr, options.progress});
+    write_store(result, out,
+                {.part = options.part,
+                 .shares_store = options.shares_store,
+                 .existing = options.existing,
+                 .zarr = options.zarr,
+                 .progress = options.progress});
   } else {
     write_volume(result, out, options.existing, options.progress);
   }

@@ -19,6 +19,7 @@
 #include "palpa/data/sha256.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/components.h"
+#include "palpa/file/derive_store.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_packed.h"
 #include "palpa/file/raw_file.h"
@@ -423,8 +424,8 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   add_fields(volume, plan, memory->sealed_and_mapped(), done, options.preview ? 1 : 0);
 }
 
-/// `read_volume_file` of one file; errors are sentences, without its name.
-VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
+/// `read_volume_file` of one file without the fields derived of a store; errors are sentences, without its name.
+VolumeFile read_alone(const VolumeRequest& request, const ReadOptions& options) {
   const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
   protocol::Request ask = as_asked(request, limit, options.checksums);
   ask.listing = options.found != nullptr;
@@ -438,6 +439,43 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result);
   result.volume.request = std::make_shared<const VolumeRequest>(request);
   result.frames = result.volume.frames;
+  return result;
+}
+
+/// The part of a request for one derived field of a store; nullopt: it is not wanted.
+std::optional<VolumeRequest> for_derived(const VolumeRequest& request, const std::string& name) {
+  VolumeRequest part = request;
+  part.files = {derived_store(request.files.front(), name)};
+  std::erase_if(part.fields, [&](const VolumeRequest::FieldRequest& field) {
+    return !field.arrays.empty() || (field.array.empty() ? field.name : field.array) != name;
+  });
+  return request.fields.empty() || !part.fields.empty() ? std::optional(part) : std::nullopt;
+}
+
+/// `read_volume_file` of one file; errors are sentences, without its name.
+VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
+  VolumeRequest own = request;
+  std::vector<VolumeRequest> parts;
+  for (const std::string& name : derived_names(request.files.front())) {
+    const std::optional<VolumeRequest> part = for_derived(request, name);
+    if (!part) continue;
+    parts.push_back(*part);
+    std::erase_if(own.fields, [&](const auto& field) {
+      return std::ranges::any_of(part->fields, [&](const auto& derived) { return derived.name == field.name; });
+    });
+  }
+  const bool has_own = request.fields.empty() || !own.fields.empty();
+  VolumeFile result = has_own ? read_alone(own, options) : read_alone(parts.front(), options);
+  for (std::size_t n = has_own ? 0 : 1; n < parts.size(); ++n) {
+    const Volume made = read_alone(parts[n], options).volume;
+    Volume& volume = result.volume;
+    volume.fields.insert(volume.fields.end(), made.fields.begin(), made.fields.end());
+    volume.files.insert(volume.files.end(), made.files.begin(), made.files.end());
+    for (const std::string& warning : made.warnings) {
+      if (std::ranges::find(volume.warnings, warning) == volume.warnings.end()) volume.warnings.push_back(warning);
+    }
+  }
+  if (!parts.empty()) result.volume.request = std::make_shared<const VolumeRequest>(request);
   return result;
 }
 

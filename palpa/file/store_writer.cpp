@@ -208,11 +208,14 @@ class StoreWriter {
     const std::int64_t at_once = source_.rows_at_once();
     const std::int64_t units = rows(d[2], row), first = how_.part.first(units), end = how_.part.end(units);
     for (std::int64_t unit = first; unit < end; ++unit) {
+      if (row == shard_side && has_files(unit, {0, rows(d[1], row)}, row)) continue;
       for (std::int64_t k = unit * row; k < std::min((unit + 1) * row, d[2]); k += side) {
         for (std::int64_t j = 0; j < d[1]; j += at_once) {
           const SliceRows loaded{k, std::min(side, d[2] - k), j, std::min(at_once, d[1] - j)};
-          source_.load(loaded);
-          write_rows(loaded);
+          if (row == shard_side || !has_files(k / side, {j / side, rows(j + loaded.rows, side)}, side)) {
+            source_.load(loaded);
+            write_rows(loaded);
+          }
           if (how_.progress) {
             const double slices = static_cast<double>(k - first * row) + static_cast<double>(loaded.slices) *
                                                                              static_cast<double>(j + loaded.rows) /
@@ -234,6 +237,17 @@ class StoreWriter {
     if (has_channels_) place.push_back(static_cast<std::int64_t>(channel));
     place.insert(place.end(), {at[2], at[1], at[0]});
     return place;
+  }
+
+  /// Whether all files are there that rows of chunks or shards need. \param along_j  [chunks, or shards] first and end
+  bool has_files(std::int64_t k, const std::array<std::int64_t, 2>& along_j, std::int64_t each) const {
+    if (!how_.keeps_rows) return false;
+    for (std::size_t c = 0; c < source_.channels().size(); ++c)
+      for (std::int64_t j = along_j[0]; j < along_j[1]; ++j)
+        for (std::int64_t i = 0; i < rows(source_.dims()[0], each); ++i) {
+          if (!files_.has(place(c, {i, j, k}))) return false;
+        }
+    return true;
   }
 
   void write_rows(const SliceRows& loaded) {
