@@ -147,6 +147,12 @@ void add_prepare(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
       ->add_flag("--check", prepare.check,
                  "write nothing: is each chunk there, whole, as it was, and the mean of those below it?")
       ->excludes("--into");
+  command
+      ->add_option("--derive", prepare.derive,
+                   "write a derived field of the store, as in q=velocity, and its octaves: curl, divergence, "
+                   "gradient_magnitude, q, lambda2; of a part its slices alone")
+      ->type_name("FUNC=FIELD")
+      ->excludes("--into");
   command->add_option("--threads", prepare.options.threads, "number of cores to use (all, of one part one)")
       ->check(CLI::Range(1, 256))
       ->type_name("N");

@@ -73,6 +73,7 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop);
 struct PrepareArguments {
   std::filesystem::path store;
   PrepareOptions options;
+  std::string derive;  ///< "q=velocity": writes this field of the store instead; empty: none
   bool check = false;  ///< read everything anew instead
   bool json = false;
 };

@@ -5,6 +5,7 @@
 #include "app/commands.h"
 #include "app/output_names.h"
 #include "app/terminal.h"
+#include "palpa/file/sliced_file.h"
 #include "palpa/file/store_writer.h"
 #include "palpa/file/write_volume.h"
 
@@ -47,13 +48,16 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   // Bare numbers are mapped then, so that each process reads its own part alone.
   arguments.read.preview = to_store && !arguments.request.layout.type.empty();
   VolumeFile file;
+  std::unique_ptr<SlicedFile> sliced;
   {
     const Progress progress("reading " + in);
-    file = read_volume_file(arguments.request, arguments.read);
+    const bool in_memory = arguments.options.resample_m != 0.0 || arguments.options.int16;
+    if (!in_memory) sliced = open_sliced_file(arguments.request, arguments.read);
+    if (!sliced) file = read_volume_file(arguments.request, arguments.read);
   }
   // Mapped numbers are sampled for their range, which a conversion does not need.
-  std::erase_if(file.volume.warnings,
-                [](const std::string& warning) { return warning.starts_with("is looked at in one row"); });
+  std::vector<std::string> warnings = sliced ? sliced->volume.warnings : file.volume.warnings;
+  std::erase_if(warnings, [](const std::string& warning) { return warning.starts_with("is looked at in one row"); });
   std::vector<std::string> lost;
   std::string grid;
   arguments.options.written = [&](const WrittenVolume& volume) { grid = format_volume(volume); };
@@ -64,13 +68,14 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
       progress.show(share);
     };
     try {
-      lost = convert(file.volume, arguments.out, arguments.options);
+      lost =
+          sliced ? convert(*sliced, arguments.out, arguments.options) : convert(file.volume, arguments.out, arguments.options);
     } catch (const LoadError& error) {
       const std::string problem = error.what();
-      throw LoadError(problem.rfind(arguments.out.string() + ": ", 0) == 0 ? problem : in + ": " + problem);
+      const bool has_place = problem.starts_with(arguments.out.string() + ": ") || problem.starts_with(in + ": ");
+      throw LoadError(has_place ? problem : in + ": " + problem);
     }
   }
-  std::vector<std::string> warnings = file.volume.warnings;
   warnings.insert(warnings.end(), lost.begin(), lost.end());
   for (std::string& warning : warnings) warning = in + ": " + warning;
   print_warnings(warnings);

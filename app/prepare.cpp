@@ -1,8 +1,10 @@
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "palpa/base/printed.h"
+#include "palpa/file/derive_store.h"
 #include "palpa/file/prepare_store.h"
 
 namespace palpa::app {
@@ -64,11 +66,15 @@ std::string prepared_words(const std::filesystem::path& store, const PreparedSto
 int run_prepare(PrepareArguments arguments, const std::atomic<bool>& stop) {
   PreparedStore prepared;
   arguments.options.stop = &stop;
+  std::optional<DerivedArray> derive;
+  if (!arguments.derive.empty()) derive = derived_array(arguments.derive);
+  const std::filesystem::path made = derive ? derived_store(arguments.store, name_of(*derive)) : arguments.store;
   {
     Progress progress((arguments.check ? "checking " : "preparing ") + arguments.store.filename().string());
     arguments.options.progress = [&](double share) { progress.show(share); };
-    prepared = arguments.check ? check_prepared_store(arguments.store, arguments.options)
-                               : prepare_store(arguments.store, arguments.options);
+    prepared = arguments.check ? check_prepared_store(made, arguments.options)
+               : derive        ? derive_store(arguments.store, *derive, arguments.options)
+                               : prepare_store(made, arguments.options);
   }
   if (arguments.json) {
     Json json = summary_of(prepared);
@@ -76,8 +82,14 @@ int run_prepare(PrepareArguments arguments, const std::atomic<bool>& stop) {
     print(json.dump(2) + "\n");
     return prepared.wrong > 0 ? 1 : 0;
   }
-  if (!arguments.check) return tell(prepared_words(arguments.store, prepared)), 0;
-  for (const std::string& sentence : prepared.wrong_chunks) print(arguments.store.string() + ": " + sentence + "\n");
+  if (derive && !arguments.check && arguments.options.is_one_part) {
+    const WorkPart& part = arguments.options.part;
+    tell("Wrote part " + std::to_string(part.number) + " of " + std::to_string(part.of) + " of " + made.string() +
+         "; after the last part the same command without --part makes its octaves\n");
+    return 0;
+  }
+  if (!arguments.check) return tell(prepared_words(made, prepared)), 0;
+  for (const std::string& sentence : prepared.wrong_chunks) print(made.string() + ": " + sentence + "\n");
   if (prepared.wrong > static_cast<std::int64_t>(prepared.wrong_chunks.size()))
     print("and " + count_of(prepared.wrong - static_cast<std::int64_t>(prepared.wrong_chunks.size()), "more", "more") + "\n");
   print((prepared.wrong == 0 ? "All of " + count_of(prepared.chunks_read, "chunk is", "chunks are") + " as prepared"

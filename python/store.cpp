@@ -9,6 +9,7 @@
 
 #include "interruptible.h"
 #include "palpa/data/grid_base.h"
+#include "palpa/file/derive_store.h"
 #include "palpa/file/prepare_store.h"
 #include "palpa/file/unit_walk.h"
 
@@ -119,7 +120,8 @@ class PythonStore {
   detail::ChunkStream chunks_;
 };
 
-py::dict prepare(const fs::path& store, const py::object& part, const py::object& into, int threads, bool check) {
+py::dict prepare(const fs::path& store, const py::object& part, const py::object& into, int threads, bool check,
+                 const std::string& derive) {
   PrepareOptions options;
   if (!part.is_none()) {
     const auto [number, of] = part.cast<std::pair<int, int>>();
@@ -131,7 +133,9 @@ py::dict prepare(const fs::path& store, const py::object& part, const py::object
   const PreparedStore made = interruptible([&](const std::atomic<bool>& stop, std::stop_token token) {
     options.stop = &stop;
     options.read.stop = std::move(token);
-    return check ? check_prepared_store(store, options) : prepare_store(store, options);
+    if (derive.empty()) return check ? check_prepared_store(store, options) : prepare_store(store, options);
+    const DerivedArray array = derived_array(derive);
+    return check ? check_prepared_store(derived_store(store, name_of(array)), options) : derive_store(store, array, options);
   });
   return py::dict(py::arg("units") = made.units, py::arg("units_done_before") = made.units_before,
                   py::arg("units_missing") = made.units_missing, py::arg("first_octave") = made.first_octave,

@@ -125,6 +125,10 @@ bool Beginning::has(std::size_t at, std::string_view bytes) const {
   return std::string_view(this->bytes()).substr(std::min(at, this->bytes().size())).starts_with(bytes);
 }
 
+bool Beginning::is_tiff() const {
+  return has(0, {"II*\0", 4}) || has(0, {"MM\0*", 4}) || has(0, {"II+\0", 4}) || has(0, {"MM\0+", 4});
+}
+
 bool Beginning::has_behind_block(std::string_view mark) const {
   if (has(512, mark)) return true;
   const detail::InputFile file(path_);

@@ -40,6 +40,8 @@ class Beginning {
   bool has_behind_block(std::string_view bytes) const;
   /// XML with this first element; with any if empty.
   bool has_xml_root(std::string_view name) const;
+  /// TIFF or BigTIFF, in either byte order.
+  bool is_tiff() const;
   /// Compressed by gzip as a whole.
   bool is_packed() const;
   bool contains(std::string_view bytes) const;

@@ -2,7 +2,9 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -195,13 +197,39 @@ class Hdf5Source final : public Source {
     }
     for (const auto& field : header.fields) header.working_bytes += 2 * protocol::voxel_bytes(field).value_or(0);
   }
-  ~Hdf5Source() override { H5Fclose(file_); }
+  ~Hdf5Source() override {
+    rows_of_.reset();
+    H5Fclose(file_);
+  }
 
   void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) override {
     for (std::size_t n = 0; n < to.size(); ++n) {
       const std::uint32_t field = wanted[n % wanted.size()];
-      read_frame(arrays_[field], header.fields[field], static_cast<std::int64_t>(n / wanted.size()), to[n]);
+      const Array& array = arrays_[field];
+      const Handle dataset(H5Dopen2(file_, array.path.c_str(), H5P_DEFAULT), H5Dclose);
+      check_whole(array, dataset);
+      read_box(array, dataset, header.fields[field], whole_of(array, static_cast<std::int64_t>(n / wanted.size())), to[n]);
     }
+  }
+
+  void read_rows(std::uint32_t field, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
+    const Array& array = arrays_[field];
+    if (!rows_of_ || rows_field_ != field) {
+      rows_of_.emplace(H5Dopen2(file_, array.path.c_str(), keeps_chunks()), H5Dclose);
+      rows_field_ = field;
+      check_whole(array, *rows_of_);
+    }
+    Box box = whole_of(array, 0);
+    box.raw.dims = {array.raw.dims[0], count, 1};
+    const auto part = [&](int along, std::int64_t from, std::int64_t length) {
+      const std::size_t index = (*array.rows)[static_cast<std::size_t>(along)];
+      if (index == SIZE_MAX) return;  // one voxel, without an index of its own
+      box.first[index] = static_cast<hsize_t>(from), box.lengths[index] = static_cast<hsize_t>(length);
+    };
+    part(0, first, count), part(1, slice, 1);
+    protocol::FieldHeader of = header.fields[field];
+    of.grid.dims = box.raw.dims;
+    read_box(array, *rows_of_, of, box, to);
   }
 
  private:
@@ -212,28 +240,80 @@ class Hdf5Source final : public Source {
     VectorTurn turn;
     Packing packing;
     std::size_t time = SIZE_MAX;  ///< index that counts frames
+    /// Indices along j and k, SIZE_MAX without one, if rows can be read alone.
+    std::optional<std::array<std::size_t, 2>> rows{};
   };
 
-  void read_frame(const Array& array, const protocol::FieldHeader& field, std::int64_t frame, std::byte* to) const {
-    const Handle dataset(H5Dopen2(file_, array.path.c_str(), H5P_DEFAULT), H5Dclose), space(H5Dget_space(dataset), H5Sclose);
-    std::size_t count = static_cast<std::size_t>(array.raw.components);
-    for (const std::int64_t n : array.raw.dims) count *= static_cast<std::size_t>(n);
-    std::vector<hsize_t> first(array.shape.lengths.size(), 0), lengths(array.shape.lengths.begin(), array.shape.lengths.end());
-    if (array.time != SIZE_MAX) first[array.time] = static_cast<hsize_t>(first_ + frame), lengths[array.time] = 1;
+  /// Part of an array, by its indices.
+  struct Box {
+    std::vector<hsize_t> first, lengths;
+    RawVoxels raw;  ///< in memory
+  };
+
+  Box whole_of(const Array& array, std::int64_t frame) const {
+    Box box{std::vector<hsize_t>(array.shape.lengths.size(), 0),
+            std::vector<hsize_t>(array.shape.lengths.begin(), array.shape.lengths.end()), array.raw};
+    if (array.time != SIZE_MAX) box.first[array.time] = static_cast<hsize_t>(first_ + frame), box.lengths[array.time] = 1;
+    return box;
+  }
+
+  [[noreturn]] static void refuse(const Array& array) {
+    throw LoadError("array '" + array.path + "' cannot be read; it is damaged, or the file is not whole");
+  }
+
+  static void check_whole(const Array& array, hid_t dataset) {
+    if (is_stored_short(dataset)) refuse(array);
+  }
+
+  void read_box(const Array& array, hid_t dataset, const protocol::FieldHeader& field, const Box& box, std::byte* to) const {
+    const Handle space(H5Dget_space(dataset), H5Sclose);
+    std::size_t count = static_cast<std::size_t>(box.raw.components);
+    for (const std::int64_t n : box.raw.dims) count *= static_cast<std::size_t>(n);
     const hsize_t numbers = count;
     const Handle memory(H5Screate_simple(1, &numbers, nullptr), H5Sclose);
-    const bool direct = kept_as_they_are(array.raw, array.turn, field);
+    const bool direct = kept_as_they_are(box.raw, array.turn, field);
     std::vector<std::byte> room(direct ? 0 : count * size_of(array.raw.type));
     std::byte* const at = direct ? to : room.data();
-    if (is_stored_short(dataset) ||
-        H5Sselect_hyperslab(space, H5S_SELECT_SET, first.data(), nullptr, lengths.data(), nullptr) < 0 ||
+    if (H5Sselect_hyperslab(space, H5S_SELECT_SET, box.first.data(), nullptr, box.lengths.data(), nullptr) < 0 ||
         H5Dread(dataset, memory_type(array.raw.type), memory, space, H5P_DEFAULT, at) < 0)
-      throw LoadError("array '" + array.path + "' cannot be read; it is damaged, or the file is not whole");
+      refuse(array);
     if (array.packing.marks_any()) {
       if (array.raw.type == RawType::float32) array.packing.mark(reinterpret_cast<float*>(at), count);
       if (array.raw.type == RawType::float64) array.packing.mark(reinterpret_cast<double*>(at), count);
     }
-    if (!direct) copy_voxels(room.data(), array.raw, array.turn, field, to);
+    if (!direct) copy_voxels(room.data(), box.raw, array.turn, field, to);
+  }
+
+  /// Indices along j and k of an array that lies in memory as in the file, k slowest; none for others.
+  static std::optional<std::array<std::size_t, 2>> rows_of(const Array& array) {
+    const RawVoxels& raw = array.raw;
+    const std::int64_t c = raw.components;
+    if ((c > 1 && raw.component_stride != 1) || raw.stride[0] != c || raw.stride[1] != c * raw.dims[0] ||
+        raw.stride[2] != c * raw.dims[0] * raw.dims[1])
+      return std::nullopt;
+    const std::int64_t wanted[] = {raw.dims[2], raw.dims[1], raw.dims[0], c};
+    std::array<std::size_t, 4> index{SIZE_MAX, SIZE_MAX, SIZE_MAX, SIZE_MAX};
+    std::size_t w = 0;
+    for (std::size_t n = 0; n < array.shape.lengths.size(); ++n) {
+      const std::int64_t length = array.shape.lengths[n];
+      if (n == array.time || length == 1) continue;
+      while (w < 4 && wanted[w] == 1) ++w;
+      if (w == 4 || wanted[w] != length) return std::nullopt;
+      index[w++] = n;
+    }
+    return std::array{index[1], index[0]};
+  }
+
+  /// Access that keeps the chunks of a row of them in memory, so that each is decoded once for all its slices.
+  static hid_t keeps_chunks() {
+    // More: more memory; less: chunks of large slices are decoded several times.
+    constexpr std::size_t cache_bytes = 512'000'000, most_chunks = 100'003;
+    static const hid_t access = [] {
+      const hid_t made = H5Pcreate(H5P_DATASET_ACCESS);
+      H5Pset_chunk_cache(made, most_chunks, cache_bytes, 1.0);
+      return made;
+    }();
+    return access;
   }
 
   /// Adds warnings that hold for all arrays once.
@@ -267,6 +347,8 @@ class Hdf5Source final : public Source {
     for (std::string& note : notes) note = "array '" + name + "' " + note;
     warn(notes);
     header.fields.push_back(field);
+    array.rows = rows_of(array);
+    header.reads_rows = (arrays_.empty() || header.reads_rows) && array.rows;
     arrays_.push_back(std::move(array));
   }
 
@@ -431,9 +513,11 @@ class Hdf5Source final : public Source {
   }
 
   hid_t file_ = H5I_INVALID_HID;
-  std::int64_t first_ = 0;     ///< frame to read
-  bool along_index_ = false;   ///< vectors are along the grid's axes
-  std::vector<Array> arrays_;  ///< one per field
+  std::int64_t first_ = 0;         ///< frame to read
+  bool along_index_ = false;       ///< vectors are along the grid's axes
+  std::vector<Array> arrays_;      ///< one per field
+  std::optional<Handle> rows_of_;  ///< array whose rows were read last
+  std::uint32_t rows_field_ = 0;
 };
 
 }  // namespace

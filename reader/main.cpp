@@ -2,6 +2,7 @@
 // Detects the format by the first bytes and executes its library's program: loading all libraries takes longer than most files.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -14,6 +15,7 @@
 #include "palpa/base/load_error.h"
 #include "program.h"
 #include "sandbox.h"
+#include "tiff_names.h"
 
 namespace palpa::reader {
 namespace {
@@ -39,6 +41,13 @@ void become_reader(int socket) {
   const Reader reader = reader_of(Beginning(request.path));
   if (request.store && reader.format != std::string_view("zarr"))
     throw LoadError("is no OME-Zarr, whose chunks are read one by one; name the folder of one, or make one by palpa convert");
+  // Others would parse all of their headers in vain.
+  constexpr std::string_view with_rows[] = {"hdf5", "metaimage", "nrrd", "tiff", "vtk"};
+  if (request.rows && std::ranges::find(with_rows, reader.format) == std::end(with_rows)) {
+    receive_request(socket, true);  // an unread one would reset the connection
+    protocol::send(socket, protocol::Header{});
+    return;
+  }
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").replace_filename(reader.program);
   ::execl(program.c_str(), reader.program, reader.format, nullptr);
   throw LoadError("cannot be opened: the program " + std::string(reader.program) + " beside palpa-read does not start (" +

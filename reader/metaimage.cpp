@@ -19,6 +19,7 @@
 #include "data_file.h"
 #include "messages.h"
 #include "palpa/base/input_file.h"
+#include "raw_rows.h"
 #include "source.h"
 #include "text_number.h"
 
@@ -164,6 +165,11 @@ class MetaImageSource : public Source {
     header_bytes_ = header_bytes(path_);
     check_header_size();
     note_bytes_behind_voxels();
+    find_rows();
+  }
+
+  void read_rows(std::uint32_t, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
+    rows_->read(turn_, header.fields[0], slice, first, count, to);
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
@@ -187,6 +193,19 @@ class MetaImageSource : public Source {
   }
 
  private:
+  /// Rows can be read alone from one file of plain numbers.
+  void find_rows() {
+    if (compressed_ || !image_.BinaryData() || files.size() > 2 || image_.HeaderSize() < 0) return;
+    const auto said = static_cast<std::uint64_t>(image_.HeaderSize());
+    RawVoxels stored = raw_;
+    stored.swapped = image_.BinaryDataByteOrderMSB() == (std::endian::native == std::endian::little);
+    rows_.emplace(
+        files.back(),
+        (said > 0 || files.size() > 1 ? said : header_bytes_) + static_cast<std::uint64_t>(first_) * size_of(raw_.type),
+        stored);
+    header.reads_rows = rows_->can_read();
+  }
+
   /// Header size of a single file: its voxels follow the line `ElementDataFile = LOCAL`; 0 without that line.
   static std::uint64_t header_bytes(const std::string& path) {
     detail::InputStream text(path);
@@ -365,6 +384,7 @@ class MetaImageSource : public Source {
   MetaImage image_;
   RawVoxels raw_;
   VectorTurn turn_;
+  std::optional<RawRows> rows_;
   std::int64_t first_ = 0;         ///< index of the first value of the first frame to read
   std::int64_t frame_values_ = 0;  ///< per frame
   std::uint64_t all_bytes_ = 0;    ///< of all frames

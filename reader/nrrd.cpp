@@ -14,6 +14,7 @@
 #include "library_words.h"
 #include "palpa/base/input_file.h"
 #include "palpa/data/length_unit.h"
+#include "raw_rows.h"
 #include "source.h"
 #include "text_number.h"
 
@@ -227,6 +228,11 @@ class NrrdSource : public Source {
     }
     direct_ = !axes.frames && kept_as_they_are(raw_, turn_, field);
     if (!direct_) header.working_bytes = all_bytes_;
+    find_rows();
+  }
+
+  void read_rows(std::uint32_t, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
+    rows_->read(turn_, header.fields[0], slice, first, count, to);
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
@@ -246,6 +252,17 @@ class NrrdSource : public Source {
   }
 
  private:
+  /// Rows can be read alone from one file of raw numbers.
+  void find_rows() {
+    if (encoding_ != nrrdEncodingRaw || byte_skip_ < 0 || line_skip_ != 0 || files.size() > 2) return;
+    const auto frame = static_cast<std::uint64_t>(first_) * size_of(raw_.type);
+    RawVoxels stored = raw_;
+    stored.swapped = swapped_;
+    rows_.emplace(files.back(), frame + static_cast<std::uint64_t>(byte_skip_) + (files.size() == 1 ? header_bytes() : 0),
+                  stored);
+    header.reads_rows = rows_->can_read();
+  }
+
   using Loaded = std::unique_ptr<Nrrd, NrrdDeleter>;
 
   /// Loads the header alone, or also the voxels, into own memory or to `to`, which must have their size.
@@ -268,6 +285,7 @@ class NrrdSource : public Source {
       encoding_ = state->encoding;
       byte_skip_ = state->byteSkip;
       line_skip_ = state->lineSkip;
+      swapped_ = state->endian != airEndianUnknown && state->endian != airMyEndian();
     }
     return nrrd;
   }
@@ -478,6 +496,8 @@ class NrrdSource : public Source {
   unsigned line_skip_ = 0;  ///< lines before these bytes
   RawVoxels raw_;
   VectorTurn turn_;
+  bool swapped_ = false;  ///< in the file
+  std::optional<RawRows> rows_;
   std::int64_t first_ = 0;         ///< index of the first value of the first frame to read
   std::int64_t frame_stride_ = 0;  ///< values from frame to frame
   std::uint64_t all_bytes_ = 0;

@@ -189,8 +189,8 @@ void close_cage() {}
 #else
 std::string enter_cage(const protocol::Request& request) {
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  // A store is served as long as its caller lives, with a limit for each chunk (zarr_serve.cpp, store_reader.cpp).
-  if (!request.store) limit(RLIMIT_CPU, most_cpu_s + request.max_bytes / cpu_bytes_per_s);
+  // Chunks and rows are served as long as the caller lives, with a limit for each (zarr_serve.cpp, store_reader.cpp).
+  if (!request.store && !request.rows) limit(RLIMIT_CPU, most_cpu_s + request.max_bytes / cpu_bytes_per_s);
   limit(RLIMIT_FSIZE, request.max_bytes);  // memory for voxels is files, too
   const std::uint64_t memory_bytes = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGESIZE);
   limit(RLIMIT_AS, std::min(request.max_bytes, UINT64_MAX / 2) + most_memories * memory_bytes);

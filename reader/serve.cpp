@@ -22,6 +22,7 @@
 #include "palpa/file/protocol_packed.h"
 #include "palpa/file/store_protocol.h"
 #include "program.h"
+#include "row_serve.h"
 #include "sandbox.h"
 
 namespace palpa::reader {
@@ -159,6 +160,7 @@ void answer(int socket, Open open, bool unpacks) {
   if (request.store) return source->serve_chunks(socket);
   check_request(request, *source);
   if (!protocol::send(socket, source->header)) return;
+  if (request.rows) return serve_rows(socket, *source);
   Checksums checks(*source, request);
 
   bool garbled = false;
@@ -183,6 +185,10 @@ void answer(int socket, Open open, bool unpacks) {
 void allow_memory(std::uint64_t bytes) { limit_memory(bytes); }
 
 void allow_memory(const protocol::Request& request, std::uint64_t bytes) { limit_memory(header_bytes(request, bytes)); }
+
+void Source::read_rows(std::uint32_t, std::int64_t, std::int64_t, std::int64_t, std::byte*) {
+  throw LoadError("is read as a whole alone; update both programs together");
+}
 
 void Source::serve_chunks(int) {
   throw LoadError("is no OME-Zarr, whose chunks are read one by one; name the folder of one, or make one by palpa convert");

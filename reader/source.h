@@ -44,6 +44,10 @@ class Source {
   /// LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
 
+  /// Writes rows of a slice of a field, in the frame to read; of formats with `header.reads_rows`. Throws LoadError with a
+  /// sentence. \param slice  [voxels] along k \param first  [voxels] along j
+  virtual void read_rows(std::uint32_t field, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to);
+
   /// Answers requests for chunks until the caller leaves. Throws LoadError with a sentence, also for a format without chunks.
   virtual void serve_chunks(int socket);
 

@@ -24,6 +24,7 @@
 #include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <sstream>
@@ -80,6 +81,15 @@ void leave_out_field_data(vtkXMLDataElement& primary) {
   }
 }
 
+bool are_apart(vtkXMLDataElement& element) {
+  const char* format = element.GetAttribute("format");
+  if (format != nullptr && std::string_view(format) != "appended") return false;
+  for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) {
+    if (!are_apart(*element.GetNestedElement(n))) return false;
+  }
+  return true;
+}
+
 double cells_in(const int* extent) {
   double cells = 1;
   for (int a = 0; a < 3; ++a) cells *= std::max(1.0, static_cast<double>(extent[2 * a + 1]) - extent[2 * a]);
@@ -92,11 +102,14 @@ class Checked : public Reader {
  public:
   static Checked* New() { VTK_STANDARD_NEW_BODY(Checked); }
   bool met_end_of_file() const { return met_end_of_file_; }
+  /// Whether all arrays lie behind the XML, so that a part is read without the others.
+  bool has_numbers_apart() const { return has_numbers_apart_; }
 
  protected:
   int ReadPrimaryElement(vtkXMLDataElement* primary) override {
     check_claims(*primary, file_bytes(this->GetFileName()));
     leave_out_field_data(*primary);
+    has_numbers_apart_ = are_apart(*primary);
     return Reader::ReadPrimaryElement(primary);
   }
   int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType first, vtkIdType count,
@@ -110,7 +123,7 @@ class Checked : public Reader {
   }
 
  private:
-  bool met_end_of_file_ = false;
+  bool met_end_of_file_ = false, has_numbers_apart_ = false;
 };
 
 /// Detects pieces that do not fill the grid.
@@ -226,38 +239,71 @@ class VtiSource final : public GridSource {
     list(info->Get(vtkDataObject::POINT_DATA_VECTOR()), false);
     list(info->Get(vtkDataObject::CELL_DATA_VECTOR()), true);
     finish_header();
+    std::copy_n(extent, 6, extent_.begin());
+    header.reads_rows = reader_->has_numbers_apart() && !has_ghosts_ && !has_bits_ &&
+                        std::ranges::none_of(arrays_, [](const Array& array) { return array.of_cells; });
   }
 
   /// True if some points or cells may be blank; known exactly only after reading.
   bool has_ghosts() const noexcept { return has_ghosts_; }
 
   void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) override {
+    select(wanted);
+    reader_->Update();
+    check_read();
+    copy_out(*reader_->GetOutput(), wanted, to);
+  }
+
+  void read_rows(std::uint32_t field, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
+    select({field});
+    std::array<int, 6> part = extent_;
+    part[2] = extent_[2] + static_cast<int>(first), part[3] = part[2] + static_cast<int>(count) - 1;
+    part[4] = part[5] = extent_[4] + static_cast<int>(slice);
+    static_cast<vtkAlgorithm&>(*reader_).UpdateExtent(part.data());
+    check_read();
+    const Array& array = arrays_[field];
+    vtkImageData& image = *reader_->GetOutput();
+    vtkDataArray* values = image.GetPointData()->GetArray(array.name.c_str());
+    RawVoxels raw = array.raw;
+    raw.dims = {raw.dims[0], count, 1};
+    if (values == nullptr || !std::equal(part.begin(), part.end(), image.GetExtent()) ||
+        values->GetNumberOfTuples() != raw.dims[0] * count || values->GetNumberOfComponents() != raw.components)
+      throw LoadError("has not the array that its header says; get the whole file");
+    protocol::FieldHeader of = header.fields[field];
+    of.grid.dims = raw.dims;
+    copy_voxels(values->GetVoidPointer(0), raw, array.turn, of, to);
+  }
+
+ private:
+  void select(const std::vector<std::uint32_t>& wanted) {
     vtkDataArraySelection* points = reader_->GetPointDataArraySelection();
     vtkDataArraySelection* cells = reader_->GetCellDataArraySelection();
     points->DisableAllArrays();
     cells->DisableAllArrays();
     for (const std::uint32_t field : wanted)
       (arrays_[field].of_cells ? cells : points)->EnableArray(arrays_[field].name.c_str());
-    reader_->Update();
-    check(*reader_, "VTI");
-    if (reader_->met_end_of_file()) throw LoadError("is shorter than its header says; get the whole file");
-    copy_out(*reader_->GetOutput(), wanted, to);
   }
 
- private:
+  void check_read() {
+    check(*reader_, "VTI");
+    if (reader_->met_end_of_file()) throw LoadError("is shorter than its header says; get the whole file");
+  }
+
   void list(vtkInformationVector* arrays, bool of_cells) {
     for (int i = 0; arrays != nullptr && i < arrays->GetNumberOfInformationObjects(); ++i) {
       vtkInformation* array = arrays->GetInformationObject(i);
       const char* name = array->Get(vtkDataObject::FIELD_NAME());
       if (name == nullptr) continue;
       has_ghosts_ = has_ghosts_ || std::string_view(name) == "vtkGhostType";
+      has_bits_ = has_bits_ || array->Get(vtkDataObject::FIELD_ARRAY_TYPE()) == VTK_BIT;
       add(name, array->Get(vtkDataObject::FIELD_ARRAY_TYPE()), array->Get(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS()),
           of_cells);
     }
   }
 
   vtkNew<CheckedGrid<vtkXMLImageDataReader>> reader_;
-  bool has_ghosts_ = false;
+  std::array<int, 6> extent_{};
+  bool has_ghosts_ = false, has_bits_ = false;
 };
 
 /// Data set of one file with all its pieces, whose files are added.

@@ -14,6 +14,7 @@
 #include "palpa/data/fine_detail.h"
 #include "palpa/data/grid_base.h"
 #include "palpa/data/grid_work.h"
+#include "palpa/data/octaves.h"
 #include "palpa/data/parallel.h"
 #include "palpa/data/pointwise.h"
 #include "palpa/data/timed_field.h"
@@ -248,6 +249,18 @@ int powers_of_length(Derivation derivation) noexcept {
 
 FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor);
 
+/// Refuses a derivation of a volume larger than memory, whose voxels are not at hand.
+[[noreturn]] void refuse_octaves(Derivation derivation) {
+  const std::string name = name_of(derivation);
+  if (derivation == Derivation::detail || derivation == Derivation::coherence || derivation == Derivation::smooth ||
+      derivation == Derivation::smooth_vector)
+    throw std::invalid_argument("a volume larger than memory has no " + name +
+                                " field, which needs all of its voxels; crop it (palpa convert --crop), or raise memory_mb");
+  throw std::invalid_argument("a volume larger than memory has no " + name +
+                              " until it is written: palpa prepare STORE --derive " + name + "=FIELD; then name the field " +
+                              name + "_FIELD");
+}
+
 /// Derives a field that changes with time: below its poses, then frame by frame.
 FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor) {
   switch (derivation) {
@@ -263,6 +276,7 @@ FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothin
     return moving(derive(derivation, moved->field, smoothing_m / scale, factor), moved->track, per_length);
   }
   if (derivation == Derivation::magnitude) return std::make_shared<const TimedPointwise>(of, detail::Pointwise::magnitude);
+  if (dynamic_cast<const Octaves*>(of.get())) refuse_octaves(derivation);
   std::vector<FieldPtr> frames;
   if (const SeriesView* series = series_of(*of)) {
     for (const FieldPtr& frame : series->frames) frames.push_back(derive(derivation, frame, smoothing_m, factor));

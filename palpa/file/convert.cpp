@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "palpa/data/grid_base.h"
 #include "palpa/data/volume.h"
+#include "palpa/file/protocol_voxels.h"
+#include "palpa/file/sliced_file.h"
 #include "palpa/file/store_writer.h"
 #include "palpa/file/write_volume.h"
 
@@ -19,15 +20,42 @@ struct Step {
   bool computed = false;  ///< values differ from all voxels
 };
 
-Step of_voxels(const GridView& view) {
-  const auto slice = [&view](std::int64_t k, double* values) {
-    const std::int64_t count = view.geometry.dims[0] * view.geometry.dims[1] * view.voxels.components;
-    detail::with_values_of(view.voxels, [&](const auto* voxels) {
-      for (std::int64_t n = 0; n < count; ++n)
-        values[n] = static_cast<double>(voxels[k * count + n]) * view.scale + view.offset;
+/// Field to convert: voxels in memory, or rows of a file.
+struct Converted {
+  SlicedFile::Field of;
+  const VolumeField* field = nullptr;  ///< in memory
+  const std::byte* voxels = nullptr;   ///< in memory
+  std::function<void(const SliceRows&, std::byte*)> rows{};
+  std::int64_t rows_at_once = 1;  ///< [voxels] along j
+};
+
+/// Field in memory; without voxels, if it has none of its own.
+Converted in_memory(const VolumeField& field) {
+  const GridView* view = grid_of(*field.field);
+  if (!view) return {{field.name, field.unit}, &field};
+  const Voxels& voxels = view->voxels;
+  return {{field.name, field.unit, view->geometry, voxels.type, voxels.components, view->scale, view->offset},
+          &field,
+          static_cast<const std::byte*>(voxels.data.get())};
+}
+
+Step of_voxels(const Converted& from) {
+  const auto slice = [from, room = std::vector<std::byte>()](std::int64_t k, double* values) mutable {
+    const SlicedFile::Field& of = from.of;
+    const std::int64_t count = of.grid.dims[0] * of.grid.dims[1] * of.components;
+    const std::size_t bytes = static_cast<std::size_t>(count) * size_of(of.type);
+    const std::byte* first = from.voxels + static_cast<std::size_t>(k) * bytes;
+    if (from.rows) {
+      room.resize(bytes);
+      from.rows({k, 1, 0, of.grid.dims[1]}, room.data());
+      first = room.data();
+    }
+    protocol::with_type(of.type, [&](auto number) {
+      const auto* const voxels = reinterpret_cast<const decltype(number)*>(first);
+      for (std::int64_t n = 0; n < count; ++n) values[n] = static_cast<double>(voxels[n]) * of.scale + of.offset;
     });
   };
-  return {view.geometry, slice, false};
+  return {from.of.grid, slice, false};
 }
 
 Step cropped(const Step& whole, const VoxelRange& part, int components) {
@@ -126,8 +154,8 @@ Step resampled(const Field& field, double spacing_m) {
 }
 
 /// Type that keeps a field's values exactly.
-VoxelType kept_type(const GridView& view, bool computed) {
-  const VoxelType raw = view.voxels.type;
+VoxelType kept_type(const SlicedFile::Field& view, bool computed) {
+  const VoxelType raw = view.type;
   const bool fractions = raw == VoxelType::float32 || raw == VoxelType::float64;
   if (!computed && view.scale == 1.0 && view.offset == 0.0) return raw;
   if (!computed && !fractions && view.scale == std::nearbyint(view.scale) && view.offset == std::nearbyint(view.offset)) {
@@ -165,21 +193,21 @@ Step as_int16(const Step& before, const VolumeField& field, int components) {
   return step;
 }
 
-WrittenField written(const VolumeField& field, const ConvertOptions& options, GridGeometry& grid, std::vector<FieldPtr>& kept) {
-  const GridView* view = grid_of(*field.field);
-  if (!view) throw LoadError("field '" + field.name + "' has no voxels of its own to write; give a file of a grid");
+WrittenField written(const Converted& from, const ConvertOptions& options, GridGeometry& grid, std::vector<FieldPtr>& kept) {
+  if (!from.voxels && !from.rows)
+    throw LoadError("field '" + from.of.name + "' has no voxels of its own to write; give a file of a grid");
   const bool on_new_grid = options.resample_m != 0.0 && !options.crop && options.downsample == 1;
-  if (view->geometry.is_rectilinear() && !on_new_grid) {
+  if (from.of.grid.is_rectilinear() && !on_new_grid) {
     throw LoadError(
-        "field '" + field.name +
+        "field '" + from.of.name +
         "' lies on planes at uneven distances, which no format here stores; resample it (--resample-m M) without --crop");
   }
-  const int components = view->voxels.components;
-  Step step = of_voxels(*view);
+  const int components = from.of.components;
+  Step step = of_voxels(from);
   if (options.crop) step = cropped(step, *options.crop, components);
   if (options.downsample > 1) step = downsampled(step, options.downsample, components);
   if (options.resample_m != 0.0) {
-    FieldPtr source = field.field;
+    FieldPtr source = from.field->field;
     if (options.crop || options.downsample > 1) {
       const auto count = static_cast<std::size_t>(step.grid.dims[0] * step.grid.dims[1] * components);
       const auto voxels = std::make_shared<std::vector<float>>();
@@ -194,32 +222,33 @@ WrittenField written(const VolumeField& field, const ConvertOptions& options, Gr
     kept.push_back(source);
     step = resampled(*source, options.resample_m);
   }
-  VoxelType type = kept_type(*view, step.computed);
-  if (options.int16) step = as_int16(step, field, components), type = VoxelType::int16;
+  VoxelType type = kept_type(from.of, step.computed);
+  if (options.int16) step = as_int16(step, *from.field, components), type = VoxelType::int16;
   grid = step.grid;
-  const bool as_it_is = !options.crop && !step.computed && !options.int16 && type == view->voxels.type && view->scale == 1.0 &&
-                        view->offset == 0.0;
-  return {field.name, field.unit, type,
-          components, step.slice, as_it_is ? static_cast<const std::byte*>(view->voxels.data.get()) : nullptr};
+  const bool as_it_is = !options.crop && !step.computed && !options.int16 && type == from.of.type && from.of.scale == 1.0 &&
+                        from.of.offset == 0.0;
+  WrittenField result{from.of.name, from.of.unit, type, components, step.slice};
+  if (as_it_is) result.voxels = from.voxels, result.rows = from.rows, result.rows_at_once = from.rows_at_once;
+  return result;
 }
 
-}  // namespace
-
-std::vector<std::string> convert(const Volume& volume, const std::filesystem::path& out, const ConvertOptions& options) {
+/// \param volume  facts of the volume; its fields are not looked at
+std::vector<std::string> convert(const Volume& volume, const std::vector<Converted>& fields, const std::filesystem::path& out,
+                                 const ConvertOptions& options) {
   if (options.downsample < 1)
     throw LoadError("downsample: " + std::to_string(options.downsample) + " voxels cannot become one; give 2 or more");
   WrittenVolume result;
   std::vector<std::string> lost;
   std::vector<FieldPtr> kept;
   std::string names;
-  for (const VolumeField& field : volume.fields) {
-    names += (names.empty() ? "'" : ", '") + field.name + "'";
-    if (!options.field.empty() && field.name != options.field) continue;
+  for (const Converted& field : fields) {
+    names += (names.empty() ? "'" : ", '") + field.of.name + "'";
+    if (!options.field.empty() && field.of.name != options.field) continue;
     GridGeometry grid;
     WrittenField next = written(field, options, grid, kept);
     if (result.fields.empty()) result.grid = grid;
     if (grid != result.grid) {
-      lost.push_back("field '" + field.name + "' lies on another grid and is left out: convert it by itself (--field)");
+      lost.push_back("field '" + field.of.name + "' lies on another grid and is left out: convert it by itself (--field)");
       continue;
     }
     result.fields.push_back(std::move(next));
@@ -249,12 +278,36 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
     lost.push_back("one of " + std::to_string(volume.frames) + " frames is written (frame = N takes another)");
   if (is_store(out)) {
     if (!volume.length_unit.empty()) result.length_unit = volume.length_unit;
-    write_store(result, out, {options.part, options.shares_store, options.existing, options.zarr, options.progress});
+    write_store(result, out,
+                {.part = options.part,
+                 .shares_store = options.shares_store,
+                 .existing = options.existing,
+                 .zarr = options.zarr,
+                 .progress = options.progress});
   } else {
     write_volume(result, out, options.existing, options.progress);
   }
   if (options.written) options.written(result);
   return lost;
+}
+
+}  // namespace
+
+std::vector<std::string> convert(const Volume& volume, const std::filesystem::path& out, const ConvertOptions& options) {
+  std::vector<Converted> fields;
+  for (const VolumeField& field : volume.fields) fields.push_back(in_memory(field));
+  return convert(volume, fields, out, options);
+}
+
+std::vector<std::string> convert(SlicedFile& file, const std::filesystem::path& out, const ConvertOptions& options) {
+  if (options.resample_m != 0.0 || options.int16)
+    throw LoadError("cannot be resampled or rounded slice by slice; convert it in memory");
+  std::vector<Converted> fields;
+  for (std::size_t f = 0; f < file.fields.size(); ++f) {
+    const auto rows = [&file, f](const SliceRows& range, std::byte* to) { file.read(f, range, to); };
+    fields.push_back({file.fields[f], nullptr, nullptr, rows, file.rows_at_once()});
+  }
+  return convert(file.volume, fields, out, options);
 }
 
 }  // namespace palpa

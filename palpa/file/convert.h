@@ -22,6 +22,7 @@ struct VoxelRange {
 };
 
 struct WrittenVolume;
+class SlicedFile;
 
 /// Steps of a conversion, in this order.
 struct ConvertOptions {
@@ -43,5 +44,9 @@ struct ConvertOptions {
 /// were that. Allocates a few slices only and, if a part or a mean is resampled, that as float32. Returns the losses, as half
 /// sentences. Throws LoadError.
 std::vector<std::string> convert(const Volume& volume, const std::filesystem::path& out, const ConvertOptions& options = {});
+
+/// `convert` of a file that is read by rows; without resampling and `int16`. Allocates some hundred megabytes, whatever the
+/// file's size.
+std::vector<std::string> convert(SlicedFile& file, const std::filesystem::path& out, const ConvertOptions& options = {});
 
 }  // namespace palpa

@@ -48,7 +48,7 @@ void pack(Packer& to, const Request& m) {
   to.optional(m.time_s, [&](double t) { to.number(t); });
   to.optional(m.crop, [&](const Box& b) { to.vector(b.low_m), to.vector(b.high_m); });
   to.number(static_cast<std::uint8_t>(m.checksums)), to.number(static_cast<std::uint8_t>(m.listing));
-  to.number(static_cast<std::uint8_t>(m.store));
+  to.number(static_cast<std::uint8_t>(m.store)), to.number(static_cast<std::uint8_t>(m.rows));
 }
 void unpack(Unpacker& from, Request& m) {
   m.path = from.path(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
@@ -63,7 +63,7 @@ void unpack(Unpacker& from, Request& m) {
     box.low_m = from.vector(), box.high_m = from.vector();
     return box;
   });
-  m.checksums = from.truth(), m.listing = from.truth(), m.store = from.truth();
+  m.checksums = from.truth(), m.listing = from.truth(), m.store = from.truth(), m.rows = from.truth();
 }
 
 void pack(Packer& to, const FieldHeader& f) {
@@ -125,7 +125,7 @@ std::vector<FilePart> unpack_parts(Unpacker& from) {
 void pack(Packer& to, const Header& m) {
   to.text(m.format), to.text(m.modality), to.text(m.frame_of_reference), to.text(m.length_unit), to.text(m.default_unit);
   to.number(static_cast<std::uint8_t>(m.medical_frame)), to.number(static_cast<std::uint8_t>(m.named));
-  to.number(m.frames), to.number(m.working_bytes);
+  to.number(m.frames), to.number(m.working_bytes), to.number(static_cast<std::uint8_t>(m.reads_rows));
   to.list(m.fields, [&](const FieldHeader& f) { pack(to, f); });
   to.list(m.scan, [&](const ScanFact& f) { pack(to, f); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
@@ -137,6 +137,7 @@ void unpack(Unpacker& from, Header& m) {
   m.medical_frame = from.truth(), m.named = from.truth();
   m.frames = from.number<std::int32_t>();
   m.working_bytes = from.number<std::uint64_t>();
+  m.reads_rows = from.truth();
   m.fields = from.list<FieldHeader>([&] { return unpack_field(from); });
   m.scan = from.list<ScanFact>([&] { return unpack_fact(from); });
   m.warnings = from.list<std::string>([&] { return from.text(); });

@@ -30,7 +30,7 @@
 /// Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 7;               ///< differs: incompatible programs
+inline constexpr std::uint16_t version = 8;               ///< differs: incompatible programs
 inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive allocates this
 inline constexpr int socket_descriptor = 3;               ///< palpa-read's end of the pair
 
@@ -49,6 +49,7 @@ struct Request {
   bool checksums = true;                ///< request the files' checksums
   bool listing = false;                 ///< a file of which one array has to be named is answered by a header without fields
   bool store = false;                   ///< chunks are requested one by one (store_protocol.h); only of an OME-Zarr store
+  bool rows = false;                    ///< rows of slices are requested one by one, if the header permits (`reads_rows`)
 
   /// Not sent: source file of `path`, unpacked by the reader; empty: none.
   std::string packed{};
@@ -77,6 +78,7 @@ struct Header {
   bool named = false;              ///< the file names its arrays
   std::int32_t frames = 1;
   std::uint64_t working_bytes = 0;  ///< memory for reading beside the voxels
+  bool reads_rows = false;          ///< rows of slices can be read alone (store_protocol.h)
   std::vector<FieldHeader> fields;
   std::vector<std::string> warnings;
   std::vector<FilePart> series{}, labels{}, alternatives{};  ///< as in `FileContents`; cut where a packet holds no more

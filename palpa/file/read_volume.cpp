@@ -19,12 +19,15 @@
 #include "palpa/data/sha256.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/components.h"
+#include "palpa/file/derive_store.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_packed.h"
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
+#include "palpa/file/sliced_file.h"
 #include "palpa/file/store_protocol.h"
+#include "palpa/file/store_reader.h"
 #include "palpa/file/store_volume.h"
 
 namespace palpa {
@@ -310,15 +313,20 @@ std::string format_lost(double lost, double voxels, const std::string& format) {
          ": treated as outside";
 }
 
+/// Facts of a file's header beside its fields.
+void take_facts(const Header& header, Volume& volume) {
+  volume.format = header.format;
+  volume.modality = header.modality;
+  volume.scan = header.scan;
+  volume.frame_of_reference = header.frame_of_reference;
+  volume.medical_frame = header.medical_frame;
+  volume.frames = header.frames;
+}
+
 /// Adds the fields of a plan with delivered voxels. \param one_row_in  [rows] as of made_field
 void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done,
                 std::int64_t one_row_in) {
-  volume.format = plan.header.format;
-  volume.modality = plan.header.modality;
-  volume.scan = plan.header.scan;
-  volume.frame_of_reference = plan.header.frame_of_reference;
-  volume.medical_frame = plan.header.medical_frame;
-  volume.frames = plan.header.frames;
+  take_facts(plan.header, volume);
   volume.files = done.files;
   volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
   for (const Taken& t : plan.taken) {
@@ -416,8 +424,8 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   add_fields(volume, plan, memory->sealed_and_mapped(), done, options.preview ? 1 : 0);
 }
 
-/// `read_volume_file` of one file; errors are sentences, without its name.
-VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
+/// `read_volume_file` of one file without the fields derived of a store; errors are sentences, without its name.
+VolumeFile read_alone(const VolumeRequest& request, const ReadOptions& options) {
   const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
   protocol::Request ask = as_asked(request, limit, options.checksums);
   ask.listing = options.found != nullptr;
@@ -434,20 +442,113 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   return result;
 }
 
-}  // namespace
+/// The part of a request for one derived field of a store; nullopt: it is not wanted.
+std::optional<VolumeRequest> for_derived(const VolumeRequest& request, const std::string& name) {
+  VolumeRequest part = request;
+  part.files = {derived_store(request.files.front(), name)};
+  std::erase_if(part.fields, [&](const VolumeRequest::FieldRequest& field) {
+    return !field.arrays.empty() || (field.array.empty() ? field.name : field.array) != name;
+  });
+  return request.fields.empty() || !part.fields.empty() ? std::optional(part) : std::nullopt;
+}
 
-VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options) {
+/// `read_volume_file` of one file; errors are sentences, without its name.
+VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
+  VolumeRequest own = request;
+  std::vector<VolumeRequest> parts;
+  for (const std::string& name : derived_names(request.files.front())) {
+    const std::optional<VolumeRequest> part = for_derived(request, name);
+    if (!part) continue;
+    parts.push_back(*part);
+    std::erase_if(own.fields, [&](const auto& field) {
+      return std::ranges::any_of(part->fields, [&](const auto& derived) { return derived.name == field.name; });
+    });
+  }
+  const bool has_own = request.fields.empty() || !own.fields.empty();
+  VolumeFile result = has_own ? read_alone(own, options) : read_alone(parts.front(), options);
+  for (std::size_t n = has_own ? 0 : 1; n < parts.size(); ++n) {
+    const Volume made = read_alone(parts[n], options).volume;
+    Volume& volume = result.volume;
+    volume.fields.insert(volume.fields.end(), made.fields.begin(), made.fields.end());
+    volume.files.insert(volume.files.end(), made.files.begin(), made.files.end());
+    for (const std::string& warning : made.warnings) {
+      if (std::ranges::find(volume.warnings, warning) == volume.warnings.end()) volume.warnings.push_back(warning);
+    }
+  }
+  if (!parts.empty()) result.volume.request = std::make_shared<const VolumeRequest>(request);
+  return result;
+}
+
+/// `open_sliced_file`; errors are sentences, without the file's name.
+std::unique_ptr<SlicedFile> open_one_sliced(const VolumeRequest& request, const ReadOptions& options) {
+  protocol::Request ask = as_asked(request, options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2, false);
+  check_file(ask.path);
+  if (!ask.layout.type.empty() || !ask.partners.empty() || protocol::is_packed(ask.path) || protocol::is_store(ask.path) ||
+      request.frame == VolumeRequest::all_frames)
+    return nullptr;
+  ask.rows = true;
+  auto reader =
+      std::make_unique<detail::ReaderProcess>(detail::find_reader(options.reader), options.idle_limit_s, options.stop);
+  reader->send(ask, {-1, -1});
+  const std::uint64_t file_bytes = bytes_of(ask.path);
+  Header header = expect<Header>(reader->receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
+  StoreContents contents = protocol::contents_by_rows(header);
+  if (contents.octaves.empty()) return nullptr;
+  Volume volume;
+  const Plan plan = planned(std::move(header), request, volume);
+  check_places(plan);
+  take_facts(plan.header, volume);
+  volume.request = std::make_shared<const VolumeRequest>(request);
+  std::vector<std::uint32_t> arrays;
+  std::vector<SlicedFile::Field> fields;
+  for (const Taken& taken : plan.taken) {
+    if (taken.arrays.size() > 1) return nullptr;  // components of a vector, which are joined in memory
+    const FieldHeader& of = plan.header.fields[taken.arrays.front()];
+    arrays.push_back(taken.arrays.front());
+    fields.push_back(
+        {taken.name, taken.unit, in_metres(of.grid, plan.metres_per_file_unit), of.type, of.components, of.scale, of.offset});
+  }
+  // [bytes] Of chunks ahead. More: more memory; less: the disk pauses between requests.
+  constexpr std::uint64_t ahead_bytes = 64'000'000;
+  const auto slots = static_cast<int>(std::clamp<std::uint64_t>(ahead_bytes / protocol::slot_bytes(contents), 2, 64));
+  auto file = std::make_unique<SlicedFile>(
+      std::make_unique<StoreReader>(ask.path, options, slots, std::move(reader), std::move(contents)), std::move(arrays));
+  file->volume = std::move(volume), file->fields = std::move(fields);
+  return file;
+}
+
+/// Result of `act`, whose errors get the place of the request.
+template <class Act>
+auto with_place(const VolumeRequest& request, const Act& act) {
   if (request.files.empty()) throw LoadError("volume: no file is named; name one");
   // Sanitizes text of the file and of its reader, here for all of it.
   const std::string place = detail::one_line(request.files.front().string());
   try {
+    return act();
+  } catch (const LoadError& error) {
+    constexpr std::size_t longest_bytes = 2000;  // More: unreadable; less: useful names are cut
+    const std::string sentence = detail::shortened(detail::one_line(error.what()), longest_bytes);
+    throw LoadError(sentence.starts_with(place + ": ") ? sentence : place + ": " + sentence);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<SlicedFile> open_sliced_file(const VolumeRequest& request, const ReadOptions& options) {
+  return with_place(request, [&] {
+    std::unique_ptr<SlicedFile> file = open_one_sliced(request, options);
+    if (file)
+      for (std::string& warning : file->volume.warnings) warning = detail::one_line(warning);
+    return file;
+  });
+}
+
+VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options) {
+  return with_place(request, [&] {
     VolumeFile file = read_one(request, options);
     for (std::string& warning : file.volume.warnings) warning = detail::one_line(warning);
     return file;
-  } catch (const LoadError& error) {
-    constexpr std::size_t longest_bytes = 2000;  // More: unreadable; less: useful names are cut
-    throw LoadError(place + ": " + detail::shortened(detail::one_line(error.what()), longest_bytes));
-  }
+  });
 }
 
 Volume read_volume(const VolumeRequest& request, const ReadOptions& options) {

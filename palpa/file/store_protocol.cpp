@@ -127,6 +127,28 @@ std::uint64_t slot_bytes(const StoreContents& contents) noexcept {
   return (most + page_bytes - 1) / page_bytes * page_bytes;
 }
 
+StoreContents contents_by_rows(const Header& header) {
+  // [bytes] More: more memory for each chunk ahead; less: more requests.
+  constexpr std::int64_t chunk_bytes_by_rows = std::int64_t{8} << 20;
+  constexpr std::int64_t rows_of_chunks = 32;  // as palpa writes
+  StoreContents contents;
+  if (header.fields.empty() || !header.reads_rows) return contents;
+  StoreOctave octave{.grid = header.fields.front().grid};
+  std::int64_t widest = 1;  // [bytes] of a voxel
+  for (const FieldHeader& field : header.fields) {
+    if (field.grid != octave.grid || !voxel_bytes(field)) return contents;
+    contents.fields.push_back({field.name, field.unit, name_of(field.type), field.type, field.components, 0.0});
+    widest = std::max(widest, static_cast<std::int64_t>(size_of(field.type)) * field.components);
+  }
+  const Counts& dims = octave.grid.dims;
+  const std::int64_t fitting = chunk_bytes_by_rows / (std::min(dims[0], most_side_voxels) * widest);
+  const std::int64_t rows = fitting < rows_of_chunks ? fitting : fitting / rows_of_chunks * rows_of_chunks;
+  octave.chunk = octave.shard = {dims[0], std::clamp<std::int64_t>(rows, 1, dims[1]), 1};
+  contents.octaves.push_back(octave);
+  if (problem_with(contents)) contents.octaves.clear();
+  return contents;
+}
+
 void pack(Packer& to, const StoreContents& m) {
   to.text(m.format), to.text(m.length_unit), to.number(static_cast<std::uint8_t>(m.length_unit_assumed));
   to.list(m.fields, [&](const StoreField& f) {

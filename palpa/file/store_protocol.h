@@ -17,7 +17,13 @@
 ///     ChunkRequest …                 ──►
 ///                                    ◄──  ChunkAnswer …, in any order        or Failure, and the end
 ///
-/// The program ends with its caller's end of the socket.
+/// The program ends with its caller's end of the socket. A file of another format whose header permits it (`reads_rows`)
+/// gives rows of its slices as chunks, in the order of the requests:
+///
+///     Request (rows = true)          ──►
+///                                    ◄──  Header                             or Failure
+///     StoreRoom, ChunkRequest …      ──►
+///                                    ◄──  ChunkAnswer …                      or Failure, and the end
 namespace palpa::protocol {
 
 // Limits of a store, checked at both ends. More of any: hostile metadata take more memory or time; less: sound stores are
@@ -40,6 +46,10 @@ bool has_place(const StoreContents& contents, const StoreChunk& chunk) noexcept;
 std::uint64_t content_bytes(const StoreContents& contents, const StoreChunk& chunk) noexcept;
 /// [bytes] of a slot that holds any chunk of a valid store: a multiple of the page size. Allocates nothing; any thread.
 std::uint64_t slot_bytes(const StoreContents& contents) noexcept;
+
+/// Content of a file that is read by rows: a chunk is some megabytes of rows of a slice. Fields without one grid, or with more
+/// voxels than a store may have: no octaves. Allocates; any thread.
+StoreContents contents_by_rows(const Header& header);
 
 // For protocol.cpp.
 void pack(Packer& to, const StoreContents& m);

@@ -51,6 +51,15 @@ class StoreReader::State {
         pending_(static_cast<std::size_t>(slots)) {
     guarded([&] { open(store, options); });
   }
+  State(const std::filesystem::path& file, const ReadOptions& options, int slots,
+        std::unique_ptr<detail::ReaderProcess> process, StoreContents contents)
+      : place_(detail::one_line(file.string())),
+        idle_limit_s_(options.idle_limit_s),
+        process_(std::move(process)),
+        contents_(std::move(contents)),
+        pending_(static_cast<std::size_t>(slots)) {
+    guarded([&] { make_room(most_bytes(options)); });
+  }
 
   const StoreContents& contents() const noexcept { return contents_; }
   int slots() const noexcept { return static_cast<int>(pending_.size()); }
@@ -126,7 +135,7 @@ class StoreReader::State {
     process_ = std::make_unique<detail::ReaderProcess>(detail::find_reader(options.reader), idle_limit_s_, options.stop);
     protocol::Request ask;
     ask.path = store.string(), ask.store = true, ask.checksums = false;
-    ask.max_bytes = options.max_bytes != 0 ? options.max_bytes : detail::free_memory_bytes() / 3 * 2;
+    ask.max_bytes = most_bytes(options);
     process_->send(ask);
     protocol::Message answer = process_->receive(0, reader_bytes);
     if (const auto* failure = std::get_if<protocol::Failure>(&answer)) throw LoadError(sentence_of(*failure));
@@ -135,9 +144,17 @@ class StoreReader::State {
     if (const char* problem = protocol::problem_with(contents_))
       throw LoadError(std::string(problem) + "; write the store again, or convert it by palpa convert");
     for (std::string& warning : contents_.warnings) warning = detail::one_line(warning);
+    make_room(ask.max_bytes);
+  }
+
+  static std::uint64_t most_bytes(const ReadOptions& options) {
+    return options.max_bytes != 0 ? options.max_bytes : detail::free_memory_bytes() / 3 * 2;
+  }
+
+  void make_room(std::uint64_t most) {
     slot_bytes_ = protocol::slot_bytes(contents_);
     const std::uint64_t bytes = slot_bytes_ * pending_.size();
-    if (bytes > ask.max_bytes) {
+    if (bytes > most) {
       throw LoadError("has chunks of " + protocol::readable_bytes(static_cast<double>(slot_bytes_)) + ", of which " +
                       std::to_string(pending_.size()) + " at once need more memory than is allowed; request fewer at once");
     }
@@ -191,6 +208,9 @@ StoreReader::StoreReader(const std::filesystem::path& store, const ReadOptions& 
   if (slots < 1 || slots > protocol::most_slots) throw std::invalid_argument("StoreReader: 1 to 65536 slots");
   state_ = std::make_unique<State>(store, options, slots);
 }
+StoreReader::StoreReader(const std::filesystem::path& file, const ReadOptions& options, int slots,
+                         std::unique_ptr<detail::ReaderProcess> process, StoreContents contents)
+    : state_(std::make_unique<State>(file, options, slots, std::move(process), std::move(contents))) {}
 StoreReader::~StoreReader() = default;
 
 const StoreContents& StoreReader::contents() const noexcept { return state_->contents(); }

@@ -14,6 +14,10 @@
 
 namespace palpa {
 
+namespace detail {
+class ReaderProcess;
+}
+
 /// Chunk that was read into a slot.
 struct StoreRead {
   StoreChunk chunk;
@@ -30,6 +34,10 @@ class StoreReader {
   /// Starts the program and reads the metadata. Throws LoadError with one line: `STORE: what is wrong; what would be right`.
   /// \param slots  [1] chunks in memory at once, 1 or more
   StoreReader(const std::filesystem::path& store, const ReadOptions& options, int slots);
+  /// Goes on with a program that has sent the header of a file, which it reads by rows. Throws LoadError as above.
+  /// \param contents  `protocol::contents_by_rows` of that header, with an octave
+  StoreReader(const std::filesystem::path& file, const ReadOptions& options, int slots,
+              std::unique_ptr<detail::ReaderProcess> process, StoreContents contents);
   ~StoreReader();
   StoreReader(const StoreReader&) = delete;
   StoreReader& operator=(const StoreReader&) = delete;

@@ -8,7 +8,7 @@
 
 #include "palpa/base/input_file.h"
 #include "palpa/data/parallel.h"
-#include "palpa/file/protocol.h"
+#include "palpa/file/protocol_voxels.h"
 #include "palpa/file/store_array.h"
 #include "palpa/file/store_image.h"
 
@@ -21,6 +21,7 @@ using Index = std::array<std::int64_t, 3>;
 
 constexpr std::int64_t side = 32;                          // [voxels] of a chunk
 constexpr std::int64_t shard_side = 512;                   // [voxels]
+constexpr std::int64_t loaded_bytes = 256'000'000;         // More: more memory; less: slices are read in more pieces
 constexpr double chunks_for_shards = 1e6;                  // More: millions of files; less: shards where nothing needs them
 constexpr std::int64_t most_side = std::int64_t{1} << 18;  // [voxels] that stores are read with
 
@@ -105,61 +106,82 @@ class Source {
     return image;
   }
 
-  /// Loads the slices of a row of chunks, unless the voxels are in memory. \param from  [voxels] along k, of the store
-  void load(std::int64_t from, std::int64_t count) {
-    first_ = from;
-    slices_.resize(volume_.fields.size());
+  /// Rows that are loaded at once: whole chunks, as many as memory is given for where rows are read.
+  std::int64_t rows_at_once() const noexcept {
+    std::int64_t row_bytes = 0, each = side;
+    for (const WrittenField& field : volume_.fields) {
+      if (in_place(field)) continue;
+      if (!reads_rows(field)) return dims()[1];  // a slice is computed as a whole
+      row_bytes += side * dims()[0] * field.components * static_cast<std::int64_t>(size_of(type_));
+      each = std::max(each, field.rows_at_once / side * side);
+    }
+    const std::int64_t fitting = row_bytes > 0 ? loaded_bytes / row_bytes : dims()[1];
+    return fitting >= dims()[1] ? dims()[1] : std::max(fitting >= each ? fitting / each * each : fitting / side * side, side);
+  }
+
+  /// Loads rows of the slices of a row of chunks, unless the voxels are in memory. \param range  of the store
+  void load(const SliceRows& range) {
+    loaded_ = range;
+    SliceRows there = range;
+    if (way_[2] < 0) there.first_slice = dims()[2] - range.first_slice - range.slices;
+    if (way_[1] < 0) there.first_row = dims()[1] - range.first_row - range.rows;
+    room_.resize(volume_.fields.size());
     for (std::size_t f = 0; f < volume_.fields.size(); ++f) {
       const WrittenField& field = volume_.fields[f];
       if (in_place(field)) continue;
-      const auto numbers = static_cast<std::size_t>(dims()[0] * dims()[1] * field.components);
-      slices_[f].resize(numbers * static_cast<std::size_t>(count));
-      for (std::int64_t k = 0; k < count; ++k)
-        field.slice(way_[2] > 0 ? from + k : dims()[2] - 1 - from - k,
-                    slices_[f].data() + static_cast<std::size_t>(k) * numbers);
+      room_[f].resize(static_cast<std::size_t>(range.slices * range.rows * dims()[0] * field.components) * size_of(type_));
+      if (reads_rows(field)) {
+        field.rows(there, room_[f].data());
+      } else {
+        protocol::with_type(type_, [&](auto number) { load_slices<decltype(number)>(field, there, room_[f]); });
+      }
     }
   }
 
   /// Voxels of a chunk of the loaded row, with zeros beyond the grid.
   void take(const Channel& channel, const Index& at, std::vector<std::byte>& chunk) const {
     chunk.assign(static_cast<std::size_t>(side * side * side) * size_of(type_), std::byte{0});
-    switch (type_) {
-      case VoxelType::uint8: return take_as<std::uint8_t>(channel, at, chunk);
-      case VoxelType::int16: return take_as<std::int16_t>(channel, at, chunk);
-      case VoxelType::uint16: return take_as<std::uint16_t>(channel, at, chunk);
-      case VoxelType::int32: return take_as<std::int32_t>(channel, at, chunk);
-      case VoxelType::float32: return take_as<float>(channel, at, chunk);
-      case VoxelType::float64: return take_as<double>(channel, at, chunk);
-    }
+    protocol::with_type(type_, [&](auto number) { take_as<decltype(number)>(channel, at, chunk); });
   }
 
  private:
   bool in_place(const WrittenField& field) const noexcept { return field.voxels && field.type == type_; }
+  bool reads_rows(const WrittenField& field) const noexcept { return field.rows && field.type == type_; }
+
+  /// \param range  all rows of some slices
+  template <class T>
+  void load_slices(const WrittenField& field, const SliceRows& range, std::vector<std::byte>& room) const {
+    std::vector<double> values(static_cast<std::size_t>(range.rows * dims()[0] * field.components));
+    T* to = reinterpret_cast<T*>(room.data());
+    for (std::int64_t k = range.first_slice; k < range.first_slice + range.slices; ++k) {
+      field.slice(k, values.data());
+      for (const double value : values) *to++ = static_cast<T>(value);
+    }
+  }
 
   template <class T>
   void take_as(const Channel& channel, const Index& at, std::vector<std::byte>& chunk) const {
     const WrittenField& field = volume_.fields[channel.field];
-    const T* const memory = in_place(field) ? reinterpret_cast<const T*>(field.voxels) : nullptr;
-    const std::int64_t n = field.components;
+    const bool whole = in_place(field);
+    const T* const memory = reinterpret_cast<const T*>(whole ? field.voxels : room_[channel.field].data());
+    const std::int64_t n = field.components, step = way_[0] * n;
     const Index& d = dims();
+    const SliceRows box = whole ? SliceRows{0, d[2], 0, d[1]} : loaded_;  // of the memory, in the store's directions
     T* const to = reinterpret_cast<T*>(chunk.data());
     Index low{}, high{};
     for (std::size_t a = 0; a < 3; ++a) low[a] = at[a] * side, high[a] = std::min(low[a] + side, d[a]);
     for (std::int64_t k = low[2]; k < high[2]; ++k)
       for (std::int64_t j = low[1]; j < high[1]; ++j) {
-        const std::int64_t from_k = memory ? (way_[2] > 0 ? k : d[2] - 1 - k) : k - first_;
-        const std::int64_t from_j = way_[1] > 0 ? j : d[1] - 1 - j;
+        const std::int64_t from_k = way_[2] > 0 ? k - box.first_slice : box.first_slice + box.slices - 1 - k;
+        const std::int64_t from_j = way_[1] > 0 ? j - box.first_row : box.first_row + box.rows - 1 - j;
         const std::int64_t from_i = way_[0] > 0 ? low[0] : d[0] - 1 - low[0];
-        const std::int64_t from = ((from_k * d[1] + from_j) * d[0] + from_i) * n + channel.component;
-        T* row = to + ((k - low[2]) * side + (j - low[1])) * side;
-        const std::int64_t step = way_[0] * n, count = high[0] - low[0];
-        if (memory && step == 1) {
-          std::memcpy(row, memory + from, static_cast<std::size_t>(count) * sizeof(T));
-        } else if (memory) {
-          for (std::int64_t i = 0; i < count; ++i) row[i] = memory[from + i * step];
+        const T* const from = memory + ((from_k * box.rows + from_j) * d[0] + from_i) * n + channel.component;
+        T* const row = to + ((k - low[2]) * side + (j - low[1])) * side;
+        const std::int64_t count = high[0] - low[0];
+        if (step == 1) {
+          std::memcpy(row, from, static_cast<std::size_t>(count) * sizeof(T));
         } else {
-          const double* const loaded = slices_[channel.field].data();
-          for (std::int64_t i = 0; i < count; ++i) row[i] = static_cast<T>(loaded[from + i * step]);
+          for (std::int64_t i = 0; i < count; ++i) row[i] = from[i * step];
         }
       }
   }
@@ -168,8 +190,8 @@ class Source {
   VoxelType type_;
   std::array<int, 3> way_;
   std::vector<Channel> channels_;
-  std::vector<std::vector<double>> slices_;  ///< of each field not in place, from `first_`
-  std::int64_t first_ = 0;                   ///< [voxels] along k, of the store
+  std::vector<std::vector<std::byte>> room_;  ///< loaded rows of each field not in place, in `type_`
+  SliceRows loaded_;                          ///< of the store
 };
 
 class StoreWriter {
@@ -183,14 +205,23 @@ class StoreWriter {
     if (row == shard_side) {  // those of a row of shards are written at once
       allow_open_files(static_cast<std::size_t>(rows(d[0], row) * rows(d[1], row)) * source_.channels().size());
     }
+    const std::int64_t at_once = source_.rows_at_once();
     const std::int64_t units = rows(d[2], row), first = how_.part.first(units), end = how_.part.end(units);
     for (std::int64_t unit = first; unit < end; ++unit) {
+      if (row == shard_side && has_files(unit, {0, rows(d[1], row)}, row)) continue;
       for (std::int64_t k = unit * row; k < std::min((unit + 1) * row, d[2]); k += side) {
-        source_.load(k, std::min(side, d[2] - k));
-        write_row(k / side);
-        if (how_.progress) {
-          how_.progress(static_cast<double>(std::min(k + side, d[2]) - first * row) /
-                        static_cast<double>(std::min(end * row, d[2]) - first * row));
+        for (std::int64_t j = 0; j < d[1]; j += at_once) {
+          const SliceRows loaded{k, std::min(side, d[2] - k), j, std::min(at_once, d[1] - j)};
+          if (row == shard_side || !has_files(k / side, {j / side, rows(j + loaded.rows, side)}, side)) {
+            source_.load(loaded);
+            write_rows(loaded);
+          }
+          if (how_.progress) {
+            const double slices = static_cast<double>(k - first * row) + static_cast<double>(loaded.slices) *
+                                                                             static_cast<double>(j + loaded.rows) /
+                                                                             static_cast<double>(d[1]);
+            how_.progress(slices / static_cast<double>(std::min(end * row, d[2]) - first * row));
+          }
         }
       }
       for (auto& [at, shard] : shards_) shard.finish(batch_);
@@ -208,14 +239,25 @@ class StoreWriter {
     return place;
   }
 
-  void write_row(std::int64_t k) {
-    const Index& d = source_.dims();
-    const std::int64_t nx = rows(d[0], side), ny = rows(d[1], side);
+  /// Whether all files are there that rows of chunks or shards need. \param along_j  [chunks, or shards] first and end
+  bool has_files(std::int64_t k, const std::array<std::int64_t, 2>& along_j, std::int64_t each) const {
+    if (!how_.keeps_rows) return false;
+    for (std::size_t c = 0; c < source_.channels().size(); ++c)
+      for (std::int64_t j = along_j[0]; j < along_j[1]; ++j)
+        for (std::int64_t i = 0; i < rows(source_.dims()[0], each); ++i) {
+          if (!files_.has(place(c, {i, j, k}))) return false;
+        }
+    return true;
+  }
+
+  void write_rows(const SliceRows& loaded) {
+    const std::int64_t nx = rows(source_.dims()[0], side), k = loaded.first_slice / side;
+    const std::int64_t begin = nx * (loaded.first_row / side), end = nx * rows(loaded.first_row + loaded.rows, side);
     for (std::size_t c = 0; c < source_.channels().size(); ++c) {
       // Packed in groups of some thousand chunks: more take memory, fewer leave cores idle.
       constexpr std::int64_t group = 4096;
-      for (std::int64_t first = 0; first < nx * ny; first += group) {
-        const std::int64_t count = std::min(group, nx * ny - first);
+      for (std::int64_t first = begin; first < end; first += group) {
+        const std::int64_t count = std::min(group, end - first);
         files_.plan().shard.empty() ? write_files(c, k, first, count) : write_in_shards(c, k, first, count);
       }
     }

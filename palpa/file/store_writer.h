@@ -18,6 +18,7 @@ struct StoreWriting {
   bool shares_store = false;  ///< other processes write other parts: an unfinished store of the same arrays is written on
   detail::Existing existing = detail::Existing::refused;  ///< of the whole: for an existing store, which must be of palpa
   int zarr = 0;                                           ///< version of Zarr, 2 or 3; 0: 3 from a million chunks on
+  bool keeps_rows = false;                                ///< files of a row that are all there are not written again
   std::function<void(double)> progress{};  ///< called with the share done [1]; may be empty, and may throw to end the writing
 };
 

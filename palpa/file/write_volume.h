@@ -9,6 +9,7 @@
 #include "palpa/base/load_error.h"
 #include "palpa/base/new_file.h"
 #include "palpa/data/grid.h"
+#include "palpa/file/sliced_file.h"
 
 namespace palpa {
 
@@ -24,6 +25,9 @@ struct WrittenField {
   Slice slice;
   /// All values in memory, in `type`, i fastest, the components of a voxel together, if the slices are these; else nullptr.
   const std::byte* voxels = nullptr;
+  /// Writes rows of these values in `type`, in the same order, for volumes that are not in memory; else empty.
+  std::function<void(const SliceRows&, std::byte*)> rows{};
+  std::int64_t rows_at_once = 1;  ///< [voxels] along j that `rows` reads best, with multiples of them
 };
 
 /// Content of a file beside its voxels.

@@ -11,12 +11,13 @@ from . import _palpa
 
 
 def prepare(store: str | PathLike[str], *, part: tuple[int, int] | None = None, into: str | PathLike[str] | None = None,
-            threads: int = 0, check: bool = False) -> dict[str, Any]:
+            threads: int = 0, check: bool = False, derive: str | None = None) -> dict[str, Any]:
     """Makes an OME-Zarr store ready: its coarser octaves, and range and checksum of each chunk.
 
     part: (number, count), from (1, n) to (n, n): only these units, on one core; a last call without it makes the rest.
     into: write beside a store that must not be changed, into this folder. threads: 0 is all cores.
     check: write nothing; 'wrong_chunks' of the result names what is not as it was prepared.
+    derive: "q=velocity" writes this derived field of the store instead, as `palpa prepare --derive`.
     Returns the counts of `palpa prepare --json`. Any process, any order, any number of times: the bytes are the same."""
     if part is not None:
         part = tuple(part)
@@ -24,7 +25,7 @@ def prepare(store: str | PathLike[str], *, part: tuple[int, int] | None = None, 
             raise TypeError(f"prepare: 'part' takes number and count, as (3, 64), not {part!r}")
     if threads < 0:
         raise ValueError(f"prepare: 'threads' is {threads}; give 1 or more, or 0 for all cores")
-    return _palpa.prepare_store(fspath(store), part, None if into is None else fspath(into), threads, check)
+    return _palpa.prepare_store(fspath(store), part, None if into is None else fspath(into), threads, check, derive or "")
 
 
 class Store:

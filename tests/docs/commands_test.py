@@ -56,6 +56,7 @@ not_run = [
     ("docs/reproduction.md", "cmake -DPALPA_PYTHON=ON build/release", building + "this test is part of that build"),
     ("docs/reproduction.md", "python3 tools/figures/reproduction.py", "tests/docs/reproduction_test.sh, which compares it with the page"),
     ("docs/large.md", "mpirun ", "needs a cluster; tests/python/store_test.py starts four processes by mpirun"),
+    ("docs/large.md", "palpa convert stack/", "needs a stack; tests/python/store_test.py converts one"),
     ("docs/large.md", "palpa prepare big.zarr                          ", "continues the line above"),
     ("docs/large.md", "sbatch ", "needs Slurm"),
     ("docs/large.md", "parallel ", "needs GNU parallel; tests/python/store_test.py runs parts in any order"),

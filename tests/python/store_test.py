@@ -363,6 +363,113 @@ def test_parts_of_a_map_join_to_the_same_bytes(tmp_path, palpa_program):
         assert (tmp_path / "parts.vti").read_bytes() == (tmp_path / "whole.vti").read_bytes()
 
 
+def converted_in_parts(program, source, folder, *more):
+    """A store of octave 0, written at once, and in parts of three counts with the same bytes."""
+    whole = folder / "1" / "v.zarr"
+    for count in (1, 2, 3):
+        store = folder / str(count) / "v.zarr"
+        store.parent.mkdir()
+        for part in reversed(range(1, count + 1)):
+            done = palpa_run(program, "convert", source, store, "--part", f"{part}/{count}", *more)
+            assert done.returncode == 0, done.stderr
+        assert digest(store) == digest(whole)
+    return whole
+
+
+def test_a_stack_of_tiff_in_parts(tmp_path, palpa_program):
+    image = pytest.importorskip("PIL.Image", reason="python3-pil is not installed")
+    values, stack = voxels_of("uint16"), tmp_path / "stack"
+    stack.mkdir()
+    for k, plane in enumerate(values):
+        image.fromarray(plane).save(stack / f"s{k + 7}.tif", compression=(None, "tiff_lzw", "tiff_adobe_deflate", "packbits")[k % 4])
+    spacing = ("--set", "spacing_m=[1e-6,1e-6,2e-6]")
+    store = converted_in_parts(palpa_program, stack, tmp_path, *spacing)
+    prepare(palpa_program, store)
+    expected = values
+    for octave in octaves_of(store):
+        np.testing.assert_array_equal(octave[:], expected)
+        expected = halved(expected)
+    (tmp_path / "raw").mkdir()
+    assert digest(raw_store(palpa_program, tmp_path / "raw", "uint16"))["0/.zarray"] == digest(store)["0/.zarray"]
+    planes = [image.fromarray(plane) for plane in values[:3]]
+    planes[0].save(tmp_path / "pages.tif", save_all=True, append_images=planes[1:])
+    done = palpa_run(palpa_program, "convert", tmp_path / "pages.tif", tmp_path / "pages.zarr", *spacing)
+    assert done.returncode == 0 and "warning" not in done.stderr, done.stderr
+    np.testing.assert_array_equal(octaves_of(tmp_path / "pages.zarr")[0][:], values[:3])
+    (stack / "s9.tif").write_bytes((stack / "s9.tif").read_bytes()[:-300])
+    done = palpa_run(palpa_program, "convert", stack, tmp_path / "cut.zarr", *spacing)
+    assert done.returncode == 2 and "'s9.tif' that " in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
+def test_a_file_of_rows_in_parts(tmp_path, palpa_program):
+    """A vector whose bytes are in the other order, with its slices from the last, is read row by row."""
+    values = np.random.default_rng(3).normal(size=(*shape[:2], 100, 3)).astype(">f4")
+    header = ("NRRD0004\ntype: float\ndimension: 4\nspace dimension: 3\nsizes: 3 100 {} {}\nendian: big\nencoding: raw\n"
+              "kinds: vector domain domain domain\nspace directions: none (1,0,0) (0,-1,0) (0,0,-2)\n").format(shape[1], shape[0])
+    (tmp_path / "v.nrrd").write_bytes(header.encode() + b"\n" + values.tobytes())
+    store = converted_in_parts(palpa_program, tmp_path / "v.nrrd", tmp_path)
+    prepare(palpa_program, store)
+    np.testing.assert_array_equal(octaves_of(store)[0][:], np.moveaxis(values[::-1, ::-1], -1, 0))
+
+
+def smoothed(values, sigma=2.0):
+    """Gaussian along each axis, cut off at four deviations, normalised within the grid."""
+    reach = int(np.ceil(4 * sigma))
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    for axis in range(3):
+        along = lambda row: np.convolve(row, weights)[reach:-reach] / np.convolve(np.ones_like(row), weights)[reach:-reach]
+        values = np.apply_along_axis(along, axis, values)
+    return values
+
+
+def jacobian(vectors, step):
+    """[component, axis] of derivatives along x, y, z: central differences, one-sided at the border."""
+    return np.array([[np.gradient(vectors[..., c], step, axis=2 - a) for a in range(3)] for c in range(3)])
+
+
+def test_derived_fields_are_those_of_numpy(tmp_path, palpa_program):
+    k, j, i = np.mgrid[:70, :90, :140]
+    vectors = np.stack([np.sin(j / 9) + k / 90, np.sin(i / 7) * np.cos(k / 11), np.cos(i / 8 + j / 10)], -1).astype(np.float32)
+    vectors.tofile(tmp_path / "v.raw")
+    store = tmp_path / "v.zarr"
+    done = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, "--set", "type=float32", "--set", "dims=[140,90,70]", "--set",
+                     "components=last", "--set", "spacing_m=[1e-3,1e-3,1e-3]")
+    assert done.returncode == 0, done.stderr
+    j_of, s_of = jacobian(vectors.astype(float), 1e-3), jacobian(np.stack([smoothed(vectors[..., c].astype(float)) for c in range(3)], -1), 1e-3)
+    square = np.einsum("ab...,bc...->ac...", s_of, s_of)
+    expected = {"curl": np.stack([j_of[2, 1] - j_of[1, 2], j_of[0, 2] - j_of[2, 0], j_of[1, 0] - j_of[0, 1]]),
+                "divergence": j_of[0, 0] + j_of[1, 1] + j_of[2, 2],
+                "q": -0.5 * np.einsum("aa...->...", square),
+                "lambda2": np.linalg.eigvalsh(np.moveaxis(0.5 * (square + square.swapaxes(0, 1)), (0, 1), (-2, -1)))[..., 1]}
+    shutil.copytree(store, tmp_path / "parts.zarr")
+    for name, values in expected.items():
+        for part in ("2/3", "3/3", "1/3"):
+            prepare(palpa_program, tmp_path / "parts.zarr", "--derive", f"{name}=vector", "--part", part)
+        for each in (store, tmp_path / "parts.zarr"):
+            prepare(palpa_program, each, "--derive", f"{name}=vector")
+        made = store / "palpa/derived" / f"{name}_vector"
+        assert digest(made) == digest(tmp_path / "parts.zarr/palpa/derived" / made.name)
+        octaves = octaves_of(made)
+        np.testing.assert_allclose(octaves[0][:], values, atol=2e-5 * np.abs(values).max())
+        assert len(octaves) == 2 and octaves[0].dtype == np.float32
+        assert palpa_run(palpa_program, "prepare", store, "--derive", f"{name}=vector", "--check").returncode == 0
+    import palpa
+
+    assert palpa.prepare(store, derive="q=vector")["units_done_before"] == 1
+    fields = json.loads(palpa_run(palpa_program, "info", store, "--json").stdout)["fields"]
+    assert [field["name"] for field in fields] == ["vector", "curl_vector", "divergence_vector", "lambda2_vector", "q_vector"]
+    # A store beside memory names them like any other, and refuses to derive them anew.
+    scene = felt.format(store=store, memory_mb=0.1, value=0)
+    for field, says in (("v.q_vector", ""), ("q(v.vector)", "palpa prepare STORE --derive q=FIELD")):
+        (tmp_path / "s.toml").write_text(scene.replace('field = "v"', f'field = "{field}"').replace('filter = "smooth"\n', ""))
+        done = palpa_run(palpa_program, "run", tmp_path / "s.toml", "--hand", "sim:stroke", "--duration-s", "0.1")
+        assert (done.returncode == 0) == (not says) and says in done.stderr and done.stderr.count("\n") <= 1, done.stderr
+    for wrong, says in (("q=velocity", "no field 'velocity'"), ("q", "as in q=velocity"), ("coherence=vector", "as in q=velocity"),
+                        ("gradient_magnitude=vector", "single values")):
+        done = palpa_run(palpa_program, "prepare", store, "--derive", wrong)
+        assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
 def test_wrong_calls_are_one_line(tmp_path, palpa_program):
     voxels_of("uint8").tofile(tmp_path / "v.raw")
     (tmp_path / "empty.zarr").mkdir()

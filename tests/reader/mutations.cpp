@@ -12,6 +12,7 @@
 #include "palpa/data/read_series.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/octave_places.h"
+#include "palpa/file/sliced_file.h"
 #include "palpa/file/store_chunks.h"
 #include "palpa/file/store_survey.h"
 
@@ -74,6 +75,18 @@ void read_store(const fs::path& store, const ReadOptions& options, MutationResul
   survey(reader, 2.0, 2.0);
 }
 
+/// Reads all rows of a file that gives them, unless the damage claims too many.
+void read_rows(const VolumeRequest& request, const ReadOptions& options) {
+  const auto file = open_sliced_file(request, options);
+  for (std::size_t f = 0; file && f < file->fields.size(); ++f) {
+    const SlicedFile::Field& field = file->fields[f];
+    const auto& n = field.grid.dims;
+    const std::size_t row = static_cast<std::size_t>(n[0] * field.components) * size_of(field.type);
+    std::vector<std::byte> rows(row);
+    for (std::int64_t k = 0; k < std::min<std::int64_t>(n[2], 40); ++k) file->read(f, {k, 1, n[1] - 1, 1}, rows.data());
+  }
+}
+
 Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOptions& options, MutationResult& result,
                 bool chunks = false) {
   Outcome outcome;
@@ -86,6 +99,7 @@ Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOpti
       outcome.spent_s = processor_s() - begin_s;
       return outcome;
     }
+    if (frames.empty()) read_rows(request, options);
     if (!frames.empty()) request.files = files_matching(request.files.front() / frames);
     const Volume volume = frames.empty() ? read_volume(request, options)
                                          : read_series(request, 0.1, BetweenFrames::linear, volume_reader(options));

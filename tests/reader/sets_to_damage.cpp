@@ -6,6 +6,7 @@
 #include "dicom_file.h"
 #include "hdf5_file.h"
 #include "openfoam_case.h"
+#include "tiff_writer.h"
 #include "zarr_file.h"
 
 namespace palpa::test {
@@ -303,6 +304,12 @@ std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
   sets.push_back(dicom_frames());
   sets.push_back(dicom_deflated());
   sets.push_back(time_series());
+  sets.push_back(one_file("strips.tif", TiffToWrite{.bits = 32, .format = 3, .deflated = true, .pixels_per_cm = 100}.bytes()));
+  sets.push_back(one_file("tiles.tif", TiffToWrite{.is_bigtiff = true, .big_endian = true, .tile = 16}.bytes()));
+  sets.push_back({"tiff_stack", [](const TemporaryFolder& folder) {
+                    write_tiff_stack(folder.path() / "stack", {.description = "ImageJ=1\nunit=um\nspacing=2\n"}, folder);
+                    return folder.path() / "stack";
+                  }});
   for (const int format : {2, 3}) {
     sets.push_back(store("image_v" + std::to_string(format), format, false));
     sets.push_back(store("chunks_v" + std::to_string(format), format, true));
