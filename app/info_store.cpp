@@ -202,6 +202,8 @@ std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& 
   StoreFacts facts{asked.name, reader->contents(), {}, {}, most_whole_bytes(asked.request)};
   facts.places = octave_places(*reader);
   facts.survey = survey(*reader, longest_survey_s, longest_facts_s);
+  const int octaves = detail::felt_octaves(reader->contents(), facts.places);
+  if (facts.is_large() && octaves > 1) facts.expected = expected_octaves(*reader, octaves);
   return facts;
 }
 
@@ -227,9 +229,12 @@ InfoTable store_table(const StoreFacts& facts) {
       "size", fmt::format("{} × {} × {}{}, {} as a whole", sizes[0], sizes[1], sizes[2],
                           contents.length_unit_assumed ? " (micrometres are assumed)" : "", bytes_words(facts.whole_bytes())));
   if (contents.frames > 1) table.words += line("frames", fmt::format("{}", contents.frames));
-  table.words += common_words(facts) + field_words(facts);
+  table.words += common_words(facts);
+  if (facts.expected) table.words += line("felt live", words_of(*facts.expected));
+  table.words += field_words(facts);
   table.json["format"] = "zarr";
   table.json["store"] = store_json(facts);
+  if (facts.expected) table.json["store"]["felt_live"] = json_of(*facts.expected);
   std::vector<std::string> warnings = contents.warnings;
   warnings.insert(warnings.end(), facts.places.warnings.begin(), facts.places.warnings.end());
   table.json["warnings"] = warnings;

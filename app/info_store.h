@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/info_facts.h"
+#include "app/info_octaves.h"
 #include "app/info_table.h"
 #include "palpa/file/octave_places.h"
 #include "palpa/file/store_survey.h"
@@ -16,14 +17,16 @@ struct StoreFacts {
   StoreContents contents;
   OctavePlaces places;
   StoreSurvey survey;
-  double most_bytes = 0.0;  ///< of octave 0 of a store that is in memory as a whole
+  double most_bytes = 0.0;                      ///< of octave 0 of a store that is in memory as a whole
+  std::optional<OctaveExpectation> expected{};  ///< of a larger one that can be felt
 
   double whole_bytes() const noexcept;  ///< of octave 0 in memory: one frame of all fields
   /// Too large to be read as a whole for its facts.
   bool is_large() const noexcept { return whole_bytes() > most_bytes; }
 };
 
-/// Facts of a store; none of other files, of series, and of a store that is read only as a whole. At most a second. Throws
+/// Facts of a store; none of other files, of series, and of a store that is read only as a whole. At most a second, or
+/// three for one that is felt through windows. Throws
 /// LoadError of a large store that cannot be read.
 std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& read);
 

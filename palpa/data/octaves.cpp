@@ -285,7 +285,7 @@ Carried Octaves::carried(const Vec3& world_m, DataTime from, DataTime to) const 
   return carried_with_level(world_m, from, to, in_force(between(to).a, to).noise);
 }
 
-const Octaves* octaves_of(const Field& field) noexcept {
+const Octaves* octaves_behind(const Field& field) noexcept {
   const MovingView* moved = moving_of(field);
   return dynamic_cast<const Octaves*>(moved ? moved->field.get() : &field);
 }
@@ -293,7 +293,7 @@ const Octaves* octaves_of(const Field& field) noexcept {
 Stock::Stock(std::span<const FieldPtr> fields) {
   for (const FieldPtr& field : fields) {
     const MovingView* moved = moving_of(*field);
-    const Octaves* octaves = octaves_of(*field);
+    const Octaves* octaves = octaves_behind(*field);
     if (!octaves || store_of(*octaves)) continue;
     stores_.push_back({octaves, moved, std::vector<Slot>(static_cast<std::size_t>(octaves->count() - 1))});
     count_ = std::max(count_, octaves->count());

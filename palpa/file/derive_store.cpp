@@ -48,7 +48,8 @@ class DerivedRows {
         of_(reader->contents().fields[static_cast<std::size_t>(field)]),
         grid_(reader->contents().octaves.front().grid),
         halo_(halo_of(derivation, grid_)),
-        voxels_(std::make_shared<detail::StoreCache>(std::move(reader), cache_bytes), field, 0) {}
+        voxels_(std::make_shared<detail::StoreCache>("the store", std::move(reader), detail::StoreCache::Open{}, cache_bytes),
+                field, 0) {}
 
   const GridGeometry& grid() const noexcept { return grid_; }
 

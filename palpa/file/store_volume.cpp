@@ -165,6 +165,11 @@ std::optional<Volume> volume_of_store(const VolumeRequest& request, const ReadOp
 
 }  // namespace
 
+int felt_octaves(const StoreContents& contents, const OctavePlaces& places) {
+  const int count = halved_octaves(contents);
+  return problem_with_octaves(contents, count, places).empty() ? count : 0;
+}
+
 std::optional<Volume> volume_in_octaves(const VolumeRequest& request, const ReadOptions& options, std::uint64_t limit_bytes) {
   if (request.files.size() != 1 || !protocol::is_store(request.files.front())) return std::nullopt;
   try {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "palpa/data/volume.h"
+#include "palpa/file/octave_places.h"
 #include "palpa/file/read_volume.h"
 
 namespace palpa::detail {
@@ -12,6 +13,9 @@ namespace palpa::detail {
 /// [bytes] Voxels that a store's octave 0 may take in memory as a whole; more: it is felt through windows. `memory_mb` of a
 /// request replaces it.
 inline constexpr double whole_bytes = 512e6;
+
+/// [1] Octaves of a store that can be felt through windows; 0: it cannot be.
+int felt_octaves(const StoreContents& contents, const OctavePlaces& places);
 
 /// The volume of a request for a store whose octave 0 takes more memory than it may: fields in octaves (octaves.h), whose
 /// chunks a program that stays open reads when windows need them; nullopt for smaller stores, for other files, and for stores

@@ -27,7 +27,7 @@ double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock:
 std::string name_of(const Octaves& of, const Scene& scene) {
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) {
-      if (octaves_of(*field.field) != &of) continue;
+      if (octaves_behind(*field.field) != &of) continue;
       return volume.volume.files.empty() ? volume.name : detail::one_line(volume.volume.files.front().path);
     }
   }

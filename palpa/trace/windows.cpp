@@ -9,7 +9,7 @@ std::vector<TracedField> traced_fields(const Scene& scene) {
   std::vector<TracedField> fields;
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields)
-      if (const Octaves* octaves = octaves_of(*field.field)) fields.push_back({volume.name, field.name, field.field, octaves});
+      if (const Octaves* octaves = octaves_behind(*field.field)) fields.push_back({volume.name, field.name, field.field, octaves});
   }
   return fields;
 }

@@ -14,11 +14,12 @@ OctaveForecast forecast(double speed_m_per_s, double voxel_hand_m, const ChunkSu
   store.finest.dims = {4096, 4096, 4096};
   store.finest.index_to_world_m = Mat3{{{1e-6, 0, 0}, {0, 1e-6, 0}, {0, 0, 1e-6}}};
   store.chunks = chunks;
-  const auto hand = simulated_target("sim:random,speed_m_per_s=" + std::to_string(speed_m_per_s));
+  const auto hand = simulated_target("sim:random,speed_m_per_s=0.1");
   const Vec3 start_m = hand->at(0.0).position_m;
   const double scale = 1e-6 / voxel_hand_m;
   const Vec3 middle_m{2.048e-3, 2.048e-3, 2.048e-3};
-  return forecast_octaves(store, *hand, {.scale = scale, .translation_m = middle_m - scale * start_m}, 1.0, duration_s, supply);
+  return forecast_octaves(store, *hand, {.scale = scale, .translation_m = middle_m - scale * start_m}, speed_m_per_s / 0.1,
+                          duration_s, supply);
 }
 
 // Law 6 of docs/large.md.
