@@ -15,16 +15,6 @@
 
 namespace palpa {
 
-class Octaves;
-
-/// Place of a window. Trivially copyable.
-struct WindowPlace {
-  const Octaves* of = nullptr;  ///< nullptr: no window
-  int octave = 0;
-  std::array<std::int64_t, 3> first{};  ///< [voxels] of `Octaves::sampled_grid`, multiples of 8
-  std::array<std::int64_t, 3> dims{};   ///< [voxels] along i, j, k
-};
-
 /// Checksum of a chunk of voxels, the unit in which a source reads.
 struct ChunkSum {
   int octave = 0;

@@ -13,6 +13,8 @@
 
 namespace palpa {
 
+class Octaves;
+
 /// The hand's point as reported by the device.
 struct Probe {
   Vec3 position_m;
@@ -76,6 +78,14 @@ struct SessionEvent {
   double value = 0.0;          ///< of onset and break_through: the level, in the field's own unit
   const char* text = nullptr;  ///< of fault and warning: the cause
   double depth_m = 0.0;        ///< [m] of break_through: |proxy − probe| where the strength was reached
+};
+
+/// Place of a window. Trivially copyable.
+struct WindowPlace {
+  const Octaves* of = nullptr;  ///< nullptr: no window
+  int octave = 0;
+  std::array<std::int64_t, 3> first{};  ///< [voxels] of the octave as it is sampled, multiples of 8
+  std::array<std::int64_t, 3> dims{};   ///< [voxels] along i, j, k
 };
 
 /// Places for which a tick needs windows of volumes larger than memory.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "palpa/trace/trace.h"
+#include "palpa/trace/windows.h"
 
 namespace palpa {
 

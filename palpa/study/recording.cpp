@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpa/data/volume.h"
+#include "palpa/trace/windows.h"
 #include "palpa/version.h"
 
 namespace palpa::detail {

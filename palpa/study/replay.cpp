@@ -11,6 +11,7 @@
 #include "palpa/study/recorded_scene.h"
 #include "palpa/study/recording.h"
 #include "palpa/study/run.h"
+#include "palpa/trace/windows.h"
 
 namespace palpa {
 namespace {
@@ -43,7 +44,7 @@ class TemporaryFolder {
 class Windows {
  public:
   /// Throws LoadError on windows that the data cannot have.
-  Windows(const TraceReader& reader, const Scene& scene, Session& session) : session_(session) {
+  Windows(const TraceReader& reader, const fs::path& trace, const Scene& scene, Session& session) : session_(session) {
     if (session.stock().empty()) return;
     const std::vector<TracedField> fields = traced_fields(scene);
     const auto named = [&](const auto& row) {
@@ -53,12 +54,12 @@ class Windows {
         throw LoadError("the trace has windows of " + row.volume + "." + row.field + ", the scene has no such field");
       return found->octaves;
     };
-    for (const TracedChunks& chunks : reader.chunks()) named(chunks)->shape().source->expect(chunks.sums);
+    for (const TracedChunks& chunks : traced_chunks(trace)) named(chunks)->shape().source->expect(chunks.sums);
     if (!reader.header().motors) {
       feed_.emplace(session);
       return;
     }
-    for (TracedWindow& window : reader.windows()) {
+    for (TracedWindow& window : traced_windows(trace)) {
       window.place.of = named(window);
       if (!can_be_felt_live(window.place))
         throw LoadError("the trace has a window, in windows.csv at tick " + std::to_string(window.tick) +
@@ -105,7 +106,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   ReplayResult result;
   SummaryBuilder builder(loaded.scene);
   GuardedSession guarded(session, detail::guard_options_of(header));
-  Windows windows(reader, loaded.scene, session);
+  Windows windows(reader, trace, loaded.scene, session);
   const auto begin = std::chrono::steady_clock::now();
   const TickFrame* before = nullptr;
   for (const auto& [recorded] : ticks) {

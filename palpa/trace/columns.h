@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "palpa/data/octaves.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa::detail {

@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/data/octaves.h"
 #include "palpa/data/volume.h"
 #include "palpa/session/session.h"
 
@@ -134,27 +133,7 @@ struct TraceHeader {
   bool has_octaves = false;          ///< a volume is larger than memory: likewise
 };
 
-/// Field of a volume larger than memory.
-struct TracedField {
-  std::string volume;  ///< its name in the scene
-  std::string field;   ///< its name in the volume
-  FieldPtr posed;      ///< keeps the octaves
-  const Octaves* octaves = nullptr;
-};
-/// Those of a scene, in its order. Allocates; any thread.
-std::vector<TracedField> traced_fields(const Scene& scene);
-
-/// Window that was laid in a recorded live run, for a field of `traced_fields`.
-struct TracedWindow {
-  std::int64_t tick = 0;  ///< before which it was laid
-  std::string volume, field;
-  WindowPlace place{};  ///< without the octaves
-};
-/// Chunks that were read in a recorded run.
-struct TracedChunks {
-  std::string volume, field;
-  std::vector<ChunkSum> sums{};
-};
+struct TracedField;
 
 /// Whether the trace is of one of a scene's several hands. Any thread.
 inline bool is_one_of_several(const TraceHeader& header) noexcept {
@@ -169,9 +148,11 @@ class TraceWriter {
   /// nothing behind.
   /// \param scene_text  the scene file, byte for byte
   /// \param mode_names  in the scene's order
-  /// \param octaves     fields larger than memory, whose windows and chunks are recorded
   TraceWriter(const std::filesystem::path& folder, const TraceHeader& header, const std::string& scene_text,
-              std::vector<std::string> mode_names, std::vector<TracedField> octaves = {});
+              std::vector<std::string> mode_names);
+  /// Records windows and chunks of fields larger than memory as well (palpa/trace/windows.h).
+  TraceWriter(const std::filesystem::path& folder, const TraceHeader& header, const std::string& scene_text,
+              std::vector<std::string> mode_names, std::vector<TracedField> octaves);
   /// Writes appended data as far as possible. Without `finish` the trace stays incomplete, but readable.
   ~TraceWriter();
   TraceWriter(const TraceWriter&) = delete;
@@ -217,10 +198,6 @@ class TraceReader {
   std::vector<TraceTick> ticks() const;
   /// Whether its ticks have all columns of an energy table: older recordings do not. Throws as `ticks`.
   bool has_energy() const;
-  /// Windows of a live run, in the order of ticks; none in other traces. Throws as `ticks`.
-  std::vector<TracedWindow> windows() const;
-  /// Chunks that were read, by field. Throws as `ticks`.
-  std::vector<TracedChunks> chunks() const;
 
  private:
   std::filesystem::path folder_;

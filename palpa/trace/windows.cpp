@@ -1,7 +1,7 @@
-#include "palpa/scene/scene.h"
+#include "palpa/trace/windows.h"
+
 #include "palpa/trace/columns.h"
 #include "palpa/trace/rows.h"
-#include "palpa/trace/trace.h"
 
 namespace palpa {
 
@@ -9,14 +9,15 @@ std::vector<TracedField> traced_fields(const Scene& scene) {
   std::vector<TracedField> fields;
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields)
-      if (const Octaves* octaves = octaves_behind(*field.field)) fields.push_back({volume.name, field.name, field.field, octaves});
+      if (const Octaves* octaves = octaves_behind(*field.field))
+        fields.push_back({volume.name, field.name, field.field, octaves});
   }
   return fields;
 }
 
-std::vector<TracedWindow> TraceReader::windows() const {
+std::vector<TracedWindow> traced_windows(const std::filesystem::path& trace) {
   std::vector<TracedWindow> all;
-  detail::each_row(folder_ / detail::windows_table().file, detail::windows_table().names(), [&](const detail::Row& row) {
+  detail::each_row(trace / detail::windows_table().file, detail::windows_table().names(), [&](const detail::Row& row) {
     TracedWindow& one = all.emplace_back();
     one.tick = row.number<std::int64_t>(0);
     one.volume = row.text(1), one.field = row.text(2);
@@ -30,9 +31,9 @@ std::vector<TracedWindow> TraceReader::windows() const {
   return all;
 }
 
-std::vector<TracedChunks> TraceReader::chunks() const {
+std::vector<TracedChunks> traced_chunks(const std::filesystem::path& trace) {
   std::vector<TracedChunks> all;
-  detail::each_row(folder_ / detail::chunks_table().file, detail::chunks_table().names(), [&](const detail::Row& row) {
+  detail::each_row(trace / detail::chunks_table().file, detail::chunks_table().names(), [&](const detail::Row& row) {
     const std::string volume = row.text(5), field = row.text(6);
     if (all.empty() || all.back().volume != volume || all.back().field != field) all.push_back({volume, field});
     ChunkSum& sum = all.back().sums.emplace_back();

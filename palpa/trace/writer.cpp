@@ -13,6 +13,7 @@
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
 #include "palpa/trace/trace_toml.h"
+#include "palpa/trace/windows.h"
 
 namespace palpa {
 
@@ -233,6 +234,10 @@ class TraceWriter::Files {
   std::optional<std::string> failure;
   bool finished = false;
 };
+
+TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, const std::string& scene_text,
+                         std::vector<std::string> mode_names)
+    : TraceWriter(folder, header, scene_text, std::move(mode_names), std::vector<TracedField>{}) {}
 
 TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, const std::string& scene_text,
                          std::vector<std::string> mode_names, std::vector<TracedField> octaves) {
