@@ -44,16 +44,19 @@ class PushedMass final : public ReleasedDevice {
     next_ = (next_ + 1) % waiting_n_.size();
     const Vec3 rendered_n = waiting_n_[next_];  // the oldest: written `delay_ticks` writes ago
     const Vec3 force_n = push_n_ + rendered_n, from_m = position_m_;
-    const double h = time_step_s / sub_steps, inertia = plant_.mass_kg / h;
-    for (int i = 0; i < sub_steps; ++i) {
-      Vec3 momentum_n = inertia * velocity_m_per_s_ + force_n;
-      if (const double friction_n = plant_.coulomb_friction_n; friction_n > 0.0) {
+    const double h = time_step_s / sub_steps, inertia = plant_.mass_kg / h, friction_n = plant_.coulomb_friction_n;
+    const bool may_stick = friction_n > 0.0 && !(norm(force_n) > friction_n);
+    Vec3 position_m = from_m, velocity_m_per_s = velocity_m_per_s_;
+    for (int i = 0; i < sub_steps && !(may_stick && velocity_m_per_s == Vec3{}); ++i) {
+      Vec3 momentum_n = inertia * velocity_m_per_s + force_n;
+      if (friction_n > 0.0) {
         const double length_n = norm(momentum_n);
         momentum_n = length_n > friction_n ? (1.0 - friction_n / length_n) * momentum_n : Vec3{};
       }
-      velocity_m_per_s_ = momentum_n / (inertia + plant_.damping_ns_per_m);
-      position_m_ += h * velocity_m_per_s_;
+      velocity_m_per_s = momentum_n / (inertia + plant_.damping_ns_per_m);
+      position_m += h * velocity_m_per_s;
     }
+    position_m_ = position_m, velocity_m_per_s_ = velocity_m_per_s;
     work_j_ += dot(rendered_n, position_m_ - from_m);
     time_s_ += time_step_s;
   }

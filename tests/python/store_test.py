@@ -1,6 +1,7 @@
 """Stores larger than memory: written, prepared in parts, read by other programs."""
 
 import csv
+import functools
 import hashlib
 import json
 import os
@@ -21,17 +22,26 @@ zarr = pytest.importorskip("zarr", reason="python3-zarr is not installed")
 
 root = pathlib.Path(__file__).resolve().parents[2]
 shape = (150, 200, 300)  # z, y, x: neither a multiple of a chunk nor even in every octave
+part = tuple(slice(length) for length in (60, 72, 300))  # of it, with as many octaves
 
 
+@functools.cache
 def voxels_of(kind):
-    k, j, i = np.mgrid[: shape[0], : shape[1], : shape[2]]
-    noise = np.random.default_rng(1).integers(0, 20, shape)
+    k, j, i = np.ogrid[: shape[0], : shape[1], : shape[2]]
+    noise = np.random.default_rng(1).integers(0, 20, shape, np.uint8)
     values = (128 + 60 * np.sin(i / 9) * np.cos(j / 7) + 40 * np.sin(k / 11) + noise).clip(0, 255)
     if kind == "float32":
         values = values.astype(np.float32) / 7
         values[20:25, 30:40, 50:60] = np.nan
-        return values
-    return values.astype(np.uint8) if kind == "uint8" else (values * 37 - 3000).astype(kind)
+    else:
+        values = values.astype(np.uint8) if kind == "uint8" else (values * 37 - 3000).astype(kind)
+    values.flags.writeable = False
+    return values
+
+
+@functools.cache
+def octave_of(kind, n):
+    return halved(octave_of(kind, n - 1)) if n else voxels_of(kind)
 
 
 def halved(fine):
@@ -52,7 +62,7 @@ def palpa_run(program, *arguments, **more):
     return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, **more)
 
 
-def how(kind):
+def how(kind, shape=shape):
     return ["--set", f"type={kind}", "--set", f"dims=[{shape[2]},{shape[1]},{shape[0]}]", "--set", "spacing_m=[1e-6,1e-6,2e-6]"]
 
 
@@ -83,44 +93,53 @@ def octaves_of(store):
     return [group[path] for path in paths]
 
 
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """Prepared stores by kind of voxel and options of `convert`, each made once: not to be written."""
+    program = pathlib.Path(os.environ["PALPA_BIN"]) / "palpa"
+    if not program.exists():
+        pytest.skip("the program palpa is not built")
+
+    @functools.cache
+    def made(kind, *more):
+        store = raw_store(program, tmp_path_factory.mktemp(kind), kind, *more)
+        prepare(program, store)
+        return store
+
+    return made
+
+
 @pytest.mark.parametrize("kind", ["uint8", "int16", "uint16", "int32", "float32"])
-def test_octaves_are_means_of_the_file(kind, tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, kind)
-    prepare(palpa_program, store)
-    octaves, expected = octaves_of(store), voxels_of(kind)
+def test_octaves_are_means_of_the_file(kind, prepared):
+    octaves = octaves_of(prepared(kind))
     assert [octave.shape for octave in octaves] == [(150, 200, 300), (75, 100, 150), (38, 50, 75)]
-    for octave in octaves:
+    for n, octave in enumerate(octaves):
+        expected = octave_of(kind, n)
         assert octave.dtype == expected.dtype and octave.chunks == (32, 32, 32)
         np.testing.assert_array_equal(octave[:], expected)
-        expected = halved(expected)
 
 
 @pytest.mark.parametrize("kind", ["uint8", "float32"])
-def test_facts_are_those_of_each_chunk(kind, tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, kind)
-    prepare(palpa_program, store)
-    fine, octaves = voxels_of(kind), octaves_of(store)
-    for n in range(len(octaves)):
+def test_facts_are_those_of_each_chunk(kind, prepared):
+    store = prepared(kind)
+    for n in range(len(octaves_of(store))):
         facts = zarr.open(str(store), "r")[f"palpa/facts/{n}"][0, 0]
-        coarse = halved(fine)
+        fine, coarse = octave_of(kind, n), octave_of(kind, n + 1)
         upper = np.repeat(np.repeat(np.repeat(coarse, 2, 0), 2, 1), 2, 2)[tuple(map(slice, fine.shape))]
         assert facts.shape == (*(-(-length // 32) for length in fine.shape), 4)
         for at in np.ndindex(facts.shape[:3]):
             box = tuple(slice(32 * index, 32 * index + 32) for index in at)
             chunk = fine[box]
             lost = chunk.astype(float) - upper[box].astype(float)
-            rms = 0 if n + 1 == len(octaves) else np.sqrt(np.nanmean(lost**2))
+            rms = 0 if n == 2 else np.sqrt(np.nanmean(lost**2))
             found = facts[at]
             assert (found[0], found[1]) == (np.nanmin(chunk), np.nanmax(chunk))
             assert found[2] == pytest.approx(rms, rel=1e-12)
             assert found[3] == zlib.crc32(np.ascontiguousarray(chunk).tobytes())
-        fine = coarse
 
 
-def test_octaves_lie_half_a_voxel_further_in(tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, "uint8")
-    prepare(palpa_program, store)
-    (image,) = json.loads((store / ".zattrs").read_text())["multiscales"]
+def test_octaves_lie_half_a_voxel_further_in(prepared):
+    (image,) = json.loads((prepared("uint8") / ".zattrs").read_text())["multiscales"]
     assert [axis["name"] for axis in image["axes"]] == ["z", "y", "x"]
     for n, dataset in enumerate(image["datasets"]):
         scale, shift = dataset["coordinateTransformations"]
@@ -128,14 +147,16 @@ def test_octaves_lie_half_a_voxel_further_in(tmp_path, palpa_program):
         np.testing.assert_allclose(shift["translation"], np.array([2e-6, 1e-6, 1e-6]) * (2**n - 1) / 2, atol=1e-20)
 
 
-def long_store(program, folder, name="long.zarr", *more):
-    """A store of five units in a row, with an octave 6 that units do not make."""
-    long = (33, 40, 4200)
-    k, j, i = np.mgrid[: long[0], : long[1], : long[2]]
-    noise = np.random.default_rng(2).integers(0, 9, long)
-    (100 + 50 * np.sin(i / 31 + j / 13) * np.cos(k / 5) + noise).astype(np.uint16).tofile(folder / "long.raw")
+def write_long_file(file):
+    """Voxels of five units in a row, with an octave 6 that units do not make."""
+    k, j, i = np.ogrid[:33, :40, :4200]
+    noise = np.random.default_rng(2).integers(0, 9, (33, 40, 4200), np.uint8)
+    (100 + 50 * np.sin(i / 31 + j / 13) * np.cos(k / 5) + noise).astype(np.uint16).tofile(file)
+
+
+def long_store(program, folder, name, *more):
     done = palpa_run(program, "convert", folder / "long.raw", folder / name, "--part", "1/1", "--set", "type=uint16", "--set",
-                     f"dims=[{long[2]},{long[1]},{long[0]}]", *more)
+                     "dims=[4200,40,33]", *more)
     assert done.returncode == 0, done.stderr
     return folder / name
 
@@ -147,6 +168,7 @@ def reference(tmp_path_factory):
     if not program.exists():
         pytest.skip("the program palpa is not built")
     folder = tmp_path_factory.mktemp("reference")
+    write_long_file(folder / "long.raw")
     stores = {zarr_version: long_store(program, folder, f"long{zarr_version}.zarr", "--zarr", zarr_version) for zarr_version in "23"}
     digests = {}
     for version, store in stores.items():
@@ -281,9 +303,9 @@ def test_under_mpirun_the_bytes_are_the_same(version, reference, tmp_path, palpa
 
 def test_chunks_of_others(tmp_path, palpa_program):
     """Planes, long chunks, separators and codecs of other programs, and an axis of channels."""
-    values = voxels_of("uint16")
-    for number, (chunk, more) in enumerate([((1, 200, 300), {}), ((40, 100, 64), {"compressor": None, "dimension_separator": "."}),
-                                            ((64, 16, 128), {"order": "F"}), ((150, 200, 300), {"fill_value": 3})]):
+    values = voxels_of("uint16")[part]
+    for number, (chunk, more) in enumerate([((1, 72, 300), {}), ((40, 50, 64), {"compressor": None, "dimension_separator": "."}),
+                                            ((64, 16, 128), {"order": "F"}), ((60, 72, 300), {"fill_value": 3})]):
         store = tmp_path / f"other{number}.zarr"
         group = zarr.open_group(str(store), "w")
         group.create_dataset("scale0", data=values, chunks=chunk, **({"dimension_separator": "/"} | more))
@@ -349,7 +371,7 @@ def test_parts_of_a_map_join_to_the_same_bytes(tmp_path, palpa_program):
         assert done.returncode == 0, done.stderr
 
     run(tmp_path / "whole.vti")
-    for count in (2, 5):
+    for count in (5,):
         for part in reversed(range(1, count + 1)):
             run(tmp_path / "parts.vti", "--part", f"{part}/{count}")
         assert not (tmp_path / "parts.vti").exists()
@@ -358,7 +380,7 @@ def test_parts_of_a_map_join_to_the_same_bytes(tmp_path, palpa_program):
         assert not list(tmp_path.glob("*.part*"))
         (tmp_path / "parts.vti").unlink()
     if shutil.which("mpirun"):
-        run(tmp_path / "parts.vti", "--part", "auto", launcher=("mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "4"))
+        run(tmp_path / "parts.vti", "--part", "auto", launcher=("mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2"))
         run(tmp_path / "parts.vti")
         assert (tmp_path / "parts.vti").read_bytes() == (tmp_path / "whole.vti").read_bytes()
 
@@ -518,10 +540,10 @@ def test_zarrita_reads_the_same_voxels(version, zarrita, reference, tmp_path, pa
 
 
 def test_vectors_are_three_channels(tmp_path, palpa_program):
-    values = np.random.default_rng(5).normal(size=(*shape, 3)).astype(np.float32)
+    values = np.random.default_rng(5).normal(size=(60, 72, 300, 3)).astype(np.float32)
     values.tofile(tmp_path / "v.raw")
     store = tmp_path / "v.zarr"
-    done = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, *how("float32"), "--set", "components=last")
+    done = palpa_run(palpa_program, "convert", tmp_path / "v.raw", store, *how("float32", values.shape), "--set", "components=last")
     assert done.returncode == 0, done.stderr
     for octave in octaves_of(store):
         np.testing.assert_array_equal(octave[:], np.moveaxis(values, -1, 0))
@@ -537,7 +559,7 @@ def test_vectors_are_three_channels(tmp_path, palpa_program):
 def test_octaves_of_int8_are_int8_and_of_uint32_refused(tmp_path, palpa_program):
     for kind in ("int8", "uint32"):
         store = tmp_path / f"{kind}.zarr"
-        values = (voxels_of("uint16") % 256 - 128).astype(kind)
+        values = (voxels_of("uint16")[part] % 256 - 128).astype(kind)
         group = zarr.open_group(str(store), "w")
         group.create_dataset("0", data=values, chunks=(64, 64, 64), dimension_separator="/")
         group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
@@ -592,12 +614,17 @@ def without_octaves(ticks):
     return "\n".join(",".join(row[n] for n in columns) for row in rows)
 
 
+@pytest.fixture(scope="module")
+def hand(prepared, tmp_path_factory):
+    """A simulated hand as it was placed by octave 0: by a store larger than memory it would be by the coarsest."""
+    folder = tmp_path_factory.mktemp("hand")
+    run_on(pathlib.Path(os.environ["PALPA_BIN"]) / "palpa", folder, prepared("uint8"), 1000, "placed")
+    return folder / "placed" / "ticks.csv"
+
+
 @pytest.mark.parametrize("version", "23")
-def test_felt_through_windows_to_the_bit(version, tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, "uint8", "--zarr", version)
-    prepare(palpa_program, store)
-    run_on(palpa_program, tmp_path, store, 1000, "placed")
-    hand = tmp_path / "placed" / "ticks.csv"  # a simulated hand would be placed by the coarsest octave
+def test_felt_through_windows_to_the_bit(version, prepared, hand, tmp_path, palpa_program):
+    store = prepared("uint8", *(["--zarr", "3"] if version == "3" else []))
     windows = run_on(palpa_program, tmp_path, store, 1, "windows", hand)
     whole = run_on(palpa_program, tmp_path, store, 1000, "whole", hand)
     assert windows == whole and len(windows["ticks.csv"].splitlines()) > 900
@@ -605,19 +632,18 @@ def test_felt_through_windows_to_the_bit(version, tmp_path, palpa_program):
     assert again.returncode == 0 and "identical in all 1000 ticks" in again.stdout, again.stdout + again.stderr
 
 
-def test_a_damaged_chunk_leaves_the_coarser_octave_there(tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, "uint8")
-    prepare(palpa_program, store)
-    whole = run_on(palpa_program, tmp_path, store, 1, "whole")
+def test_a_damaged_chunk_leaves_the_coarser_octave_there(prepared, hand, tmp_path, palpa_program):
+    store = tmp_path / "v.zarr"
+    shutil.copytree(prepared("uint8"), store)
+    whole = run_on(palpa_program, tmp_path, store, 1, "whole", hand)
     for chunk in (path for path in (store / "0").rglob("*") if path.is_file() and path.name.isdigit()):
         chunk.write_bytes(b"damage" + chunk.read_bytes()[6:])
-    coarser = run_on(palpa_program, tmp_path, store, 1, "coarser")
+    coarser = run_on(palpa_program, tmp_path, store, 1, "coarser", hand)
     assert coarser.keys() == whole.keys() and coarser["ticks.csv"] != whole["ticks.csv"]
 
 
-def test_a_replay_ends_where_a_chunk_has_changed(tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, "uint8")
-    prepare(palpa_program, store)
+def test_a_replay_ends_where_a_chunk_has_changed(prepared, tmp_path, palpa_program):
+    store = prepared("uint8")
     run_on(palpa_program, tmp_path, store, 1, "felt")
     columns = (tmp_path / "felt" / "chunks.csv").read_text().splitlines()
     assert columns[0] == "octave,i,j,k,crc32,volume,field" and len(columns) > 1
@@ -638,9 +664,8 @@ def live_run(program, folder, store, out, seconds="1.5", hand="sim:stroke"):
     return json.loads(done.stdout), done.stderr
 
 
-def test_a_live_run_is_felt_again_to_the_bit(tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, "uint8")
-    prepare(palpa_program, store)
+def test_a_live_run_is_felt_again_to_the_bit(prepared, tmp_path, palpa_program):
+    store = prepared("uint8")
     felt_live, _ = live_run(palpa_program, tmp_path, store, "live")
     assert felt_live["loop"]["windows"]["made"] > 0 and felt_live["felt_octaves"]["finest_share"] > 0.1
     windows = list(csv.DictReader((tmp_path / "live" / "windows.csv").open()))
@@ -661,9 +686,8 @@ def test_a_live_run_says_which_chunk_is_damaged_and_goes_on(tmp_path, palpa_prog
     assert again.returncode == 0 and "identical in all" in again.stdout, again.stdout + again.stderr
 
 
-def test_a_reader_that_is_killed_is_started_once_more(tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, "uint8")
-    prepare(palpa_program, store)
+def test_a_reader_that_is_killed_is_started_once_more(prepared, tmp_path, palpa_program):
+    store = prepared("uint8")
     scene = tmp_path / "s.toml"
     scene.write_text(felt.format(store=store, memory_mb=1, value=140))
     arguments = ["run", scene, "--realtime", "--hand", "sim:stroke", "--duration-s", "6", "--out", tmp_path / "live", "--json"]
