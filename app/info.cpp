@@ -176,7 +176,10 @@ int run_info(const InfoArguments& arguments) {
   places.insert(places.end(), arguments.places.begin(), arguments.places.end());
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Asked& asked : all) {
-    const std::optional<StoreFacts> store = store_facts_of(asked, arguments.read);
+    const std::optional<StoreFacts> store = [&] {
+      const Progress progress("looking for the chunks of " + asked.name);
+      return store_facts_of(asked, arguments.read);
+    }();
     if (store && store->is_large()) {
       if (arguments.scene || !arguments.picture.empty()) make_files_of_large(asked, arguments);
       if (arguments.scene) continue;

@@ -25,9 +25,8 @@ struct StoreFacts {
   bool is_large() const noexcept { return whole_bytes() > most_bytes; }
 };
 
-/// Facts of a store; none of other files, of series, and of a store that is read only as a whole. At most a second, or
-/// three for one that is felt through windows. Throws
-/// LoadError of a large store that cannot be read.
+/// Facts of a store; none of other files, of series, and of a store that is read only as a whole. At most a second, of one that
+/// is felt through windows three, of a prepared one a minute. Throws LoadError of a large store that cannot be read.
 std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& read);
 
 /// Options to read a store as a whole for its facts: no large one. Of other files `read`.

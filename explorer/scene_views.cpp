@@ -177,6 +177,21 @@ void SceneViews::show_look(const SliceLook& look) {
     if (window.low == look_.low && window.high == look_.high && windows_->currentIndex() < 0)
       windows_->setCurrentIndex(windows_->count() - 1);
   }
+  refine_slices();
+}
+
+/// Replaces the coarsest octave of a volume larger than memory, which is shown at once.
+void SceneViews::refine_slices() {
+  if (!look_.octave || *look_.octave == 0) return;
+  jobs_.begin<SliceLook>(
+      Jobs::Purpose::slices, tr("reading finer octaves"),
+      [scene = *scene_, look = look_](std::stop_token) { return in_fine_octave(scene, look); },
+      [this](const SliceLook& fine) {
+        if (fine.name != look_.name) return;
+        look_.field = fine.field, look_.octave = fine.octave;
+        for (SliceView* slice : slices_) slice->set_look(look_);
+      },
+      [this](const QString& why) { Q_EMIT said(why, true); });
 }
 
 void SceneViews::pick_values(bool on) {
@@ -238,8 +253,10 @@ void SceneViews::draw_layers(const Scene& scene, bool moves) {
   take_tools();
   if (field_names(scene) != listed_) list_fields();  // data were added
   if (is_later) {
-    look_.field = slice_look_of(scene, look_.name).field;
+    const SliceLook now = slice_look_of(scene, look_.name);
+    look_.field = now.field, look_.octave = now.octave;
     for (SliceView* slice : slices_) slice->set_look(look_);
+    refine_slices();
     take_flow();
   }
   if (!view_) return;

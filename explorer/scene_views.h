@@ -82,6 +82,7 @@ class SceneViews : public QSplitter {
   void list_fields();
   void take_flow();
   void show_look(const SliceLook& look);
+  void refine_slices();
   void draw(bool rough);
   QString words_at(const Vec3& at_m) const;
   void take_tools();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpa/data/octave_parts.h"
 #include "palpa/scene/parts.h"
 #include "palpa/view/layers.h"
 
@@ -16,7 +17,8 @@ namespace {
 constexpr int coarse_step_px = 3;     // between samples of a moving slice
 constexpr int refine_after_ms = 120;  // from the last motion to the fine slice
 constexpr int looks_for_window = 4000;
-constexpr int least_legend_px = 400;  // of a slice's width: narrower, a legend covers the labels
+constexpr int pixels_of_octave = 512;  // [1] of a slice, for the choice of an octave. More: slower; fewer: blurred
+constexpr int least_legend_px = 400;   // of a slice's width: narrower, a legend covers the labels
 
 bool flows(const ViewLayer& layer) {
   return layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
@@ -145,6 +147,7 @@ SliceLook slice_look_of(const Scene& scene, const std::string& field) {
     const FieldPtr now = frozen(named.field, scene.time().at(0.0));
     look.field = detail::in_hand_frame(look.labels.empty() ? now : nearest_voxels(now), look.map);
     look.name = name;
+    if (const Octaves* octaves = octaves_below(*named.field)) look.octave = octaves->count() - 1;
     look.unit = named.unit;
     look.words = look.labels.empty() ? field_words(scene, name) : SliceView::tr("labels");
     const bool from_file = std::ranges::any_of(scene.volumes(), [&](const SceneVolume& volume) {
@@ -172,6 +175,16 @@ SliceLook slice_look_of(const Scene& scene, const std::string& field) {
   } catch (const LoadError&) {
     look.field = nullptr;
   }
+  return look;
+}
+
+SliceLook in_fine_octave(const Scene& scene, SliceLook look) {
+  if (!look.octave || !look.field) return look;
+  const FieldPtr field = detail::in_hand_frame(scene.field({look.name}).field, look.map);
+  const Box box = field->bounds_m();
+  const double step_m = largest_component(box.size_m()) / pixels_of_octave;
+  if (const auto drawn = step_m > 0.0 ? drawn_octave(*field, scene.time().at(0.0), box, step_m) : std::nullopt)
+    look.field = drawn->field, look.octave = drawn->octave;
   return look;
 }
 
@@ -317,7 +330,7 @@ void SliceView::paint_texts(Texts& shown) {
   // Rows of texts, side by side where the slice is wide enough.
   QStringList texts{title() + " · " + coordinate_words(axis_, along_m[axis_], look_.medical, look_.map.scale)};
   if (look_.field) {
-    texts << look_.words;
+    texts << look_.words + (look_.octave ? tr(", octave %1").arg(*look_.octave) : QString());
     if (look_.labels.empty()) texts << QString("%1 … %2").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4);
   }
   const int room_px = width() - 16;

@@ -22,6 +22,7 @@ struct SliceLook {
   std::string name, unit;           ///< of the field
   QString words{};                  ///< name and unit for the user: "|velocity| / m/s", "value, no unit in the file"
   std::vector<SeenLabel> labels{};  ///< of a label map, shown by their colours; empty: other fields
+  std::optional<int> octave{};      ///< of a volume larger than memory: the one that is shown
   double low = 0.0;                 ///< shown black, the field's own unit
   double high = 1.0;                ///< shown white
   double least = 0.0, most = 1.0;   ///< of all values
@@ -33,6 +34,10 @@ struct SliceLook {
 /// layer, or that its first mode reads. The window is that of the file's unit, else of the data. Throws nothing: without such a
 /// field `field` is null.
 SliceLook slice_look_of(const Scene& scene, const std::string& field = {});
+
+/// A look with the octave that has about a voxel a pixel, where that has at most 256 voxels along each axis; other looks
+/// themselves. Reads voxels: blocks; any thread. Throws LoadError if they cannot be read any more.
+SliceLook in_fine_octave(const Scene& scene, SliceLook look);
 
 /// A named window of values.
 struct ValueWindow {

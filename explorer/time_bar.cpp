@@ -10,6 +10,8 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/data/octave_parts.h"
+
 namespace palpa::explorer {
 namespace {
 
@@ -48,7 +50,7 @@ void TimeBar::show_scene(const Scene& scene) {
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& one : volume.volume.fields) {
       const TimedField* field = timed(*one.field);
-      if (!field || field->cycle_s() <= length_s_) continue;
+      if (!changes_with_time(*one.field) || field->cycle_s() <= length_s_) continue;
       length_s_ = field->cycle_s();
       frame_s_ = field->time_spacing_s();
     }

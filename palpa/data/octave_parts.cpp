@@ -73,6 +73,17 @@ std::optional<DrawnOctave> drawn_of(const Octaves& octaves, const Box& box_m, do
 
 const Octaves* octaves_of(const Field& field) noexcept { return dynamic_cast<const Octaves*>(&field); }
 
+const Octaves* octaves_below(const Field& field) noexcept {
+  if (const PosedView* view = posed_of(field)) return octaves_below(*view->field);
+  if (const MovingView* view = moving_of(field)) return octaves_below(*view->field);
+  return octaves_of(field);
+}
+
+bool changes_with_time(const Field& field) noexcept {
+  const MovingView* moved = moving_of(field);
+  return timed(field) && (!octaves_below(field) || (moved && moved->track.size() > 1));
+}
+
 FieldPtr octave_part(const Octaves& octaves, int octave, const VoxelCounts& first, const VoxelCounts& dims) {
   const Octaves::Shape& shape = octaves.shape();
   const std::size_t bytes =

@@ -15,6 +15,11 @@ namespace palpa {
 /// The field itself as octaves; nullptr for others, also below a pose. Any thread.
 const Octaves* octaves_of(const Field& field) noexcept;
 
+/// The octaves of a field, also below poses; nullptr for others. Any thread.
+const Octaves* octaves_below(const Field& field) noexcept;
+/// Whether a field changes with the time of the data: a timed one, unless it is octaves that do not move. Any thread.
+bool changes_with_time(const Field& field) noexcept;
+
 /// Box of voxels of an octave, trilinear; null where some of them are lost or damaged. Reads them: blocks. Allocates; any
 /// thread, one at a time. Throws LoadError if the source has ended.
 /// \param octave  [1] below `octaves.count()`

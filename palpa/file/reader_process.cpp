@@ -11,11 +11,18 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <deque>
 #include <fstream>
+#include <functional>
+#include <future>
+#include <mutex>
 #include <sstream>
+#include <system_error>
+#include <thread>
 
 #include "palpa/base/load_error.h"
 #include "palpa/base/own_files.h"
@@ -89,6 +96,65 @@ std::string lacking_of_cage() {
   return words.substr(0, words.find('\n'));
 }
 
+namespace {
+
+/// Thread that starts readers: each is ended with the thread that started it (PR_SET_PDEATHSIG), and one that serves a store
+/// outlives the thread that opened it. Lives as long as this process.
+class ThreadOfReaders {
+ public:
+  /// Runs `start` on the thread; returns its result, or EAGAIN where there can be no thread.
+  static int run(const std::function<int()>& start) {
+    std::packaged_task<int()> task(start);
+    std::future<int> result = task.get_future();
+    try {
+      ThreadOfReaders& thread = of_this_process();
+      const std::scoped_lock lock(thread.mutex_);
+      thread.waiting_.push_back(std::move(task));
+      thread.changed_.notify_one();
+    } catch (const std::system_error&) {
+      return EAGAIN;
+    }
+    return result.get();
+  }
+
+ private:
+  ThreadOfReaders() {
+    std::thread([this] { work(); }).detach();
+  }
+
+  /// A forked process has no thread of its parent's. Never destroyed.
+  static ThreadOfReaders& of_this_process() {
+    static std::mutex mutex;
+    static pid_t process = -1;
+    static ThreadOfReaders* thread = nullptr;
+    const std::scoped_lock lock(mutex);
+    if (process != ::getpid()) thread = new ThreadOfReaders, process = ::getpid();
+    return *thread;
+  }
+
+  void work() {
+    sigset_t all;
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals are for other threads
+    while (true) {
+      std::packaged_task<int()> task;
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return !waiting_.empty(); });
+        task = std::move(waiting_.front());
+        waiting_.pop_front();
+      }
+      task();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::packaged_task<int()>> waiting_;
+};
+
+}  // namespace
+
 ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_limit_s, std::stop_token stop)
     : idle_limit_s_(idle_limit_s), stop_(std::move(stop)) {
   int pair[2] = {-1, -1};
@@ -113,7 +179,8 @@ ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_l
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   std::string name = program.string();
   char* arguments[] = {name.data(), nullptr};
-  const int problem = ::posix_spawn(&pid_, name.c_str(), &actions, &attributes, arguments, environ);
+  const int problem =
+      ThreadOfReaders::run([&] { return ::posix_spawn(&pid_, name.c_str(), &actions, &attributes, arguments, environ); });
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&actions);
   ::close(pair[1]);

@@ -124,8 +124,7 @@ std::vector<PathPoint> path_of(const Recorded& recorded) {
 std::string words_on_octaves(const Scene& scene) {
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) {
-      const MovingView* moved = moving_of(*field.field);
-      if (octaves_of(moved ? *moved->field : *field.field))
+      if (octaves_below(*field.field))
         return " Octave 0 has the voxels of the file, each next octave the means of 2 \u00d7 2 \u00d7 2 of them.";
     }
   }

@@ -241,10 +241,8 @@ TEST_F(BadInput, AReaderThatIsKilledInTheMiddle) {
   std::atomic<bool> done{false};
   std::thread killer([&] {
     // Kills the child at once; until it exists, this polls.
-    const std::string children = "/proc/self/task/" + std::to_string(::getpid()) + "/children";
     while (!done) {
-      pid_t child = 0;
-      if (std::ifstream(children) >> child) ::kill(child, SIGKILL);
+      if (const pid_t child = child_process(); child > 0) ::kill(child, SIGKILL);
     }
   });
   const std::string error = refused(file);

@@ -97,6 +97,9 @@ std::string linear_voxels(const FileGrid& grid, const std::function<Vec3(const V
 void expect_linear(const Field& field, const FileGrid& grid, const std::function<Vec3(const Vec3&)>& to_world_m,
                    const Linear& linear = {});
 
+/// A child of any thread of this process; 0: none.
+int child_process();
+
 bool warns_of(const Volume& volume, const std::string& part);
 std::string all_warnings(const Volume& volume);
 

@@ -5,8 +5,10 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <chrono>
 #include <cmath>
-#include <fstream>
+#include <memory>
+#include <thread>
 
 #include "palpa/file/octave_places.h"
 #include "palpa/file/store_survey.h"
@@ -20,11 +22,11 @@ using testing::HasSubstr;
 class StoreReaderTest : public StoreTest {
  protected:
   /// The only child of this process.
-  static pid_t child() {
-    std::ifstream children("/proc/self/task/" + std::to_string(::getpid()) + "/children");
-    pid_t pid = 0;
-    children >> pid;
-    return pid;
+  static pid_t child() { return child_process(); }
+  static void signal_child(int number) {
+    const pid_t pid = child();
+    ASSERT_GT(pid, 0);
+    ::kill(pid, number);
   }
 };
 
@@ -91,11 +93,19 @@ TEST_F(StoreReaderTest, LeavesNoChildAndNoDescriptor) {
   EXPECT_EQ(child(), 0);
 }
 
+TEST_F(StoreReaderTest, OutlivesTheThreadThatOpenedIt) {
+  write_zarr_image(at("a"), 32, 2, "raw", ramp);
+  std::unique_ptr<StoreReader> reader;
+  std::thread([&] { reader = std::make_unique<StoreReader>(at("a"), options_, 4); }).join();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the program would be ended
+  expect_voxels(*reader, {}, ramp);
+}
+
 TEST_F(StoreReaderTest, AProgramThatIsKilledIsSaidInOneLineForEver) {
   write_zarr_image(at("a"), 32, 2, "raw", ramp);
   StoreReader reader = open(at("a"));
   ASSERT_NE(child(), 0);
-  ::kill(child(), SIGKILL);
+  signal_child(SIGKILL);
   const std::string first = error_of([&] {
     for (int n = 0; n < 100; ++n) reader.next(0.1);
   });
@@ -109,7 +119,7 @@ TEST_F(StoreReaderTest, AHungProgramIsEndedWhileARequestIsPendingOnly) {
   write_zarr_image(at("a"), 32, 2, "raw", ramp);
   options_.idle_limit_s = 0.5;
   StoreReader reader = open(at("a"));
-  ::kill(child(), SIGSTOP);
+  signal_child(SIGSTOP);
   EXPECT_FALSE(reader.next(1.0));
   reader.request({}, 0);
   const std::string error = error_of([&] {
@@ -123,7 +133,7 @@ TEST_F(StoreReaderTest, AProgramThatTakesNoMessageIsEnded) {
   write_zarr_image(at("a"), 32, 2, "raw", ramp);
   options_.idle_limit_s = 0.5;
   StoreReader reader = open(at("a"), 4000);
-  ::kill(child(), SIGSTOP);
+  signal_child(SIGSTOP);
   EXPECT_THAT(error_of([&] {
                 for (int n = 0; n < 4000; ++n) reader.request({}, n);
               }),
