@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "palpa/base/printed.h"
@@ -95,6 +96,18 @@ std::string in_one_unit(const Facts& facts, const Vec3& world_m) {
     return fmt::format("{:.6g}", std::abs(number) < 1e-9 * largest_component(facts.placed.size_m) / unit.metres ? 0.0 : number);
   };
   return "(" + part(world_m.x) + ", " + part(world_m.y) + ", " + part(world_m.z) + ") " + unit.name;
+}
+
+std::string bars_of(const Histogram& histogram) {
+  constexpr std::size_t bar_classes = 48;  // [1] More: longer line; fewer: coarser
+  static constexpr const char* bars[] = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  const Histogram shown = histogram.in_classes(bar_classes);
+  const auto most = static_cast<double>(std::max<std::int64_t>(1, *std::max_element(shown.counts.begin(), shown.counts.end())));
+  std::string text;
+  for (const std::int64_t count : shown.counts) {
+    text += bars[static_cast<std::size_t>(std::ceil(8.0 * std::sqrt(static_cast<double>(count) / most)))];
+  }
+  return text;
 }
 
 }  // namespace palpa::app

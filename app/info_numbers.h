@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "app/info_facts.h"
+#include "palpa/data/statistics.h"
 
 namespace palpa::app {
 
@@ -27,5 +28,9 @@ std::string sides_words(const Facts& facts, const Vec3& sides_m);
 std::string assumed_words(const Facts& facts);
 /// "(-5, 16, 7) mm": a position [m] in the unit that fits the data.
 std::string in_one_unit(const Facts& facts, const Vec3& world_m);
+
+/// A histogram with classes in one line of bars. Heights are square roots, so that rare values are visible beside frequent
+/// ones.
+std::string bars_of(const Histogram& histogram);
 
 }  // namespace palpa::app

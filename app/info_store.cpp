@@ -117,7 +117,17 @@ std::string field_words(const StoreFacts& facts) {
                          field.file_type + (field.components == 3 ? "×3" : ""), end_words(values, values.min),
                          end_words(values, values.max));
   }
-  return words + (is_about ? "  of a sample of chunks: the range may be larger\n" : "");
+  if (is_about) words += "  of a sample of chunks: the range may be larger\n";
+  std::string bars;
+  for (const StoreField& field : facts.contents.fields) {
+    const Histogram& h = field.histogram;
+    if (h.counts.empty() || h.total() == 0) continue;
+    const auto value = [&](double raw) { return rounded_words(raw, h.high - h.low); };
+    bars += line(field.name, fmt::format("{}median {}, 99 % up to {}", field.components == 3 ? "length: " : "",
+                                         value(h.percentile(0.5)), value(h.percentile(0.99))));
+    bars += line("", fmt::format("{} ▕{}▏ {}", value(h.low), bars_of(h), value(h.high)));
+  }
+  return words + (bars.empty() ? "" : "\n" + bars);
 }
 
 Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -161,6 +171,8 @@ Json store_json(const StoreFacts& facts) {
                       {"min", json_number(values.min)},
                       {"max", json_number(values.max)},
                       {"of_sample", values.about}});
+    const Histogram& h = contents.fields[f].histogram;
+    if (!h.counts.empty()) fields.back()["histogram"] = {{"low", h.low}, {"high", h.high}, {"counts", h.counts}};
   }
   const StoreSurvey& survey = facts.survey;
   return {{"format", contents.format},

@@ -20,7 +20,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t histogram_classes = 64;  // [1] More: longer output; fewer: coarser. Programs may count on it
-constexpr std::size_t bar_classes = 48;        // [1] More: longer line; fewer: coarser
 
 /// A number that JSON can hold; null for one that is not finite.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -56,18 +55,6 @@ std::string format_words(const std::string& format) {
     if (format == name) return words;
   }
   return format.find("vt") != std::string::npos ? "VTK (." + format + ")" : format;
-}
-
-/// A histogram in one line of bars. Heights are square roots, so that rare values are visible beside frequent values.
-std::string bars_of(const Histogram& histogram) {
-  static constexpr const char* bars[] = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
-  const Histogram shown = histogram.in_classes(bar_classes);
-  const auto most = static_cast<double>(std::max<std::int64_t>(1, *std::max_element(shown.counts.begin(), shown.counts.end())));
-  std::string text;
-  for (const std::int64_t count : shown.counts) {
-    text += bars[static_cast<std::size_t>(std::ceil(8.0 * std::sqrt(static_cast<double>(count) / most)))];
-  }
-  return text;
 }
 
 /// Acquisition: "120 kVp, slices 5 mm thick"; the known words of its protocol; the scanner.

@@ -77,9 +77,8 @@ void take_kept(ForceMap& map, const std::string& identity, const fs::path& kept,
 }
 
 bool is_felt(const ForceMap& map, const WorkPart& part) {
-  const auto ways = static_cast<std::int64_t>(map.done.size());
-  return std::all_of(map.done.begin() + part.first(ways), map.done.begin() + part.end(ways),
-                     [](std::uint8_t is_done) { return is_done == 1; });
+  return std::ranges::all_of(ways_of(map.lattice, part),
+                             [&](int way) { return map.done[static_cast<std::size_t>(way)] == 1; });
 }
 
 }  // namespace

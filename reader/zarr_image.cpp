@@ -194,6 +194,31 @@ std::vector<std::string> channels_of(const ZarrJson& attributes) {
   return labels;
 }
 
+/// Units and histograms that palpa wrote, as far as they are sound.
+void take_own(const ZarrJson& own, ZarrImage& image) {
+  if (const ZarrJson* units = ZarrMetadata::member(own, "units"); units != nullptr && units->is_array()) {
+    for (std::size_t n = 0; n < std::min(units->size(), protocol::most_store_fields); ++n)
+      image.units.push_back((*units)[n].is_string() ? (*units)[n].get<std::string>().substr(0, 100) : "");
+  }
+  const ZarrJson* all = ZarrMetadata::member(own, "histograms");
+  if (all == nullptr || !all->is_array()) return;
+  for (std::size_t n = 0; n < std::min(all->size(), protocol::most_histograms); ++n) {
+    const ZarrJson& each = (*all)[n];
+    const ZarrJson *low = ZarrMetadata::member(each, "low"), *high = ZarrMetadata::member(each, "high"),
+                   *counts = ZarrMetadata::member(each, "counts");
+    Histogram& made = image.histograms.emplace_back();
+    const bool is_sound = low != nullptr && low->is_number() && high != nullptr && high->is_number() && counts != nullptr &&
+                          counts->is_array() && counts->size() <= protocol::most_histogram_classes &&
+                          low->get<double>() <= high->get<double>();
+    if (!is_sound) continue;
+    made.low = low->get<double>(), made.high = high->get<double>();
+    for (const ZarrJson& count : *counts)
+      made.counts.push_back(count.is_number_unsigned() ? static_cast<std::int64_t>(std::min<std::uint64_t>(
+                                                             count.get<std::uint64_t>(), protocol::most_counted))
+                                                       : 0);
+  }
+}
+
 /// Image by its attributes. Throws LoadError.
 ZarrImage image_of(const ZarrFolder& folder, const std::string& where, const ZarrJson& attributes, const ZarrMetadata& of,
                    std::uint64_t most_chunk_bytes) {
@@ -258,6 +283,7 @@ LoadError not_an_image(const ZarrFolder& folder, const ZarrJson& attributes) {
 /// Metadata of a group in either version.
 struct Group {
   ZarrJson attributes;
+  ZarrJson own;      ///< of palpa; null: none
   std::string name;  ///< of the file
   bool is_array = false;
 };
@@ -270,12 +296,15 @@ std::optional<Group> group_at(const ZarrFolder& folder, const std::string& where
     const ZarrJson* ome = attributes != nullptr ? ZarrMetadata::member(*attributes, "ome") : nullptr;
     // Copied first: the assignment would else read from what it replaces.
     ZarrJson found = ome != nullptr ? *ome : attributes != nullptr ? *attributes : ZarrJson::object();
-    return Group{std::move(found), new_name, is_array};
+    const ZarrJson* own = attributes != nullptr ? ZarrMetadata::member(*attributes, "palpa") : nullptr;
+    return Group{std::move(found), own != nullptr ? *own : ZarrJson(), new_name, is_array};
   }
   const bool is_array = folder.open(joined_path(where, ".zarray")) != nullptr;
   auto attributes = folder.json(old_name);
   if (!attributes && !is_array && !folder.open(joined_path(where, ".zgroup"))) return std::nullopt;
-  return Group{attributes ? std::move(*attributes) : ZarrJson::object(), old_name, is_array};
+  const ZarrJson* own = attributes ? ZarrMetadata::member(*attributes, "palpa") : nullptr;
+  ZarrJson of_palpa = own != nullptr ? *own : ZarrJson();
+  return Group{attributes ? std::move(*attributes) : ZarrJson::object(), std::move(of_palpa), old_name, is_array};
 }
 
 }  // namespace
@@ -290,8 +319,11 @@ ZarrImage read_zarr_image(const ZarrFolder& folder, std::uint64_t most_chunk_byt
     if (group_at(folder, "1")) throw LoadError("holds several images; name one, as STORE/0");
     if (auto first = group_at(folder, "0")) group = std::move(first), where = "0";
   }
-  if (ZarrMetadata::member(group->attributes, "multiscales") != nullptr)
-    return image_of(folder, where, group->attributes, {group->name, group->attributes}, most_chunk_bytes);
+  if (ZarrMetadata::member(group->attributes, "multiscales") != nullptr) {
+    ZarrImage image = image_of(folder, where, group->attributes, {group->name, group->attributes}, most_chunk_bytes);
+    take_own(group->own, image);
+    return image;
+  }
   if (group->is_array) return plain_image(folder, most_chunk_bytes);
   throw not_an_image(folder, group->attributes);
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "palpa/data/statistics.h"
 #include "zarr_array.h"
 
 namespace palpa::reader {
@@ -33,6 +34,8 @@ struct ZarrImage {
   ZarrAxes axes{};
   std::vector<ZarrLevel> levels{};      ///< from the finest
   std::vector<std::string> channels{};  ///< labels of omero
+  std::vector<std::string> units{};     ///< of the channels, by palpa; empty: none
+  std::vector<Histogram> histograms{};  ///< of the fields, by palpa prepare; empty: none
   std::vector<std::string> warnings{};  ///< half sentences
 };
 

@@ -113,6 +113,9 @@ void ZarrStore::take_fields() {
     StoreField field;
     field.name = found.name, field.file_type = finest.type.name, field.type = finest.type.delivered, field.fill = finest.fill;
     field.components = static_cast<int>(found.channels.size());
+    const auto channel = static_cast<std::size_t>(found.channels.front());
+    if (channel < image_.units.size()) field.unit = image_.units[channel];
+    if (const std::size_t f = contents_.fields.size(); f < image_.histograms.size()) field.histogram = image_.histograms[f];
     contents_.fields.push_back(field);
     channels_.push_back(found.channels);
   }
@@ -182,7 +185,7 @@ void ZarrStore::take_octaves() {
       if (index != SIZE_MAX && !level.translation.empty()) *origin[a] = level.translation[index] * axis_unit_m_[a];
     }
     const bool is_alike =
-        level.array.type.name == finest.array.type.name &&
+        level.array.type.delivered == finest.array.type.delivered &&
         length_along(level.array.shape, image_.axes.time) == length_along(finest.array.shape, image_.axes.time) &&
         length_along(level.array.shape, image_.axes.channel) == length_along(finest.array.shape, image_.axes.channel);
     bool is_half = has_steps_of(level, steps, times, octave.grid.dims);

@@ -16,6 +16,7 @@ struct Histogram {
   double low = 0.0;                    ///< start of the first class, in the field's own unit
   double high = 0.0;                   ///< end of the last class, in the field's own unit
   std::vector<std::int64_t> counts{};  ///< at least one class
+  friend bool operator==(const Histogram&, const Histogram&) = default;
 
   /// Start of class `number`, in the field's own unit; `high` for `counts.size()`.
   double edge(std::size_t number) const noexcept;

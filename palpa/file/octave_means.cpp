@@ -199,6 +199,13 @@ VoxelBlock zero_block(const VoxelKind& kind, const VoxelIndex& size, const Voxel
 
 void halve(const VoxelKind& kind, const VoxelBlock& fine, VoxelBlock& coarse, const VoxelIndex& at) noexcept {
   with_type(kind.type, [&](auto number) { halve_as<decltype(number)>(kind.components, fine, coarse, at); });
+  if (!kind.is_rounded) return;
+  double* const means = reinterpret_cast<double*>(coarse.voxels.data());
+  for (std::int64_t k = 0; 2 * k < fine.valid[2]; ++k)
+    for (std::int64_t j = 0; 2 * j < fine.valid[1]; ++j) {
+      double* const row = means + place(coarse.size, at[0], at[1] + j, at[2] + k) * kind.components;
+      for (std::int64_t n = 0; n < (fine.valid[0] + 1) / 2 * kind.components; ++n) row[n] = std::floor(row[n] + 0.5);
+    }
 }
 
 ChunkFacts facts_of(const VoxelKind& kind, const VoxelBlock& block, const VoxelIndex& low, const VoxelIndex& size,

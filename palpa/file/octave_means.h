@@ -24,6 +24,7 @@ struct VoxelBlock {
 struct VoxelKind {
   VoxelType type = VoxelType::uint8;
   int components = 1;
+  bool is_rounded = false;  ///< whole numbers in float64: means are rounded half up
   std::size_t bytes() const noexcept { return size_of(type) * static_cast<std::size_t>(components); }
 };
 

@@ -8,6 +8,7 @@
 
 #include "palpa/base/input_file.h"
 #include "palpa/file/prepare_unit.h"
+#include "palpa/file/store_histogram.h"
 
 namespace palpa {
 namespace {
@@ -137,13 +138,10 @@ class Preparation {
           std::memcpy(apart.data() + n * number_bytes, chunk.voxels.data() + (n * components + c) * number_bytes, number_bytes);
         voxels = apart;
       }
-      std::vector<std::byte> narrow;
-      if (plan_.is_int8) {
-        for (std::size_t n = 0; n < voxels.size(); n += number_bytes) narrow.push_back(voxels[n]);  // its low byte
-        voxels = narrow;
-      }
+      const std::vector<std::byte> narrow = narrowed(plan_.stored, voxels);
+      if (!narrow.empty()) voxels = narrow;
       PackedChunk packed{octave, first_channel(plan_, item_.field) + static_cast<int>(c), at,
-                         packed_chunk(voxels, plan_.is_int8 ? 1 : number_bytes)};
+                         packed_chunk(voxels, stored_bytes(plan_.stored, plan_.kind.type))};
       files_->has_shards(octave) ? worker.packed.push_back(std::move(packed))
                                  : files_->write(item_.frame, packed, worker.batch);
     }
@@ -379,10 +377,11 @@ class Preparation {
     return count;
   }
 
-  /// Ranges of the fields, and what octave 1 loses, from the facts of octave 0.
+  /// Ranges of the fields, and what octave 1 loses, from the facts of octave 0; their histograms.
   void add_ranges(AddedOctaves& added) {
     StoreReader reader(target_, options_.read, 1);
     if (!reader.contents().prepared) return;
+    StoreReader voxels(target_, options_.read, reader_slots(plan_));
     const PlannedOctave& o = plan_.octaves[0];
     VoxelIndex end{};
     for (std::size_t a = 0; a < 3; ++a) end[a] = (o.chunks[a] + o.facts[a] - 1) / o.facts[a];
@@ -407,6 +406,10 @@ class Preparation {
       if (!(low <= high)) low = high = 0.0;
       added.ranges.push_back({low, high});
       added.lost.push_back(chunks > 0.0 ? std::sqrt(squares / chunks) : 0.0);
+      added.histograms.push_back(store_histogram(voxels, field, low, high, [this] {
+        if (!goes_on()) throw LoadError("interrupted");
+        return true;
+      }));
     }
   }
 

@@ -105,6 +105,23 @@ void PreparedFiles::write_facts(int octave, int frame, int field, const VoxelInd
   }
 }
 
+std::vector<std::byte> narrowed(StoredAs stored, std::span<const std::byte> voxels) {
+  std::vector<std::byte> narrow;
+  if (stored == StoredAs::int8) {
+    for (std::size_t n = 0; n < voxels.size(); n += 2) narrow.push_back(voxels[n]);  // its low byte
+  } else if (stored == StoredAs::uint32) {
+    narrow.resize(voxels.size() / 2);
+    for (std::size_t n = 0; n < voxels.size() / sizeof(double); ++n) {
+      double number = 0.0;
+      std::memcpy(&number, voxels.data() + n * sizeof number, sizeof number);
+      const bool fits = number >= 0.0 && number < 4294967296.0;  // unless the reader of the file has been taken over
+      const std::uint32_t whole = fits ? static_cast<std::uint32_t>(number) : 0;
+      std::memcpy(narrow.data() + n * sizeof whole, &whole, sizeof whole);
+    }
+  }
+  return narrow;
+}
+
 void on_workers(int workers, std::int64_t count, const std::function<void(int, std::int64_t)>& act) {
   std::atomic<std::int64_t> next = 0;
   std::atomic<bool> failed = false;

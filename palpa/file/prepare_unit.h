@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -74,6 +75,9 @@ struct UnitWorker {
   FileBatch batch;
   std::vector<PackedChunk> packed;  ///< of the task, for shards
 };
+
+/// Numbers of a type that only files have; empty: as in memory.
+std::vector<std::byte> narrowed(StoredAs stored, std::span<const std::byte> voxels);
 
 /// Calls `act(worker, number)` for all numbers below `count`, on `workers` threads. Rethrows the first exception.
 void on_workers(int workers, std::int64_t count, const std::function<void(int, std::int64_t)>& act);

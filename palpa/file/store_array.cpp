@@ -25,7 +25,8 @@ constexpr int effort = 5;
 constexpr const char* codec = "lz4";
 
 std::string type_name(const ArrayPlan& plan) {
-  if (plan.is_int8) return plan.zarr == 2 ? "|i1" : "int8";
+  if (plan.stored == StoredAs::int8) return plan.zarr == 2 ? "|i1" : "int8";
+  if (plan.stored == StoredAs::uint32) return plan.zarr == 2 ? "<u4" : "uint32";
   static constexpr const char* second[] = {"|u1", "<i2", "<u2", "<i4", "<f4", "<f8"};
   return plan.zarr == 2 ? second[static_cast<std::size_t>(plan.type)] : name_of(plan.type);
 }
@@ -39,7 +40,7 @@ Json blosc_of_3(std::size_t number_bytes) {
 Json bytes_of_3() { return {{"name", "bytes"}, {"configuration", {{"endian", "little"}}}}; }
 
 Json codecs_of_3(const ArrayPlan& plan) {
-  const Json inner = Json::array({bytes_of_3(), blosc_of_3(plan.is_int8 ? 1 : size_of(plan.type))});
+  const Json inner = Json::array({bytes_of_3(), blosc_of_3(stored_bytes(plan.stored, plan.type))});
   if (plan.shard.empty()) return inner;
   return Json::array({{{"name", "sharding_indexed"},
                        {"configuration",
@@ -72,6 +73,10 @@ void write_group(const fs::path& folder, int zarr) {
 }
 
 }  // namespace
+
+std::size_t stored_bytes(StoredAs stored, VoxelType type) noexcept {
+  return stored == StoredAs::int8 ? 1 : stored == StoredAs::uint32 ? 4 : size_of(type);
+}
 
 std::string array_metadata(const ArrayPlan& plan) {
   Json json;

@@ -17,12 +17,21 @@
 
 namespace palpa::detail {
 
+/// Type of numbers in a file, where Palpa has none in memory.
+enum class StoredAs : std::uint8_t {
+  as_in_memory,
+  int8,    ///< of int16 in memory
+  uint32,  ///< of float64 in memory
+};
+/// [bytes] of a number in a file. \param type  in memory
+std::size_t stored_bytes(StoredAs stored, VoxelType type) noexcept;
+
 /// Array of a store. Indices and lengths slowest first.
 struct ArrayPlan {
   int zarr = 2;      ///< version of Zarr: 2, or 3
   std::string path;  ///< in the store: "0", "palpa/facts/0"
   VoxelType type = VoxelType::uint8;
-  bool is_int8 = false;  ///< int8 in the file, of int16 in memory
+  StoredAs stored = StoredAs::as_in_memory;
   std::vector<std::int64_t> shape, chunk;
   std::vector<std::int64_t> shard{};  ///< a multiple of `chunk`; empty: a file for each chunk
   std::vector<std::string> axes{};    ///< names, of Zarr 3

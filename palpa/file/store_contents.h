@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "palpa/data/grid.h"
+#include "palpa/data/statistics.h"
 
 namespace palpa {
 
@@ -28,6 +29,7 @@ struct StoreField {
   VoxelType type = VoxelType::uint8;  ///< of delivered voxels
   int components = 1;                 ///< 1 or 3
   double fill = 0.0;                  ///< [raw] value of an absent chunk
+  Histogram histogram{};              ///< [raw] of octave 0, of vectors of their length; without counts: unknown
   friend bool operator==(const StoreField&, const StoreField&) = default;
 };
 

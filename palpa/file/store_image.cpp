@@ -219,6 +219,9 @@ std::string image_metadata_with(const fs::path& store, const AddedOctaves& added
   if (!added.ranges.empty()) {
     palpa["ranges"] = added.ranges;
     palpa["octave_1_loses_rms"] = added.lost;
+    Json histograms = Json::array();
+    for (const Histogram& h : added.histograms) histograms.push_back({{"low", h.low}, {"high", h.high}, {"counts", h.counts}});
+    palpa["histograms"] = histograms;
   }
   return attributes.whole.dump(2) + "\n";
 }

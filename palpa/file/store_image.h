@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "palpa/data/grid.h"
+#include "palpa/data/statistics.h"
 
 namespace palpa::detail {
 
@@ -46,6 +47,7 @@ struct AddedOctaves {
   std::array<std::int64_t, 3> unit{};         ///< [voxels] of octave 0 in a unit of work
   std::vector<std::array<double, 2>> ranges;  ///< least and largest value of each field, raw; empty: not known yet
   std::vector<double> lost;                   ///< root mean square of what octave 1 loses, raw, of each field
+  std::vector<Histogram> histograms;          ///< raw, of each field
   std::string beside;                         ///< name of the store that they belong to; empty: the same
 };
 /// Text of the attributes of `store` with these octaves; of those of `beside` the others are left out. Allocates. Throws

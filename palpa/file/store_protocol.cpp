@@ -34,6 +34,10 @@ std::uint64_t facts_bytes(const StoreOctave& octave) noexcept {
 const char* problem_with(const StoreField& field) noexcept {
   if (field.components != 1 && field.components != 3) return "has a field of neither 1 nor 3 components";
   if (field.type > VoxelType::float64) return "has a field of an unknown type";
+  const Histogram& h = field.histogram;
+  if (!std::isfinite(h.low) || !std::isfinite(h.high) || h.low > h.high || h.counts.size() > most_histogram_classes ||
+      std::ranges::any_of(h.counts, [](std::int64_t n) { return n < 0 || n > most_counted; }))
+    return "has a histogram that cannot be";
   return nullptr;
 }
 
@@ -154,6 +158,8 @@ void pack(Packer& to, const StoreContents& m) {
   to.list(m.fields, [&](const StoreField& f) {
     to.text(f.name), to.text(f.unit), to.text(f.file_type);
     to.number(static_cast<std::uint8_t>(f.type)), to.number(static_cast<std::int32_t>(f.components)), to.number(f.fill);
+    to.number(f.histogram.low), to.number(f.histogram.high);
+    to.list(f.histogram.counts, [&](std::int64_t n) { to.number(n); });
   });
   to.list(m.octaves, [&](const StoreOctave& o) {
     put(to, o.grid.dims);
@@ -174,6 +180,8 @@ void unpack(Unpacker& from, StoreContents& m) {
     if (type > static_cast<std::uint8_t>(VoxelType::float64)) from.refuse();
     f.type = static_cast<VoxelType>(type);
     f.components = from.number<std::int32_t>(), f.fill = from.number<double>();
+    f.histogram.low = from.number<double>(), f.histogram.high = from.number<double>();
+    f.histogram.counts = from.list<std::int64_t>([&] { return from.number<std::int64_t>(); });
     return f;
   });
   m.octaves = from.list<StoreOctave>([&] {

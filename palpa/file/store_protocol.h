@@ -34,6 +34,8 @@ inline constexpr std::int64_t most_side_voxels = std::int64_t{1} << 18;
 inline constexpr std::uint64_t most_chunk_bytes = std::uint64_t{32} << 20;  ///< of the file, and of delivered voxels
 inline constexpr std::int64_t most_facts_side = 64;                         ///< [chunks] of a chunk of facts
 inline constexpr std::int32_t most_slots = 1 << 16;
+inline constexpr std::size_t most_histogram_classes = 256, most_histograms = 32;  ///< in a message
+inline constexpr std::int64_t most_counted = std::int64_t{1} << 50;               ///< [voxels] of a class
 
 /// Whether a path is a folder with metadata of Zarr: .zarray, .zgroup, .zattrs or zarr.json. Parses nothing; any thread.
 bool is_store(const std::filesystem::path& path);

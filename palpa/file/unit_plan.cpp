@@ -107,7 +107,7 @@ std::string UnitPlan::path_of(int octave) const {
 
 ArrayPlan UnitPlan::voxel_array(int octave) const {
   const PlannedOctave& o = octaves[static_cast<std::size_t>(octave)];
-  ArrayPlan array{.zarr = image.zarr, .path = path_of(octave), .type = kind.type, .is_int8 = is_int8, .axes = image.axes()};
+  ArrayPlan array{.zarr = image.zarr, .path = path_of(octave), .type = kind.type, .stored = stored, .axes = image.axes()};
   const std::int64_t channels = std::accumulate(components.begin(), components.end(), std::int64_t{0});
   const bool shards = has_shards && octave < unit_octaves && octave <= top;
   const auto axis = [&](std::int64_t count) {
@@ -138,11 +138,12 @@ UnitPlan unit_plan(const StoreContents& contents, const StoreImage& image) {
   plan.kind = {contents.fields.front().type, 1};
   for (const int components : plan.components) plan.kind.components = std::max(plan.kind.components, components);
   const std::string& file_type = contents.fields.front().file_type;
-  plan.is_int8 = file_type == "int8";
-  if (!plan.is_int8 && file_type != name_of(plan.kind.type)) {
-    throw LoadError(
-        "has voxels of " + file_type +
-        ", of which no octaves are written; write it anew as int8, uint8, int16, uint16, int32, float32 or float64");
+  if (file_type == "int8") plan.stored = StoredAs::int8;
+  if (file_type == "uint32") plan.stored = StoredAs::uint32, plan.kind.is_rounded = true;
+  const bool is_kept = plan.stored != StoredAs::as_in_memory || file_type == name_of(plan.kind.type);
+  if (!is_kept && file_type != "float16") {
+    throw LoadError("has voxels of " + file_type +
+                    ", of which no octaves are written; write it anew as int8 to int32, uint8 to uint32, float32 or float64");
   }
   const int there = static_cast<int>(contents.octaves.size());
   plan.base = image.own_from > 0 ? std::min(image.own_from, there) - 1 : there - 1;

@@ -25,15 +25,15 @@ struct UnitPlan {
   StoreImage image;
   VoxelKind kind;  ///< of all fields
   int frames = 1;
-  std::vector<int> components;  ///< of each field
-  int base = 0;                 ///< [octaves] the coarsest that others wrote
-  int top = 0;                  ///< [octaves] the coarsest that units make, at most 5
-  int last = 0;                 ///< [octaves] the coarsest: no side longer than 128 voxels
-  int task = 0;                 ///< [octaves] whose blocks are made by one thread
-  VoxelIndex unit{};            ///< [voxels] of octave 0
-  VoxelIndex units{};           ///< [1]
-  bool is_int8 = false;         ///< in the file
-  bool has_shards = false;      ///< as octave 0 has
+  std::vector<int> components;               ///< of each field
+  int base = 0;                              ///< [octaves] the coarsest that others wrote
+  int top = 0;                               ///< [octaves] the coarsest that units make, at most 5
+  int last = 0;                              ///< [octaves] the coarsest: no side longer than 128 voxels
+  int task = 0;                              ///< [octaves] whose blocks are made by one thread
+  VoxelIndex unit{};                         ///< [voxels] of octave 0
+  VoxelIndex units{};                        ///< [1]
+  StoredAs stored = StoredAs::as_in_memory;  ///< of octaves
+  bool has_shards = false;                   ///< as octave 0 has
   std::vector<PlannedOctave> octaves;
 
   /// Frame, field and place of a unit.

@@ -76,7 +76,7 @@ UnitWalk::UnitWalk(const UnitPlan& plan, const StoreContents& contents, ChunkStr
 
 void UnitWalk::set_item(int frame, int field, int from_octave) {
   frame_ = frame, field_ = field, from_ = from_octave;
-  kind_ = {plan_.kind.type, plan_.components[static_cast<std::size_t>(field)]};
+  kind_ = {plan_.kind.type, plan_.components[static_cast<std::size_t>(field)], plan_.kind.is_rounded};
 }
 
 VoxelIndex UnitWalk::children(int octave) const noexcept {

@@ -115,15 +115,27 @@ class MapFeeler {
   std::int64_t ticks_ = 0;
 };
 
+/// Number of a place on a Z-order curve: the bits of both coordinates in turn.
+std::uint64_t morton(std::uint32_t i, std::uint32_t j) noexcept {
+  const auto spread = [](std::uint64_t n) {
+    for (const auto& [shift, mask] : {std::pair{16, 0x0000ffff0000ffffULL},
+                                      {8, 0x00ff00ff00ff00ffULL},
+                                      {4, 0x0f0f0f0f0f0f0f0fULL},
+                                      {2, 0x3333333333333333ULL},
+                                      {1, 0x5555555555555555ULL}})
+      n = (n | n << shift) & mask;
+    return n;
+  };
+  return spread(i) | spread(j) << 1;
+}
+
 /// Marks paths as done, and keeps the map periodically. Any thread.
 class Progress {
  public:
-  Progress(ForceMap& map, const MapOptions& options)
-      : map_(map),
-        options_(options),
-        ways_(options.part.end(map.lattice.ways()) - options.part.first(map.lattice.ways())),
-        ways_done_(std::count(map.done.begin() + options.part.first(map.lattice.ways()),
-                              map.done.begin() + options.part.end(map.lattice.ways()), 1)) {}
+  /// \param ways       [1] paths of the part
+  /// \param ways_done  [1] of them
+  Progress(ForceMap& map, const MapOptions& options, std::int64_t ways, std::int64_t ways_done)
+      : map_(map), options_(options), ways_(ways), ways_done_(ways_done) {}
 
   bool goes_on() const noexcept { return !problem_is_known_ && !(options_.stop && *options_.stop); }
 
@@ -202,20 +214,30 @@ bool ForceMap::is_whole() const noexcept {
   return std::all_of(done.begin(), done.end(), [](std::uint8_t is_done) { return is_done == 1; });
 }
 
+std::vector<int> ways_of(const MapLattice& lattice, const WorkPart& part) {
+  std::vector<std::pair<std::uint64_t, int>> order;
+  for (int j = 0; j < lattice.points[1]; ++j)
+    for (int i = 0; i < lattice.points[0]; ++i)
+      order.emplace_back(morton(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)), j * lattice.points[0] + i);
+  std::ranges::sort(order);
+  std::vector<int> ways;
+  for (std::int64_t n = part.first(lattice.ways()); n < part.end(lattice.ways()); ++n)
+    ways.push_back(order[static_cast<std::size_t>(n)].second);
+  return ways;
+}
+
 MapWork feel_map(const Scene& given, ForceMap& map, const MapOptions& options) {
   const Clock::time_point begin = Clock::now();
   const Scene scene = at_rest(given);
-  std::vector<int> ways;
-  const int end = static_cast<int>(options.part.end(map.lattice.ways()));
-  for (int way = static_cast<int>(options.part.first(map.lattice.ways())); way < end; ++way) {
-    if (map.done[static_cast<std::size_t>(way)] == 0) ways.push_back(way);
-  }
+  std::vector<int> ways = ways_of(map.lattice, options.part);
+  const auto all = static_cast<std::int64_t>(ways.size());
+  std::erase_if(ways, [&](int way) { return map.done[static_cast<std::size_t>(way)] == 1; });
   MapWork work;
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   work.threads = std::clamp(options.threads > 0 ? options.threads : cores, 1, std::max(1, static_cast<int>(ways.size())));
   std::vector<std::unique_ptr<MapFeeler>> feelers;
   for (int n = 0; n < work.threads; ++n) feelers.push_back(std::make_unique<MapFeeler>(scene, map.lattice));
-  Progress progress(map, options);
+  Progress progress(map, options, all, all - static_cast<std::int64_t>(ways.size()));
   std::atomic<std::int64_t> points = 0;
   detail::in_parallel(static_cast<std::size_t>(work.threads), static_cast<int>(ways.size()), [&](std::size_t worker, int n) {
     if (!progress.goes_on()) return;

@@ -62,10 +62,14 @@ struct ForceMap {
   bool is_whole() const noexcept;
 };
 
+/// Numbers of the paths of a part, x fastest, in the order in which they are felt: along a Z-order curve over x and y, so that
+/// neighbours share the windows of a volume larger than memory. Allocates; any thread.
+std::vector<int> ways_of(const MapLattice& lattice, const WorkPart& part);
+
 struct MapOptions {
   int threads = 0;                          ///< [1] sampling threads; 0: one per core
   const std::atomic<bool>* stop = nullptr;  ///< set from any thread: no further path begins
-  WorkPart part{};                          ///< contiguous paths, x fastest; the others stay as they are
+  WorkPart part{};                          ///< contiguous paths of `ways_of`; the others stay as they are
   /// Called with the share of finished paths of the part, 0…1, by one of the threads; may be empty.
   std::function<void(double)> progress{};
   /// Called every few seconds with the map so far, by one of the threads while the others continue; an exception ends the map

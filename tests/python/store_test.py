@@ -138,6 +138,21 @@ def test_facts_are_those_of_each_chunk(kind, prepared):
             assert found[3] == zlib.crc32(np.ascontiguousarray(chunk).tobytes())
 
 
+@pytest.mark.parametrize("kind", ["uint8", "int16", "float32"])
+def test_histograms_are_those_of_numpy(kind, prepared, palpa_program):
+    store, values = prepared(kind), voxels_of(kind)
+    (field,) = json.loads(palpa_run(palpa_program, "info", store, "--json").stdout)["store"]["fields"]
+    found = field["histogram"]
+    values = values[np.isfinite(values)].astype(float)
+    if kind == "uint8":
+        np.testing.assert_array_equal(found["counts"], np.bincount(values.astype(int))[int(values.min()):])
+        assert (found["low"], found["high"]) == (values.min() - 0.5, values.max() + 0.5)
+    else:
+        expected, edges = np.histogram(values, bins=256)
+        assert (found["low"], found["high"]) == (edges[0], edges[-1])
+        assert np.abs(np.cumsum(found["counts"]) - np.cumsum(expected)).max() <= 1e-4 * values.size  # values at edges, rounded
+
+
 def test_octaves_lie_half_a_voxel_further_in(prepared):
     (image,) = json.loads((prepared("uint8") / ".zattrs").read_text())["multiscales"]
     assert [axis["name"] for axis in image["axes"]] == ["z", "y", "x"]
@@ -556,24 +571,26 @@ def test_vectors_are_three_channels(tmp_path, palpa_program):
     np.testing.assert_array_equal(opened.chunk(0, 1, 1, 1), np.moveaxis(octaves_of(store)[0][:, 32:64, 32:64, 32:64], 0, -1))
 
 
-def test_octaves_of_int8_are_int8_and_of_uint32_refused(tmp_path, palpa_program):
-    for kind in ("int8", "uint32"):
-        store = tmp_path / f"{kind}.zarr"
-        values = (voxels_of("uint16")[part] % 256 - 128).astype(kind)
-        group = zarr.open_group(str(store), "w")
-        group.create_dataset("0", data=values, chunks=(64, 64, 64), dimension_separator="/")
-        group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
-                                       "datasets": [{"path": "0"}]}]
-        done = palpa_run(palpa_program, "prepare", store)
-        if kind == "uint32":
-            assert done.returncode == 2 and "uint32" in done.stderr
-            continue
-        assert done.returncode == 0, done.stderr
-        for octave in octaves_of(store):
-            assert octave.dtype == np.int8
-            np.testing.assert_array_equal(octave[:], values)
-            values = halved(values)
-        assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+@pytest.mark.parametrize("kind, coarser", [("int8", "int8"), ("uint32", "uint32"), ("float16", "float32")])
+def test_octaves_of_types_that_only_files_have(kind, coarser, tmp_path, palpa_program):
+    store = tmp_path / f"{kind}.zarr"
+    values = (voxels_of("uint16") % 256 - 128.0).astype(kind) if kind != "uint32" else voxels_of("uint8").astype("uint32") * 16_843_009
+    group = zarr.open_group(str(store), "w")
+    group.create_dataset("0", data=values, chunks=(64, 64, 64), dimension_separator="/")
+    group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
+                                   "datasets": [{"path": "0"}]}]
+    prepare(palpa_program, store, "--part", "1/1")
+    prepare(palpa_program, store)
+    octaves, expected = octaves_of(store), values
+    assert len(octaves) == 3
+    for octave in octaves:
+        np.testing.assert_array_equal(octave[:], expected)
+        assert octave.dtype == expected.dtype
+        expected = halved(expected.astype(coarser))
+    assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+    whole = run_on(palpa_program, tmp_path, store, 1000, "whole", value=float(np.median(values)))
+    windows = run_on(palpa_program, tmp_path, store, 1, "windows", tmp_path / "whole" / "ticks.csv", value=float(np.median(values)))
+    assert windows.keys() == whole.keys()
 
 
 felt = """palpa = 1

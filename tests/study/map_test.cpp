@@ -168,6 +168,22 @@ TEST(Map, WhatEndsItsKeepingEndsIt) {
   EXPECT_THROW(feel_map(scene, map, {.threads = 2, .progress = [](double) { throw LoadError("full"); }}), LoadError);
 }
 
+TEST(Map, PartsAreBlocksOfAllPaths) {
+  const MapLattice lattice{.points = {37, 21, 2}};
+  for (const int of : {1, 2, 7, 800}) {
+    std::vector<int> ways;
+    for (int part = 1; part <= of; ++part) {
+      for (const int way : ways_of(lattice, {part, of})) ways.push_back(way);
+    }
+    std::ranges::sort(ways);
+    ASSERT_EQ(ways.size(), 37u * 21u);
+    for (int n = 0; n < 37 * 21; ++n) ASSERT_EQ(ways[static_cast<std::size_t>(n)], n);
+  }
+  const std::vector<int> block = ways_of({.points = {64, 64, 1}}, {6, 64});
+  ASSERT_EQ(block.size(), 64u);
+  for (const int way : block) EXPECT_TRUE(way % 64 / 8 == 3 && way / 64 / 8 == 0) << way;
+}
+
 class MapFile : public StudyTest {
  protected:
   const Scene scene = ball(1.0);
