@@ -195,7 +195,7 @@ DataMoments::Step ProxyPath::advance_data(const ProbeSegment& segment) noexcept 
 void ProxyPath::allow_way(const ProbeSegment& segment) noexcept {
   const double moved_m = tool_.way_m(segment.from, segment.to) + modes_.furthest_carried_m();
   const bool is_limited = octaves_fade_ || state_.is_held_back;
-  allowed_m_ = is_limited ? DataMoments::fading_way_m(moved_m, segment.time_s, stiffness_n_per_m_) : unbounded;
+  state_.allowed_m = is_limited ? DataMoments::fading_way_m(moved_m, segment.time_s, stiffness_n_per_m_) : unbounded;
 }
 
 void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
@@ -229,8 +229,8 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
     // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, end, follows, is_settled && !lets_go);
-    allowed_m_ -= went_m;
-    state_.is_held_back = !(allowed_m_ > bound_m);
+    state_.allowed_m -= went_m;
+    state_.is_held_back = !(state_.allowed_m > bound_m);
     if (state_.is_held_back || (creeps && !lets_go)) leave_rest();
     accept(segment, made, context, settles);
     model_.end_move();
@@ -407,7 +407,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
   if (flies) longest = longest_flight_m();
-  longest = std::min({longest, moments_.reach_m(start), allowed_m_});
+  longest = std::min({longest, moments_.reach_m(start), state_.allowed_m});
   const auto shorten = [&](Pose& end, const Motion& motion, double share) {
     if (share < 1.0) end = tool_.moved(start, share * motion);
   };

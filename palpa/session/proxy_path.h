@@ -104,7 +104,8 @@ class ProxyPath {
     Pose step_start;                     // of the moves that settle a step
     double max_move_m = 0.0;             // bound on this segment's moves; less after each turn back
     int turns = 0;                       // of this segment: turned back, or without end
-    bool is_held_back = false;           // stopped on its way because octaves fade
+    double allowed_m = 0.0;              // left of the way that the proxy may go in this segment
+    bool is_held_back = false;           // stopped there
     double left_s = 0.0, whole_s = 0.0;  // of the segment: pending and whole time
     Pose followed;                       // pose of the probe's path that the proxy has followed to
   };
@@ -179,7 +180,6 @@ class ProxyPath {
   int refined_ = 1;
   int patient_trials_ = 1;                 // of a move, however little work is left
   int spared_work_ = 0;                    // no move begins with less left
-  double allowed_m_ = 0.0;                 // left of the way in this segment
   double path_m_ = 0.0;                    // motion of probe or data, the longer one
   double moved_n_ = 0.0;                   // allowed change of directed forces for moving data
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest near this sub-step, and its longest move
