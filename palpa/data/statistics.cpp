@@ -247,7 +247,7 @@ double Statistics::percentile(double share) const noexcept {
 }
 
 Statistics statistics(const Field& field, std::int64_t most) {
-  if (const Octaves* octaves = octaves_of(field)) return sample_statistics(*octaves, octave_sample(*octaves));
+  if (const Octaves* octaves = octaves_below(field)) return sample_statistics(*octaves, octave_sample(*octaves));
   const GridView* grid = grid_behind(field);
   if (!grid) {
     const Box box = field.bounds_m();

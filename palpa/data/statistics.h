@@ -55,9 +55,9 @@ struct Statistics {
 };
 
 /// Statistics of all voxels of the grid behind the field (grid_behind); beyond `most` voxels, of about that many, in rows
-/// spread evenly; of a field in octaves, of a sample of octave 0 (octave_parts.h), which is read; of another field without
-/// voxels at places spread evenly over its box. Uses all cores. Throws std::bad_alloc, and LoadError where a sample cannot be
-/// read.
+/// spread evenly; of a field in octaves, also below poses, of a sample of octave 0 (octave_parts.h), which is read; of another
+/// field without voxels at places spread evenly over its box. Uses all cores. Throws std::bad_alloc, and LoadError where a
+/// sample cannot be read.
 Statistics statistics(const Field& field, std::int64_t most = std::int64_t{1} << 24);
 /// Statistics of all voxels of several grids together, each with a grid behind it; `max_at` stays 0. Throws std::bad_alloc
 /// only.

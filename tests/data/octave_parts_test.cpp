@@ -96,6 +96,11 @@ TEST(OctaveParts, APictureTakesTheCoarsestOctaveThatIsFineEnough) {
   EXPECT_NEAR(drawn->voxel_m, 0.032, 1e-12);
   const Vec3 place = box.centre_m();
   EXPECT_NEAR(drawn->field->scalar(pose.to_world(place)).value, octaves->scalar(place).value, 1e-3);
+  EXPECT_EQ(statistics(*moved).histogram.counts, statistics(*octaves).histogram.counts);
+  EXPECT_EQ(octaves_below(*moved), octaves.get());
+  EXPECT_FALSE(changes_with_time(*moved));
+  EXPECT_TRUE(changes_with_time(*moving(octaves, {{0.0, {}}, {1.0, pose}})));
+  EXPECT_FALSE(changes_with_time(*whole));
 }
 
 /// A source that has lost octave 1.

@@ -20,6 +20,7 @@
 #include "explorer/slice_view.h"
 #include "explorer/start_page.h"
 #include "palpa/data/analytic.h"
+#include "tests/data/pyramid.h"
 
 namespace palpa::explorer {
 namespace window_test {
@@ -131,6 +132,21 @@ TEST(ExplorerWindow, ASliceHasTheWindowOfCtOnlyForHounsfieldUnits) {
   };
   EXPECT_EQ(window_of("HU"), 1500.0);
   EXPECT_GT(window_of("1/s2"), 1900.0) << "of other units the whole range";
+}
+
+TEST(ExplorerWindow, ASliceOfAVolumeInOctavesNamesTheOneThatItShows) {
+  Volume volume = sampled(head_phantom(), 96);
+  volume.fields[0].field = test::in_octaves(*volume.fields[0].field, 3);
+  Scene scene;
+  const FieldRef field = scene.add("scan", volume);
+  scene.layers.push_back({.show = ViewLayer::Show::slices, .field = field});
+  const SliceLook look = slice_look_of(scene), fine = in_fine_octave(scene, look);
+  EXPECT_EQ(look.octave, 2) << "at once";
+  EXPECT_EQ(fine.octave, 0);
+  EXPECT_EQ(fine.name, look.name);
+  const Vec3 middle = look.field->bounds_m().centre_m();
+  EXPECT_NEAR(*value_at(*fine.field, middle), *value_at(*look.field, middle), 200.0);
+  EXPECT_FALSE(slice_look_of(Scene()).octave);
 }
 
 /// Exit code of `palpa explore` with these words.

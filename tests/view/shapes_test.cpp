@@ -23,9 +23,10 @@ TEST(Shapes, ABoxHasItsTwelveEdges) {
   vtkNew<vtkRenderer> renderer;
   constexpr double radius_m = 1e-4;
   draw_box(renderer, corners, {1, 0, 0}, radius_m);
-  ASSERT_EQ(renderer->GetActors()->GetNumberOfItems(), 1);
-  renderer->GetActors()->InitTraversal();
-  vtkMapper& mapper = *renderer->GetActors()->GetNextActor()->GetMapper();
+  vtkActorCollection& actors = *renderer->GetActors();  // collected anew by each call
+  ASSERT_EQ(actors.GetNumberOfItems(), 1);
+  actors.InitTraversal();
+  vtkMapper& mapper = *actors.GetNextActor()->GetMapper();
   mapper.Update();
   auto& tubes = *vtkPolyData::SafeDownCast(mapper.GetInput());
   ASSERT_GT(tubes.GetNumberOfPoints(), 0);
