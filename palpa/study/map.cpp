@@ -1,5 +1,7 @@
 #include "palpa/study/map.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -197,6 +199,15 @@ void check_count(int side, double points, int parts) {
 }
 
 }  // namespace
+
+void* detail::take_untouched(std::size_t bytes) {
+  // Not reserved: the system would refuse more than its memory, of which most is never written to.
+  void* const memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  return memory;
+}
+
+void detail::give_untouched(void* memory, std::size_t bytes) noexcept { ::munmap(memory, bytes); }
 
 MapLattice map_slice(int axis, double at_m, double size_m, int points, int parts) {
   if (!(std::abs(at_m) <= 1.0))

@@ -3,8 +3,8 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <new>
 #include <utility>
@@ -57,6 +57,10 @@ struct MapPoint {
 };
 
 namespace detail {
+/// Zeros, for `UntouchedMemory`. Throws std::bad_alloc. \param bytes  [bytes] above 0
+void* take_untouched(std::size_t bytes);
+void give_untouched(void* memory, std::size_t bytes) noexcept;
+
 /// Zeros whose pages the system provides when they are first written: a process that feels a part has no memory for the others.
 template <class T>
 struct UntouchedMemory {
@@ -64,12 +68,8 @@ struct UntouchedMemory {
   UntouchedMemory() = default;
   template <class U>
   explicit UntouchedMemory(const UntouchedMemory<U>&) noexcept {}
-  T* allocate(std::size_t count) {
-    void* const memory = std::calloc(count, sizeof(T));
-    if (memory == nullptr) throw std::bad_alloc();
-    return static_cast<T*>(memory);
-  }
-  void deallocate(T* memory, std::size_t) noexcept { std::free(memory); }
+  T* allocate(std::size_t count) { return static_cast<T*>(take_untouched(count * sizeof(T))); }
+  void deallocate(T* memory, std::size_t count) noexcept { give_untouched(memory, count * sizeof(T)); }
   template <class U>
   void construct(U*) noexcept {}  // stays zero
   template <class U, class... Values>
