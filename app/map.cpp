@@ -7,6 +7,7 @@
 #include "app/output_names.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
+#include "palpa/base/free_memory.h"
 #include "palpa/base/printed.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/map_file.h"
@@ -19,14 +20,24 @@ using Json = nlohmann::ordered_json;
 
 constexpr int slice_points = 256, grid_points = 64;
 
-MapLattice lattice_of(const MapArguments& arguments) {
+/// \param parts  [1] of the map
+MapLattice lattice_of(const MapArguments& arguments, int parts) {
   const int points = arguments.points > 0 ? arguments.points : arguments.grid ? grid_points : slice_points;
   try {
-    if (arguments.grid) return map_grid(1e-3 * arguments.size_mm, points);
-    return map_slice(arguments.slice[0] - 'x', 1e-3 * arguments.at_mm, 1e-3 * arguments.size_mm, points);
+    if (arguments.grid) return map_grid(1e-3 * arguments.size_mm, points, parts);
+    return map_slice(arguments.slice[0] - 'x', 1e-3 * arguments.at_mm, 1e-3 * arguments.size_mm, points, parts);
   } catch (const LoadError& error) {
     throw LoadError(std::string("map: ") + error.what());
   }
+}
+
+/// Refuses a map whose points do not fit into memory together. Throws LoadError.
+void check_memory(const MapLattice& lattice) {
+  const double needed = static_cast<double>(lattice.count()) * sizeof(MapPoint);
+  const auto free = static_cast<double>(detail::free_memory_bytes());
+  if (needed > free)
+    throw LoadError(detail::text("map: %.0f points need %.1f GB as a whole, and %.1f GB are free; give fewer --points",
+                                 static_cast<double>(lattice.count()), 1e-9 * needed, 1e-9 * free));
 }
 
 Json summary_of(const ForceMap& map, const MapWork& work) {
@@ -76,15 +87,29 @@ void take_kept(ForceMap& map, const std::string& identity, const fs::path& kept,
   }
 }
 
+/// \param keep  called where a file cannot be written, as on a full disk: the computed map is not lost
+void write_files(const Scene& scene, const ForceMap& map, const MapArguments& arguments, const Pictures* pictures,
+                 const std::function<void()>& keep) {
+  try {
+    write_map(map, scene.hand_to_world(), arguments.out, arguments.existing);
+    if (pictures) pictures->map(scene, map, arguments.picture, arguments.existing);
+  } catch (const LoadError&) {
+    keep();
+    throw;
+  }
+}
+
 bool is_felt(const ForceMap& map, const WorkPart& part) {
-  return std::ranges::all_of(ways_of(map.lattice, part),
-                             [&](int way) { return map.done[static_cast<std::size_t>(way)] == 1; });
+  return std::ranges::all_of(ways_of(map.lattice, part), [&](int way) { return map.done[static_cast<std::size_t>(way)] == 1; });
 }
 
 }  // namespace
 
 int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
-  const MapLattice lattice = lattice_of(arguments);
+  const std::vector<fs::path> parts = arguments.is_part ? std::vector<fs::path>() : map_part_files(arguments.out);
+  const MapLattice lattice =
+      lattice_of(arguments, arguments.is_part ? arguments.part.of : std::max(1, static_cast<int>(parts.size())));
+  if (!arguments.is_part) check_memory(lattice);
   check_output(arguments.out, ".vti", arguments.existing);
   const Pictures* pictures = nullptr;
   if (!arguments.picture.empty()) {
@@ -103,7 +128,6 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   ForceMap map(lattice);
   const std::string identity = identity_of_map(loaded.scene, arguments.plugins, lattice);
   const fs::path kept = arguments.is_part ? map_part_file(arguments.out, arguments.part.number) : kept_map_file(arguments.out);
-  const std::vector<fs::path> parts = arguments.is_part ? std::vector<fs::path>() : map_part_files(arguments.out);
   take_kept(map, identity, kept, parts);
 
   MapWork work;
@@ -127,13 +151,7 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
     tell("the partial map is kept in " + kept.string() + "; the same command resumes it\n");
     return 0;
   }
-  try {
-    write_map(map, loaded.scene.hand_to_world(), arguments.out, arguments.existing);
-    if (pictures) pictures->map(loaded.scene, map, arguments.picture, arguments.existing);
-  } catch (const LoadError&) {
-    keep_map(map, identity, kept);  // for example a full disk: the computed map is not lost
-    throw;
-  }
+  write_files(loaded.scene, map, arguments, pictures, [&] { keep_map(map, identity, kept); });
   std::error_code none;
   fs::remove(kept, none);
   for (const fs::path& part : parts) fs::remove(part, none);

@@ -258,11 +258,12 @@ void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limi
   if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
   const auto& n = plan.header.fields[plan.taken.front().arrays.front()].grid.dims;
   const std::string frames = plan.room.frames > 1 ? std::to_string(plan.room.frames) + " frames of " : "";
-  throw LoadError("claims " + frames + std::to_string(n[0]) + " × " + std::to_string(n[1]) + " × " + std::to_string(n[2]) +
-                  " voxels, which need " + readable_bytes(static_cast<double>(too_large ? bytes : with_work)) + " where " +
-                  readable_bytes(static_cast<double>(too_large ? limit : free)) +
-                  (options.max_bytes != 0 ? " are allowed" : " are free") +
-                  "; crop or downsample the volume (palpa convert --crop, --downsample)");
+  throw LoadError(
+      "claims " + frames + std::to_string(n[0]) + " × " + std::to_string(n[1]) + " × " + std::to_string(n[2]) +
+      " voxels, which need " + readable_bytes(static_cast<double>(too_large ? bytes : with_work)) + " where " +
+      readable_bytes(static_cast<double>(too_large ? limit : free)) + (options.max_bytes != 0 ? " are allowed" : " are free") +
+      "; crop or downsample the volume (palpa convert --crop, --downsample)" +
+      (plan.header.reads_rows ? ", or write it as a store, which may be larger than memory (palpa convert IN OUT.zarr)" : ""));
 }
 
 /// Refuses grids of invalid geometry.

@@ -30,6 +30,8 @@ void SlicedFile::read(std::size_t field, const SliceRows& range, std::byte* to) 
     const std::int64_t low = chunk.at[1] * each, first = std::max(low, range.first_row), last = std::min(low + each, end);
     const std::int64_t row = (chunk.at[2] - range.first_slice) * range.rows + first - range.first_row;
     chunks.take([&](const StoreRead&, std::span<const std::byte> content) {
+      if (content.size() < static_cast<std::size_t>(last - low) * row_bytes)
+        throw LoadError("cannot be read: palpa-read gave no rows; update both programs together");
       std::memcpy(to + static_cast<std::size_t>(row) * row_bytes,
                   content.data() + static_cast<std::size_t>(first - low) * row_bytes,
                   static_cast<std::size_t>(last - first) * row_bytes);

@@ -1,5 +1,7 @@
 #include "palpa/study/map.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -50,7 +52,7 @@ class MapFeeler {
     begin_z_m_ = std::max(last_z_m, detail::half_m) + detail::before_m + tool_.reach_m();
   }
 
-  void feel(int i, int j, std::vector<MapPoint>& points) {
+  void feel(int i, int j, MapPoints& points) {
     session_.copy_state_from(fresh_);
     broken_levels_ = 0;
     Vec3 at_m = lattice_.place_m(i, j, 0);
@@ -185,25 +187,40 @@ MapLattice lattice_about_middle(double size_m, int points) {
   return lattice;
 }
 
-void check_count(double points) {
-  if (limit::map_points.is_passed_by(points))
-    throw LoadError(detail::text("a map of %.0f points is ", points) + more_than(limit::map_points));
+/// \param side    [1] points
+/// \param points  [1] of all parts
+void check_count(int side, double points, int parts) {
+  constexpr int most_side = 32768;  // [1] More: paths are no longer counted by an int
+  if (side > most_side) throw LoadError(detail::text("%d points a side are too many; use 32768 or fewer", side));
+  const double in_part = points / parts;
+  if (limit::map_points.is_passed_by(in_part))
+    throw LoadError(detail::text(parts > 1 ? "a part of %.0f points is " : "a map of %.0f points is ", in_part) +
+                    more_than(limit::map_points) + (parts > 1 ? ", or more parts" : ", or feel it in parts (--part 1/64)"));
 }
 
 }  // namespace
 
-MapLattice map_slice(int axis, double at_m, double size_m, int points) {
+void* detail::take_untouched(std::size_t bytes) {
+  // Not reserved: the system would refuse more than its memory, of which most is never written to.
+  void* const memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  return memory;
+}
+
+void detail::give_untouched(void* memory, std::size_t bytes) noexcept { ::munmap(memory, bytes); }
+
+MapLattice map_slice(int axis, double at_m, double size_m, int points, int parts) {
   if (!(std::abs(at_m) <= 1.0))
     throw LoadError(detail::text("a slice at %g mm is out of range; it must lie within 1000 mm of the middle", 1e3 * at_m));
-  check_count(1.0 * points * points);
+  check_count(points, 1.0 * points * points, parts);
   MapLattice lattice = lattice_about_middle(size_m, points);
   lattice.points[static_cast<std::size_t>(axis)] = 1;
   (axis == 0 ? lattice.low_m.x : axis == 1 ? lattice.low_m.y : lattice.low_m.z) = at_m;
   return lattice;
 }
 
-MapLattice map_grid(double size_m, int points) {
-  check_count(1.0 * points * points * points);
+MapLattice map_grid(double size_m, int points, int parts) {
+  check_count(points, 1.0 * points * points * points, parts);
   return lattice_about_middle(size_m, points);
 }
 

@@ -3,8 +3,11 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "palpa/file/work_part.h"
@@ -33,14 +36,15 @@ struct MapLattice {
 };
 
 /// Square about the centre of the workspace, across an axis of the hand frame. Throws LoadError, without a place, above the
-/// maximum of map points, and on invalid numbers.
+/// maximum of map points in a part, and on invalid numbers.
 /// \param axis    0, 1, 2: across x, y, z
 /// \param at_m    position on that axis
 /// \param size_m  of its sides, above 0 and at most 1 m
-/// \param points  [1] along each of its sides, at least 2
-MapLattice map_slice(int axis, double at_m, double size_m, int points);
+/// \param points  [1] along each of its sides, 2…32768
+/// \param parts   [1] of equal size in which the map is felt, at least 1
+MapLattice map_slice(int axis, double at_m, double size_m, int points, int parts = 1);
 /// Cube about the centre of the workspace; `map_slice` otherwise.
-MapLattice map_grid(double size_m, int points);
+MapLattice map_grid(double size_m, int points, int parts = 1);
 
 /// Forces at a position, in the hand frame, within the scene's limit.
 struct MapPoint {
@@ -52,10 +56,37 @@ struct MapPoint {
   friend bool operator==(const MapPoint&, const MapPoint&) = default;
 };
 
+namespace detail {
+/// Zeros, for `UntouchedMemory`. Throws std::bad_alloc. \param bytes  [bytes] above 0
+void* take_untouched(std::size_t bytes);
+void give_untouched(void* memory, std::size_t bytes) noexcept;
+
+/// Zeros whose pages the system provides when they are first written: a process that feels a part has no memory for the others.
+template <class T>
+struct UntouchedMemory {
+  using value_type = T;
+  UntouchedMemory() = default;
+  template <class U>
+  explicit UntouchedMemory(const UntouchedMemory<U>&) noexcept {}
+  T* allocate(std::size_t count) { return static_cast<T*>(take_untouched(count * sizeof(T))); }
+  void deallocate(T* memory, std::size_t count) noexcept { give_untouched(memory, count * sizeof(T)); }
+  template <class U>
+  void construct(U*) noexcept {}  // stays zero
+  template <class U, class... Values>
+  void construct(U* at, Values&&... values) {
+    ::new (static_cast<void*>(at)) U(std::forward<Values>(values)...);
+  }
+  friend bool operator==(const UntouchedMemory&, const UntouchedMemory&) noexcept { return true; }
+};
+}  // namespace detail
+
+/// Points of a map.
+using MapPoints = std::vector<MapPoint, detail::UntouchedMemory<MapPoint>>;
+
 /// Map in progress: finished paths, and their forces.
 struct ForceMap {
   MapLattice lattice;
-  std::vector<MapPoint> points;    ///< `lattice.number`; undefined on unfinished paths
+  MapPoints points;                ///< `lattice.number`; undefined on unfinished paths
   std::vector<std::uint8_t> done;  ///< 1 for each finished path, x fastest
 
   explicit ForceMap(const MapLattice& of);

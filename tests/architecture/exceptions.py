@@ -14,7 +14,8 @@ words = [
      {"palpa/base/input_file.cpp": "the way in", "palpa/base/mapped_file.cpp": "the way in", "palpa/base/new_file.cpp": "the way out",
       "palpa/trace/writer.cpp": "rows of a recording, which must be there when the process is killed",
       "palpa/file/shared_memory.cpp": "memory that is shared with palpa-read", "palpa/file/protocol_memory.cpp": "the same, mapped",
-      "palpa/file/raw_file.cpp": "memory in large pages", "palpa/base/free_memory.cpp": "free memory by the system",
+      "palpa/file/raw_file.cpp": "memory in large pages", "palpa/study/map.cpp": "memory that is taken when written to",
+      "palpa/base/free_memory.cpp": "free memory by the system",
       "palpa/file/reader_process.cpp": "state of palpa-read by the system", "reader/serve.cpp": "state of this process by the system",
       "reader/sandbox.cpp": "whether the sandbox keeps a file closed"}),
     ("obeys the locale", r"\b(?:v?s?n?printf(?<!\bprintf)|vsprintf|asprintf|strto(?:d|f|ld)|atof|sto(?:d|f|ld)|[sf]scanf|put_money|"

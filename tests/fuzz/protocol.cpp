@@ -10,6 +10,7 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/file/sliced_file.h"
 #include "palpa/file/store_reader.h"
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/hostile_acts.h"
@@ -44,6 +45,7 @@ Header any_header(Choices& choices) {
   if (choices.one_in(8)) header.frames = static_cast<std::int32_t>(choices.below(1 << 16)) - 5;
   if (choices.one_in(8)) header.working_bytes = UINT64_MAX >> choices.below(64);
   if (choices.one_in(8)) header.length_unit = choices.bytes(5);
+  header.reads_rows = choices.one_in(2);
   for (std::uint64_t n = choices.one_in(8) ? choices.below(5) : 1; n > 0; --n) header.fields.push_back(any_field(choices));
   for (std::uint64_t n = choices.below(3); n > 0; --n) header.warnings.push_back(choices.bytes(choices.below(20)));
   for (auto* parts : {&header.series, &header.labels, &header.alternatives})
@@ -213,6 +215,52 @@ Tried hostile_store(Choices& choices, const fs::path& folder) {
   return result;
 }
 
+/// For any reader of rows the caller gets rows or a one-line error, in time, and leaks nothing.
+Tried hostile_rows(Choices& choices, const fs::path& folder) {
+  std::ofstream(folder / "a.nrrd") << "any bytes";
+  {
+    std::ofstream acts(folder / "acts", std::ios::binary);
+    const auto packet = [&](const Message& message) {
+      put_act(acts, {Act::send, choices.one_in(8) ? damaged(choices, bytes_of(message)) : bytes_of(message)});
+    };
+    put_act(acts, {Act::receive});
+    packet(choices.one_in(8) ? any_message(choices) : Message(any_header(choices)));
+    put_act(acts, {Act::receive});
+    for (std::int32_t n = 0; n < 5; ++n) {
+      put_act(acts, {Act::receive});
+      for (const Act::Kind kind : {Act::shrink, Act::crash, Act::hang, Act::spin, Act::close})
+        if (choices.one_in(20)) put_act(acts, {kind});
+      ChunkAnswer answer{.chunk = {.at = {0, 0, n}}, .slot = 63 - n};  // the last free slot is taken first
+      if (choices.one_in(8)) answer.state = static_cast<ChunkState>(choices.below(3));
+      packet(choices.one_in(8) ? any_message(choices) : choices.one_in(4) ? Message(any_answer(choices)) : Message(answer));
+    }
+    if (choices.one_in(3)) put_act(acts, {Act::hang});
+  }
+  ::setenv("PALPA_HOSTILE", (folder / "acts").c_str(), 1);
+  ReadOptions options;
+  options.reader = PALPA_HOSTILE_READER;
+  options.idle_limit_s = 0.3;
+  options.max_bytes = 100'000'000;
+  const std::size_t descriptors = open_descriptors();
+  Tried result;
+  try {
+    VolumeRequest request;
+    request.files = {folder / "a.nrrd"};
+    if (const auto file = open_sliced_file(request, options)) {
+      const SlicedFile::Field& field = file->fields.front();
+      const auto& n = field.grid.dims;
+      std::vector<std::byte> rows(static_cast<std::size_t>(n[0] * n[2] * field.components) * size_of(field.type));
+      file->read(0, {0, n[2], n[1] - 1, 1}, rows.data());
+    }
+  } catch (const LoadError& error) {
+    result.broken = broken_by_refusal(error.what());
+    result.refused = 1;
+  }
+  if (open_descriptors() != descriptors) result.broken = "no descriptor is left";
+  if (::waitpid(-1, nullptr, WNOHANG) != -1) result.broken = "no child is left";
+  return result;
+}
+
 }  // namespace
 
 void add_protocol(std::vector<Campaign>& to) {
@@ -225,6 +273,7 @@ void add_protocol(std::vector<Campaign>& to) {
                 .begin =
                     [](const fs::path&) {
                       return Attempt([](Choices& choices, const fs::path& folder) {
+                        if (choices.one_in(3)) return hostile_rows(choices, folder);
                         return choices.one_in(2) ? hostile_store(choices, folder) : hostile_reader(choices, folder);
                       });
                     },

@@ -159,7 +159,10 @@ TEST(Map, RefusesWhatIsNoMap) {
   for (const double size_m : {0.0, -1.0, 2.0, nan})
     EXPECT_THAT(problem_with([&] { map_slice(0, 0.0, size_m, 8); }), HasSubstr("at most 1000 mm"));
   EXPECT_THAT(problem_with([] { map_slice(0, nan, 0.1, 8); }), HasSubstr("within 1000 mm"));
-  EXPECT_THAT(problem_with([] { map_grid(0.1, 100000); }), HasSubstr("--points"));
+  EXPECT_THAT(problem_with([] { map_grid(0.1, 1000); }), HasSubstr("--points"));
+  EXPECT_THAT(problem_with([] { map_grid(0.1, 1000, 64); }), HasSubstr("more parts"));
+  EXPECT_EQ(problem_with([] { map_grid(0.1, 1000, 128); }), "");
+  EXPECT_THAT(problem_with([] { map_slice(2, 0.0, 0.1, 40000, 1 << 20); }), HasSubstr("32768"));
 }
 
 TEST(Map, WhatEndsItsKeepingEndsIt) {
