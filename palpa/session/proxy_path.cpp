@@ -235,7 +235,7 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
     accept(segment, made, context, settles);
     model_.end_move();
   }
-  walk_.unreached_m = tool_.length_m(state_.proxy, made.to_pose);
+  walk_.unreached_m = state_.is_held_back ? 0.0 : tool_.length_m(state_.proxy, made.to_pose);
   modes_.arrive();
 }
 

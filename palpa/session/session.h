@@ -47,7 +47,8 @@ struct Tick {
   TickStatus status = TickStatus::complete;
   int dropped = 0;  ///< primitives refused
   /// [N] part of the spring force that the primitives do not balance: stiffness times the distance of the proxy from its last
-  /// balance. Imperceptible at rest; larger where the path stopped before the balance. 0 in a `waiting` tick.
+  /// balance. Imperceptible at rest; larger where the path stopped before the balance. 0 in a `waiting` tick, and where the
+  /// proxy is held back while octaves fade.
   double unborne_n = 0.0;
   Energy energy;
   int work = 0;                ///< [1] units, counted alike on every machine (docs/contracts/session.md)
