@@ -1,7 +1,12 @@
-// Octaves that hands would feel of a large store, in virtual time: bench_octaves HAND... [--quick]
+// Octaves that hands would feel of a large store, in virtual time, and ticks of windows beside those of a grid in memory:
+//
+//   bench_octaves HAND... [--quick]
+//   bench_octaves ticks SCENE VOLUME HAND
 //
 // HAND: a recording, or sim:random. 4096³ voxels in chunks of 32³, of which a voxel is 36.6, 146 or 2340 µm of the hand; mean
 // speeds of 0.01 to 3 m/s; chunks from memory, a disk, and two networks. Compare with the table of docs/large.md.
+#include <time.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,7 +17,9 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/device/hand.h"
+#include "palpa/loop/window_feed.h"
 #include "palpa/study/octave_forecast.h"
+#include "palpa/study/run.h"
 
 namespace {
 
@@ -54,7 +61,57 @@ void print_row(const std::vector<std::shared_ptr<const Target>>& hands, double s
   std::fflush(stdout);
 }
 
+/// The scene with its volume in memory, or felt through windows.
+PreparedRun prepared(const char* scene, const std::string& volume, const char* hand, const char* memory_mb) {
+  RunOptions options;
+  options.scene = scene;
+  options.hand = hand;
+  options.scene_options.sets = {{"volume." + volume + ".memory_mb", memory_mb}};
+  return prepare(options);
+}
+
+double thread_us() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1e6 * static_cast<double>(time.tv_sec) + 1e-3 * static_cast<double>(time.tv_nsec);
+}
+
+/// Ticks of one hand in both, in turn: processor time by work, and whether they feel equal forces.
+int compare_ticks(const char* scene, const std::string& volume, const char* hand) {
+  const PreparedRun whole = prepared(scene, volume, hand, "100000"), windows = prepared(scene, volume, hand, "1");
+  Session in_memory(whole.loaded.scene), in_windows(windows.loaded.scene);
+  WindowFeed feed(in_windows);
+  std::vector<double> memory_us, windows_us;
+  int different = 0;
+  const double duration_s = std::min(whole.duration_s, 30.0);
+  for (int tick = 0; tick < static_cast<int>(1e3 * duration_s); ++tick) {
+    const Probe probe{.position_m = whole.target->at(1e-3 * tick).position_m};
+    feed.lay_for(probe, 1e-3);
+    const double begin_us = thread_us();
+    const Tick a = in_memory.tick(probe, 1e-3);
+    const double middle_us = thread_us();
+    const Tick b = in_windows.tick(probe, 1e-3);
+    const double end_us = thread_us();
+    memory_us.push_back(middle_us - begin_us), windows_us.push_back(end_us - middle_us);
+    different += a.force_n != b.force_n;
+  }
+  const auto report = [](const char* name, std::vector<double>& times_us) {
+    double sum_us = 0.0;
+    for (const double time_us : times_us) sum_us += time_us;
+    std::ranges::sort(times_us);
+    const double mean_us = sum_us / static_cast<double>(times_us.size());
+    std::printf("%-12s mean %7.2f us, p50 %7.2f us, p99 %7.2f us\n", name, mean_us, times_us[times_us.size() / 2],
+                times_us[times_us.size() * 99 / 100]);
+    return mean_us;
+  };
+  const double memory_mean_us = report("in memory", memory_us), windows_mean_us = report("windows", windows_us);
+  std::printf("ratio of means %.3f; %d of %zu ticks feel another force\n", windows_mean_us / memory_mean_us, different,
+              memory_us.size());
+  return different > 0 ? 1 : 0;
+}
+
 int run(int argc, char** argv) {
+  if (argc == 5 && std::strcmp(argv[1], "ticks") == 0) return compare_ticks(argv[2], argv[3], argv[4]);
   std::vector<std::shared_ptr<const Target>> hands;
   bool is_quick = false;
   for (int n = 1; n < argc; ++n) {
@@ -67,7 +124,7 @@ int run(int argc, char** argv) {
       hands.push_back(recorded_target(name, {}));
   }
   if (hands.empty()) {
-    std::fputs("bench_octaves HAND... [--quick]: recordings, or sim:random\n", stderr);
+    std::fputs("bench_octaves HAND... [--quick] | ticks SCENE VOLUME HAND: recordings, or sim:random\n", stderr);
     return 2;
   }
   std::printf("%8s %9s %13s %8s %8s %8s %9s %9s\n", "m/s", "um/voxel", "ms/chunk", "% oct. 0", "% fine", "% forced", "chunks/s",

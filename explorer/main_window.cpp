@@ -323,6 +323,9 @@ void MainWindow::tick() {
               .arg(QString::fromStdString(touch_.trace().string())),
           true);
     unrecorded_ = statistics.unrecorded;
+    const std::vector<std::string>& notes = statistics.windows.notes;
+    notes_said_ = std::min(notes_said_, notes.size());  // another scene has none yet
+    for (; notes_said_ < notes.size(); ++notes_said_) say(QString::fromStdString(notes[notes_said_]), true);
   }
   if (const std::string problem = touch_.take_problem(); !problem.empty()) say(QString::fromStdString(problem), true);
   if (View3D* view = views_->view()) view->show_words(format_fault(), format_hint());

@@ -172,6 +172,7 @@ class MainWindow : public QMainWindow {
   Vec3 led_away_;  ///< [1] away from the surface where the mouse last led the hand
   int ticks_ = 0, frames_ = 0;
   std::int64_t unrecorded_ = 0;
+  std::size_t notes_said_ = 0;  // of windows of volumes larger than memory
 };
 
 }  // namespace palpa::explorer

@@ -177,6 +177,17 @@ void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, c
   }
 }
 
+void paint_window(QPainter& painter, const detail::View& view, const Moment& moment) {
+  if (!moment.has_window) return;
+  painter.setPen(QPen(QColor(120, 170, 230, 170), 1.2, Qt::DashLine));
+  for (std::size_t corner = 0; corner < moment.window_m.size(); ++corner) {
+    for (const std::size_t axis : {1U, 2U, 4U}) {
+      if ((corner & axis) == 0)
+        painter.drawLine(on_screen(view, moment.window_m[corner]), on_screen(view, moment.window_m[corner | axis]));
+    }
+  }
+}
+
 bool look_alike(std::span<const SeenHand> a, std::span<const SeenHand> b) {
   return std::ranges::equal(a, b, [](const SeenHand& x, const SeenHand& y) { return x.moment.looks_like(y.moment); });
 }

@@ -61,6 +61,8 @@ void paint_moment(QPainter& painter, const detail::View& view, const Moment& mom
 /// Feet of a tool: paler where the device holds it, and at the proxy, red by the force on each. Nothing for a moment without a
 /// tool, or of a point.
 void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, const Moment& moment);
+/// Edges of the window of the felt octave, of a volume larger than memory. Nothing without one.
+void paint_window(QPainter& painter, const detail::View& view, const Moment& moment);
 /// A hand with its tool.
 struct SeenHand {
   Tool tool{};

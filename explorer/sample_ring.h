@@ -41,12 +41,16 @@ struct Moment {
   Turn probe_turn{}, proxy_turn{};
   Vec3 torque_nm{};                       ///< sent to the device
   std::array<float, most_feet> feet_n{};  ///< [N] on each foot
+  // Of a volume larger than memory:
+  bool has_window = false;
+  std::array<Vec3, 8> window_m{};  ///< corners of the window of the felt octave, bit a of the number: the high end of axis a
 
   /// Moves all positions to a frame in which the own frame's origin is here, with equal axes. Allocates nothing.
   void shift(const Vec3& origin_m) noexcept {
     probe_m += origin_m;
     proxy_m += origin_m;
     for (std::size_t i = 0; i < count; ++i) primitives[i].primitive.position_m += origin_m;
+    for (Vec3& corner : window_m) corner += origin_m;
   }
 
   /// Takes turns, torque and forces of feet from a tick of a tool. Allocates nothing.
@@ -67,7 +71,7 @@ struct Moment {
         distance(proxy_m, other.proxy_m) > moved_m ||
         std::lround(100.0 * norm(command_n)) != std::lround(100.0 * norm(other.command_n)))  // the digits of the number
       return false;
-    if (!looks_like_tool_of(other)) return false;
+    if (!looks_like_tool_of(other) || has_window != other.has_window || window_m != other.window_m) return false;
     for (std::size_t i = 0; i < count; ++i) {
       const PlacedPrimitive &a = primitives[i], &b = other.primitives[i];
       if (a.primitive.id != b.primitive.id || distance(a.primitive.direction, b.primitive.direction) > changed_n ||

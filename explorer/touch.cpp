@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "explorer/hand_frame.h"
+#include "palpa/data/octaves.h"
 
 namespace palpa::explorer {
 namespace {
@@ -209,6 +210,16 @@ void Touch::resume() {
   run_->loop().resume();
 }
 
+/// The window of the felt octave of the first volume larger than memory, in hand metres.
+static void take_window(const TickFrame& frame, const Session& session, Moment& moment) noexcept {
+  if (session.stock().empty()) return;
+  const auto octave = static_cast<int>(frame.result.felt_octave);
+  const auto corners_m = session.stock().corners_m(0, octave, session.scene().time().at(frame.t_s));
+  moment.has_window = corners_m.has_value();
+  for (std::size_t corner = 0; corners_m && corner < 8; ++corner)
+    moment.window_m[corner] = session.hand_to_world().to_hand((*corners_m)[corner]);
+}
+
 void Touch::observe(std::size_t number, const TickFrame& frame, const Session& session) noexcept {
   if (number == led_) {
     Sample sample{.frame = frame, .hand = number};
@@ -233,6 +244,7 @@ void Touch::observe(std::size_t number, const TickFrame& frame, const Session& s
   std::copy_n(placed.begin(), moment.count, moment.primitives.begin());
   if (session.scene().tool().shape != ToolOptions::Shape::point)
     moment.take_tool(frame.result, frame.command.torque_nm, placed);
+  take_window(frame, session, moment);
   moment.shift(hand.origin_m);
   hand.moments.give(moment);
 }

@@ -361,6 +361,22 @@ double Stock::room_m(int octave, std::span<const Vec3> world_m, DataTime pose_ti
   return room_m;
 }
 
+std::optional<std::array<Vec3, 8>> Stock::corners_m(std::size_t n, int octave, DataTime pose_time) const noexcept {
+  const Store& store = stores_[n];
+  if (octave < 0 || octave >= store.of->count() - 1) return std::nullopt;
+  const Slot& slot = store.slots[static_cast<std::size_t>(octave)];
+  const detail::GridBase* grid = slot.windows[slot.in_force].grid.get();
+  if (!grid) return std::nullopt;
+  const detail::GridBase::Extent& extent = grid->extent();
+  const Similarity pose = store.pose(pose_time);
+  std::array<Vec3, 8> corners_m;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const auto end = [&](std::size_t a) { return corner >> a & 1 ? extent.high[a] : extent.low[a]; };
+    corners_m[corner] = pose.to_world(grid->view().geometry.to_world({end(0), end(1), end(2)}));
+  }
+  return corners_m;
+}
+
 double Stock::stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s, DataTime pose_time,
                       double less_voxels) const noexcept {
   double time_s = unbounded;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -188,6 +189,9 @@ class Stock {
                    double less_voxels) const noexcept;
   /// Pose of a field.
   Similarity pose(std::size_t n, DataTime pose_time) const noexcept { return stores_[n].pose(pose_time); }
+  /// Corners [m, world] of the window in force of an octave of field n, bit a of the number: the high end of axis a; none for
+  /// the coarsest octave, and without a window.
+  std::optional<std::array<Vec3, 8>> corners_m(std::size_t n, int octave, DataTime pose_time) const noexcept;
   /// Least time [s] after which any position, moving at this velocity [m/s], leaves the windows of an octave, less
   /// `less_voxels` [1].
   double stays_s(int octave, std::span<const Vec3> world_m, const Vec3& velocity_m_per_s, DataTime pose_time,

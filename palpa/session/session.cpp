@@ -208,6 +208,7 @@ Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return sta
 void Session::reset() noexcept { state_->reset(); }
 void Session::set_force_limit(double most_n) noexcept { state_->path.set_force_limit(most_n); }
 Stock& Session::stock() noexcept { return state_->path.stock(); }
+const Stock& Session::stock() const noexcept { return state_->path.stock(); }
 WindowNeed Session::window_need(const Probe& probe, double time_step_s) noexcept {
   return state_->path.window_need({probe.position_m, probe.turn}, probe.valid, time_step_s);
 }

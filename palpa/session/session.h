@@ -128,6 +128,7 @@ class Session {
 
   /// Windows of volumes larger than memory, to be laid between ticks. Empty for a scene without such volumes.
   Stock& stock() noexcept;
+  const Stock& stock() const noexcept;
   /// Need of the next tick, with these arguments; valid until then.
   WindowNeed window_need(const Probe& probe, double time_step_s) noexcept;
 

@@ -94,16 +94,6 @@ void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> l
   renderer->AddActor(actor);
 }
 
-void draw_box(vtkRenderer* renderer, const std::array<Vec3, 8>& corners_m, const Color& color, double radius_m) {
-  std::vector<std::vector<TubePoint>> edges;
-  for (std::size_t corner = 0; corner < corners_m.size(); ++corner) {
-    for (const std::size_t axis : {1U, 2U, 4U}) {
-      if (!(corner & axis)) edges.push_back({{corners_m[corner], color}, {corners_m[corner | axis], color}});
-    }
-  }
-  draw_tubes(renderer, edges, radius_m);
-}
-
 void draw_arrows(vtkRenderer* renderer, std::span<const Arrow> arrows) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkDoubleArray> vectors;

@@ -35,9 +35,6 @@ struct TubePoint {
 /// One tube along each line, coloured by its points; lines of one point are left out. `shine` [1]: ambient share of the colour,
 /// so that it can be read off a colour bar.
 void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> lines, double radius_m, double shine = 0.45);
-/// The twelve edges of a box in any position, as a window of a volume larger than memory.
-/// \param corners_m  [m] number n is at the high end of axis a where bit a of n is set
-void draw_box(vtkRenderer* renderer, const std::array<Vec3, 8>& corners_m, const Color& color, double radius_m);
 struct Arrow {
   Vec3 from_m;
   Vec3 to_m;
