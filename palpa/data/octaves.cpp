@@ -285,15 +285,10 @@ Carried Octaves::carried(const Vec3& world_m, DataTime from, DataTime to) const 
   return carried_with_level(world_m, from, to, in_force(between(to).a, to).noise);
 }
 
-const Octaves* octaves_behind(const Field& field) noexcept {
-  const MovingView* moved = moving_of(field);
-  return dynamic_cast<const Octaves*>(moved ? moved->field.get() : &field);
-}
-
 Stock::Stock(std::span<const FieldPtr> fields) {
   for (const FieldPtr& field : fields) {
     const MovingView* moved = moving_of(*field);
-    const Octaves* octaves = octaves_behind(*field);
+    const auto* octaves = dynamic_cast<const Octaves*>(moved ? moved->field.get() : field.get());
     if (!octaves || store_of(*octaves)) continue;
     stores_.push_back({octaves, moved, std::vector<Slot>(static_cast<std::size_t>(octaves->count() - 1))});
     count_ = std::max(count_, octaves->count());

@@ -144,9 +144,6 @@ class Octaves final : public TimedField {
   std::shared_ptr<Kept> kept_;
 };
 
-/// The field in octaves that this field is, or that it poses; nullptr: another field.
-const Octaves* octaves_behind(const Field& field) noexcept;
-
 /// Windows of one session: of each octave of each field that is larger than memory two, one of them in force. `lay` and
 /// `put_in_force` are called between samples, by the thread that samples; they allocate nothing, and free nothing while the
 /// maker of the windows keeps them.

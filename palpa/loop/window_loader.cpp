@@ -9,6 +9,7 @@
 
 #include "palpa/base/printed.h"
 #include "palpa/base/wording.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/device/blocked_signals.h"
 
 namespace palpa {
@@ -27,7 +28,7 @@ double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock:
 std::string name_of(const Octaves& of, const Scene& scene) {
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) {
-      if (octaves_behind(*field.field) != &of) continue;
+      if (octaves_below(*field.field) != &of) continue;
       return volume.volume.files.empty() ? volume.name : detail::one_line(volume.volume.files.front().path);
     }
   }

@@ -1,5 +1,6 @@
 #include "palpa/trace/windows.h"
 
+#include "palpa/data/octave_parts.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/rows.h"
 
@@ -9,7 +10,7 @@ std::vector<TracedField> traced_fields(const Scene& scene) {
   std::vector<TracedField> fields;
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields)
-      if (const Octaves* octaves = octaves_behind(*field.field))
+      if (const Octaves* octaves = octaves_below(*field.field))
         fields.push_back({volume.name, field.name, field.field, octaves});
   }
   return fields;
