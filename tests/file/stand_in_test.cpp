@@ -67,6 +67,10 @@ class StandIn : public ::testing::Test {
     ADD_FAILURE() << "no error";
     return {};
   }
+  /// Of a reader that computes for ever: on a busy machine it may compute too little to be found out by that.
+  static void expect_either(const std::string& text, const std::string& of, const std::string& or_of) {
+    EXPECT_TRUE(text.find(of) != std::string::npos || text.find(or_of) != std::string::npos) << text;
+  }
   void expect_error(const char* part, const std::string& of) {
     const std::string text = error(part);
     EXPECT_NE(text.find(of), std::string::npos) << part << ": " << text;
@@ -146,7 +150,7 @@ TEST_F(StoreStandIn, ReadersThatEndOrGoOnForEver) {
   expect_store_error("exit at once", "code 7");
   expect_store_error("killed with a chunk", "signal 9");
   expect_store_error("hang with a chunk", "made no progress for 0.5 s");
-  expect_store_error("spin with a chunk", "computed for 0.5 s without reading on");
+  expect_either(store_error("spin with a chunk"), "computed for 0.5 s without reading on", "finished no chunk for 3 s");
   EXPECT_EQ(store_error("shrink"), "");  // which the seal refuses
 }
 
@@ -162,7 +166,7 @@ TEST_F(StandIn, ReadersThatEndEarly) {
 TEST_F(StandIn, ReadersThatMakeNoProgress) {
   expect_error("hang at once", "no progress for 0.5 s");
   expect_error("hang in the middle", "no progress for 0.5 s");
-  expect_error("spin in the middle", "without reading on");
+  expect_either(error("spin in the middle"), "without reading on", "no progress for 0.5 s");
 }
 
 TEST_F(StandIn, ReadersThatStartTooManyThreads) { expect_error("too many threads", "more than 2048 threads"); }
