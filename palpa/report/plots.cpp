@@ -145,6 +145,28 @@ TimePlot energy_plot(const Recorded& recorded) {
   return made;
 }
 
+/// Felt octave of volumes larger than memory.
+TimePlot octave_plot(const Recorded& recorded) {
+  const auto& ticks = recorded.ticks;
+  const auto count_of = [&](auto&& is_so) {
+    return static_cast<double>(std::count_if(ticks.begin(), ticks.end(), [&](const TickFrame& f) { return is_so(f.result); }));
+  };
+  const double finest = count_of([](const Tick& tick) { return tick.felt_octave == 0.0; });
+  const double forced = count_of([](const Tick& tick) { return tick.forced_octave; });
+  const double share = 100.0 * finest / static_cast<double>(std::max<std::size_t>(ticks.size(), 1));
+  return {.id = "octave",
+          .plot = {.title = "Felt octave",
+                   .x_label = "time / s",
+                   .y_label = "octave",
+                   .series = {over_time(ticks, "felt octave", palpa::CurveColor::purple, Stroke::solid,
+                                        [&](std::size_t i) { return ticks[i].result.felt_octave; })}},
+          .label = text("Felt octave over time: 0 in %.1f %% of the ticks.", share),
+          .caption = text("Octave 0 has the voxels of the file, each next octave half as fine; between two of them both are "
+                          "blended. Octave 0 was felt in %.1f %% of the ticks; in %.0f a coarser one was taken at once, since "
+                          "the windows did not hold the way of the tick.",
+                          share, forced)};
+}
+
 TimePlot time_plot(const Recorded& recorded) {
   const Summary& s = recorded.summary;
   return {.id = "time",
@@ -214,6 +236,7 @@ std::vector<TimePlot> time_plots(const Recorded& recorded) {
   if (!recorded.modes.empty()) plots.push_back(modes_plot(recorded));
   plots.push_back(distance_plot(recorded));
   plots.push_back(energy_plot(recorded));
+  if (recorded.header.has_octaves) plots.push_back(octave_plot(recorded));
   if (recorded.summary.tick_max_us > 0.0) plots.push_back(time_plot(recorded));
   return plots;
 }
