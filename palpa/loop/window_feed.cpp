@@ -22,7 +22,7 @@ void WindowFeed::lay(const WindowNeed& need) {
   stock.put_in_force(need.feet_m, need.time);
   for (std::size_t field = 0; field < stock.size(); ++field) {
     const int coarsest = stock.octaves(field).count() - 1;
-    for (int octave = 0; octave < coarsest; ++octave) {
+    for (int octave = stock.finest(); octave < coarsest; ++octave) {
       if (stock.room_of_m(field, octave, need.feet_m, need.time, Stock::margin_voxels) >= need.way_m) break;
       if (lay_octave(field, octave, need)) break;
     }

@@ -11,7 +11,7 @@
 
 namespace palpa {
 
-/// Makes and lays the windows of the finest octave for all of a tick's way, so that a session feels the bits of the volume in
+/// Makes and lays the windows of the finest octave (`Stock::finest`) for all of a tick's way, so that a session feels the bits of the volume in
 /// memory. Where voxels are lost or damaged the next coarser octave is laid. For simulated clocks, replays and studies: it
 /// blocks while voxels are read. Free of cost for sessions without such volumes. One thread.
 class WindowFeed {

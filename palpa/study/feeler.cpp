@@ -4,6 +4,18 @@
 
 namespace palpa::detail {
 
+int octave_to_search(const Stock& stock) {
+  constexpr std::int64_t most_voxels = 256;  // along an axis. More: a slower start of runs; fewer: places are rougher
+  int octave = 0;
+  for (std::size_t n = 0; n < stock.size(); ++n) {
+    const Octaves& octaves = stock.octaves(n);
+    int own = 0;
+    while (own < octaves.count() - 1 && std::ranges::max(octaves.dims(own)) > most_voxels) ++own;
+    octave = std::max(octave, own);
+  }
+  return octave;
+}
+
 std::vector<std::unique_ptr<Feeler>> feelers(const Scene& scene) {
   std::vector<std::unique_ptr<Feeler>> all;
   for (std::size_t n = 0; n < feeling_threads(); ++n) all.push_back(std::make_unique<Feeler>(scene));

@@ -50,11 +50,18 @@ struct Way {
   double deepened_m(double arm_stiffness_n_per_m) const { return 0.5 * bears_m + half_force_n / arm_stiffness_n_per_m; }
 };
 
-/// Samples paths, each with a fresh session: no level is broken, no state of other paths. A tool is upright. One thread each.
+/// Finest octave of volumes larger than memory with at most 256 voxels along each axis, or the coarsest: all of it is read in a
+/// moment, as a search of places does.
+int octave_to_search(const Stock& stock);
+
+/// Samples paths, each with a fresh session: no level is broken, no state of other paths. A tool is upright; volumes larger than
+/// memory are felt in `octave_to_search`. One thread each.
 class Feeler {
  public:
   explicit Feeler(const Scene& scene)
-      : scene_(scene), fresh_(scene), session_(scene), reach_m_(Tool(scene.tool(), scene.coupling()).reach_m()) {}
+      : scene_(scene), fresh_(scene), session_(scene), reach_m_(Tool(scene.tool(), scene.coupling()).reach_m()) {
+    session_.stock().set_finest(octave_to_search(session_.stock()));
+  }
 
   /// \param until  stop at the end of the first contact, of the first level, or of the path
   /// \param at     called with the path length [m] so far, the force [N] and the session, at each step in contact
