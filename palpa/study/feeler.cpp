@@ -1,5 +1,6 @@
 #include "palpa/study/feeler.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace palpa::detail {
