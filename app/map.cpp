@@ -47,7 +47,7 @@ Json summary_of(const ForceMap& map, const MapWork& work) {
     largest_n = std::max(largest_n, norm(point.steady_n));
     felt += norm(point.steady_n) > contact_force_n;
     broken += point.broken_levels > 0;
-    unsettled += !point.settled;
+    unsettled += point.unsettled;
   }
   const double seconds = std::max(work.seconds, 1e-9);
   return {{"points", map.lattice.count()},

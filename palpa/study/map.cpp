@@ -84,14 +84,14 @@ class MapFeeler {
   }
 
   MapPoint held(const Tick& arrived) {
-    MapPoint point{.first_contact_n = limited(arrived.force_n), .broken_levels = broken_levels_, .settled = false};
+    MapPoint point{.first_contact_n = limited(arrived.force_n), .broken_levels = broken_levels_, .unsettled = true};
     held_.copy_state_from(session_);
     Tick tick = arrived;
-    for (int n = 0; n < most_held_ticks && !point.settled; ++n) {
+    for (int n = 0; n < most_held_ticks && point.unsettled; ++n) {
       ++ticks_;
       const Tick next = held_feed_.tick({.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}}, held_tick_s);
-      point.settled = next.status != TickStatus::waiting &&
-                      stiffness_n_per_m_ * length(tool_.motion(pose_of(tick), pose_of(next))) <= settled_n;
+      point.unsettled = next.status == TickStatus::waiting ||
+                        !(stiffness_n_per_m_ * length(tool_.motion(pose_of(tick), pose_of(next))) <= settled_n);
       tick = next;
     }
     point.steady_n = limited(tick.force_n);

@@ -52,7 +52,7 @@ struct MapPoint {
   Vec3 steady_n;                  ///< force on the hand held there until the force is constant
   double proxy_distance_m = 0.0;  ///< from probe to proxy, held
   int broken_levels = 0;          ///< [1] broken through on the path
-  bool settled = true;            ///< false: the force still changed at the last tick
+  bool unsettled = false;         ///< the force still changed at the last tick
   friend bool operator==(const MapPoint&, const MapPoint&) = default;
 };
 

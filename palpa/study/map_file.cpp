@@ -22,10 +22,10 @@ constexpr std::string_view magic = "palpa: a map of forces that is not whole yet
 /// Numbers of a point, in the file's order.
 using Kept = std::array<double, 9>;
 Kept kept(const MapPoint& p) {
-  return {p.first_contact_n.x, p.first_contact_n.y, p.first_contact_n.z,   p.steady_n.x,         p.steady_n.y,
-          p.steady_n.z,        p.proxy_distance_m,  1.0 * p.broken_levels, p.settled ? 1.0 : 0.0};
+  return {p.first_contact_n.x, p.first_contact_n.y, p.first_contact_n.z,   p.steady_n.x,           p.steady_n.y,
+          p.steady_n.z,        p.proxy_distance_m,  1.0 * p.broken_levels, p.unsettled ? 0.0 : 1.0};
 }
-MapPoint point_of(const Kept& n) { return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], static_cast<int>(n[7]), n[8] != 0.0}; }
+MapPoint point_of(const Kept& n) { return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], static_cast<int>(n[7]), n[8] == 0.0}; }
 
 std::string header(const std::string& identity) { return std::string(magic) + identity + '\0'; }
 
@@ -139,7 +139,7 @@ void write_map(const ForceMap& map, const Similarity& hand_to_world, const fs::p
       [](const MapPoint& point, double* to) { return *to = point.proxy_distance_m, to + 1; });
   add("broken_levels", "", VoxelType::uint8, 1,
       [](const MapPoint& point, double* to) { return *to = std::min(point.broken_levels, 255), to + 1; });
-  add("settled", "", VoxelType::uint8, 1, [](const MapPoint& point, double* to) { return *to = point.settled, to + 1; });
+  add("settled", "", VoxelType::uint8, 1, [](const MapPoint& point, double* to) { return *to = !point.unsettled, to + 1; });
   write_volume(volume, file, existing);
 }
 

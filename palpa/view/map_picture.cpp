@@ -210,7 +210,7 @@ void mark_unsettled(Canvas& canvas, const ForceMap& map, const Slice& slice, con
   const double size_px = std::max(2.0, panel.side_px / slice.columns());
   for (int row = 0; row < slice.rows(); ++row) {
     for (int column = 0; column < slice.columns(); ++column) {
-      if (map.points[slice.number(column, row)].settled) continue;
+      if (!map.points[slice.number(column, row)].unsettled) continue;
       canvas.rectangle(panel.x_px(column, slice) - 0.5 * size_px, panel.y_px(row, slice) - 0.5 * size_px, size_px, size_px,
                        unsettled_color);
     }
@@ -288,7 +288,7 @@ Picture map_picture(const Scene& scene, const ForceMap& map, const MapPictureOpt
 
   std::vector<detail::LegendEntry> legend;
   if (!lines.names().empty()) legend.push_back({lines.names(), {level_color}, detail::LegendEntry::Sign::line});
-  if (std::any_of(map.points.begin(), map.points.end(), [](const MapPoint& point) { return !point.settled; }))
+  if (std::any_of(map.points.begin(), map.points.end(), [](const MapPoint& point) { return point.unsettled; }))
     legend.push_back({"here it does not settle", {unsettled_color}});
   const detail::ColorBar bars[] = {{"force on hand / N", colors}};
   detail::draw_explanations(canvas, layout, legend, bars);

@@ -46,7 +46,7 @@ TEST(MapFile, VtksOwnReaderFindsEachForceWhereItWasFelt) {
       EXPECT_NEAR(number("steady_n", 2), point.steady_n.z, 1e-6);
       EXPECT_NEAR(number("proxy_distance_m", 0), point.proxy_distance_m, 1e-9);
       EXPECT_EQ(number("broken_levels", 0), point.broken_levels);
-      EXPECT_EQ(number("settled", 0), point.settled);
+      EXPECT_EQ(number("settled", 0), !point.unsettled);
     }
   }
   fs::remove_all(folder);
