@@ -83,8 +83,8 @@ int compare_ticks(const char* scene, const std::string& volume, const char* hand
   WindowFeed feed(in_windows);
   std::vector<double> memory_us, windows_us;
   int different = 0;
-  const double duration_s = std::min(whole.duration_s, 30.0);
-  for (int tick = 0; tick < static_cast<int>(1e3 * duration_s); ++tick) {
+  const double felt_s = std::min(whole.duration_s, 30.0);
+  for (int tick = 0; tick < static_cast<int>(1e3 * felt_s); ++tick) {
     const Probe probe{.position_m = whole.target->at(1e-3 * tick).position_m};
     feed.lay_for(probe, 1e-3);
     const double begin_us = thread_us();

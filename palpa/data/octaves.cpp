@@ -311,18 +311,21 @@ void Stock::clear() noexcept {
   for (Store& store : stores_) std::ranges::fill(store.slots, Slot{});
 }
 
-void Stock::put_in_force(std::span<const Vec3> world_m, DataTime pose_time) noexcept {
+void Stock::put_in_force(std::span<const Vec3> world_m, std::span<const Vec3> ahead_m, DataTime pose_time) noexcept {
   for (Store& store : stores_) {
     const Similarity pose = store.pose(pose_time);
     for (Slot& slot : store.slots) {
-      double rooms[2];
-      for (int n = 0; n < 2; ++n) {
-        rooms[n] = slot.windows[n].grid ? unbounded : -unbounded;
-        for (const Vec3& at_m : world_m) {
-          if (slot.windows[n].grid) rooms[n] = std::min(rooms[n], slot.windows[n].grid->room_voxels(pose.to_hand(at_m)));
-        }
-      }
-      if (rooms[1 - slot.in_force] > rooms[slot.in_force]) slot.in_force = 1 - slot.in_force;
+      const auto room = [&](int n, std::span<const Vec3> positions_m) {
+        double least = slot.windows[n].grid ? unbounded : -unbounded;
+        for (const Vec3& at_m : positions_m)
+          if (slot.windows[n].grid) least = std::min(least, slot.windows[n].grid->room_voxels(pose.to_hand(at_m)));
+        return least;
+      };
+      const int other = 1 - slot.in_force;
+      const double rooms[2] = {std::min(room(0, world_m), room(0, ahead_m)), std::min(room(1, world_m), room(1, ahead_m))};
+      const bool is_better = std::max(rooms[0], rooms[1]) >= 0.0 ? rooms[other] > rooms[slot.in_force]
+                                                                 : room(other, world_m) > room(slot.in_force, world_m);
+      if (is_better) slot.in_force = other;
     }
   }
 }
@@ -347,6 +350,23 @@ double Stock::room_of_m(std::size_t n, int octave, std::span<const Vec3> world_m
     if (grid) room_m = std::min(room_m, pose.scale * grid->spacing_m() * (grid->room_voxels(pose.to_hand(at_m)) - less_voxels));
   }
   return room_m;
+}
+
+double Stock::share_within(std::size_t n, int octave, std::span<const Vec3> from_m, std::span<const Vec3> to_m,
+                           DataTime pose_time, double less_voxels) const noexcept {
+  const Store& store = stores_[n];
+  if (octave >= store.of->count() - 1) return 1.0;
+  const Similarity pose = store.pose(pose_time);
+  const Slot& slot = store.slots[static_cast<std::size_t>(octave)];
+  const detail::GridBase* grid = slot.windows[slot.in_force].grid.get();
+  if (!grid) return -1.0;
+  double share = 1.0;
+  for (std::size_t i = 0; i < from_m.size(); ++i) {
+    const Vec3 from = pose.to_hand(from_m[i]), to = pose.to_hand(to_m[i]);
+    const double way = distance(from, to), leaves = grid->passage(from, to)[1];
+    if (leaves < 1.0) share = std::min(share, leaves - less_voxels * grid->spacing_m() / std::max(way, 1e-300));
+  }
+  return share;
 }
 
 double Stock::room_m(int octave, std::span<const Vec3> world_m, DataTime pose_time, double less_voxels) const noexcept {

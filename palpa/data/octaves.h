@@ -175,8 +175,9 @@ class Stock {
   void lay(const Octaves& of, int octave, const OctaveWindow& window) noexcept;
   /// Drops all windows. Frees memory.
   void clear() noexcept;
-  /// Puts the window with the most room about the positions in force, in each octave. The data are posed as at `pose_time`.
-  void put_in_force(std::span<const Vec3> world_m, DataTime pose_time) noexcept;
+  /// Puts the window with the most room about the positions in force, in each octave: about `ahead_m` [m, world] as well, if a
+  /// window has room for these. The data are posed as at `pose_time`.
+  void put_in_force(std::span<const Vec3> world_m, std::span<const Vec3> ahead_m, DataTime pose_time) noexcept;
 
   /// Least way [m] of any position to a face of the windows in force of an octave, less `less_voxels` [1]; infinite where
   /// windows reach to the borders of their grids, negative without a window.
@@ -184,6 +185,10 @@ class Stock {
   /// Likewise of one field, less `less_voxels` [1].
   double room_of_m(std::size_t n, int octave, std::span<const Vec3> world_m, DataTime pose_time,
                    double less_voxels) const noexcept;
+  /// Share [1] of the straight ways of all positions that is within the window in force of an octave of a field, less
+  /// `less_voxels` [1] at its end: 1 where all end in it, negative where one begins outside.
+  double share_within(std::size_t n, int octave, std::span<const Vec3> from_m, std::span<const Vec3> to_m, DataTime pose_time,
+                      double less_voxels) const noexcept;
   /// Pose of a field.
   Similarity pose(std::size_t n, DataTime pose_time) const noexcept { return stores_[n].pose(pose_time); }
   /// Corners [m, world] of the window in force of an octave of field n, bit a of the number: the high end of axis a; none for

@@ -19,28 +19,34 @@ WindowFeed::WindowFeed(Session& session) : session_(session) { session_.stock().
 
 void WindowFeed::lay(const WindowNeed& need) {
   Stock& stock = session_.stock();
-  stock.put_in_force(need.feet_m, need.time);
+  stock.put_in_force(need.feet_m, need.ahead_m, need.time);
   for (std::size_t field = 0; field < stock.size(); ++field) {
     const int coarsest = stock.octaves(field).count() - 1;
     for (int octave = stock.finest(); octave < coarsest; ++octave) {
-      if (stock.room_of_m(field, octave, need.feet_m, need.time, Stock::margin_voxels) >= need.way_m) break;
-      if (lay_octave(field, octave, need)) break;
+      // Where a level gives way the proxy flies to the probe in one tick.
+      const auto has_room = [&](std::span<const Vec3> feet_m) {
+        return stock.room_of_m(field, octave, feet_m, need.time, Stock::margin_voxels) >= need.way_m;
+      };
+      if (has_room(need.feet_m) && has_room(need.ahead_m)) break;
+      if (lay_octave(field, octave, need, true) || has_room(need.feet_m) || lay_octave(field, octave, need, false)) break;
     }
   }
 }
 
-/// Lays a window about the feet; false if its voxels are lost, or too many for the way of this tick.
-bool WindowFeed::lay_octave(std::size_t field, int octave, const WindowNeed& need) {
+/// Lays a window about the feet, as far as the probe if it `reaches_ahead`; false if its voxels are lost, or too many.
+bool WindowFeed::lay_octave(std::size_t field, int octave, const WindowNeed& need, bool reaches_ahead) {
   Stock& stock = session_.stock();
   const Octaves& octaves = stock.octaves(field);
   const GridGeometry& grid = octaves.sampled_grid(octave);
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double low[3] = {infinity, infinity, infinity}, high[3] = {-infinity, -infinity, -infinity};
-  for (const Vec3& foot_m : need.feet_m) {
+  const auto include = [&](const Vec3& foot_m) {
     const Vec3 steps = octaves.steps_of(octave, stock.pose(field, need.time).to_hand(foot_m));
     const double at[3] = {steps.x, steps.y, steps.z};
     for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], at[a]), high[a] = std::max(high[a], at[a]);
-  }
+  };
+  std::ranges::for_each(need.feet_m, include);
+  if (reaches_ahead) std::ranges::for_each(need.ahead_m, include);
   const double spacing_m = std::ldexp(octaves.spacing_m(), octave) * stock.pose(field, need.time).scale;
   // Beside the feet as much again as the tick needs, so that a window serves many ticks.
   const double beside = 2.0 * Stock::margin_voxels + need.way_m / spacing_m;

@@ -11,9 +11,9 @@
 
 namespace palpa {
 
-/// Makes and lays the windows of the finest octave (`Stock::finest`) for all of a tick's way, so that a session feels the bits of the volume in
-/// memory. Where voxels are lost or damaged the next coarser octave is laid. For simulated clocks, replays and studies: it
-/// blocks while voxels are read. Free of cost for sessions without such volumes. One thread.
+/// Makes and lays the windows of the finest octave (`Stock::finest`) for all of a tick's way, so that a session feels the bits
+/// of the volume in memory. Where voxels are lost or damaged the next coarser octave is laid. For simulated clocks, replays and
+/// studies: it blocks while voxels are read. Free of cost for sessions without such volumes. One thread.
 class WindowFeed {
  public:
   /// The session's windows are complete from now on. The session outlives this.
@@ -32,7 +32,7 @@ class WindowFeed {
 
  private:
   void lay(const WindowNeed& need);
-  bool lay_octave(std::size_t field, int octave, const WindowNeed& need);
+  bool lay_octave(std::size_t field, int octave, const WindowNeed& need, bool reaches_ahead);
 
   Session& session_;
   /// Windows that cannot be made: field, octave, first voxel.

@@ -22,7 +22,8 @@ DataMoments::DataMoments(StateArena& live, const TimeOptions& time, ModeRuntime&
       state_(live.add<State>()),
       end_s_(modes.data_end_s()),
       can_change_((modes.any_timed() && time.play != TimeOptions::Play::hold) || !stock_.empty()),
-      feet_in_world_(tool.feet()) {}
+      feet_in_world_(tool.feet()),
+      feet_ahead_(tool.feet()) {}
 
 // Data that play once end with the longest of their fields, so that equal moments are found equal.
 DataTime DataMoments::at(double elapsed_s, double octave) const noexcept {
@@ -63,7 +64,8 @@ void DataMoments::choose_octave(const Pose& proxy, double way_m, double time_ste
   if (stock_.empty()) return;
   const DataTime pose_time = time_.at(state_.elapsed_s);
   const std::span<const Vec3> feet_m = feet_in_world(proxy);
-  stock_.put_in_force(feet_m, pose_time);
+  // Complete windows were laid for the last `need`.
+  stock_.put_in_force(feet_m, stock_.is_complete() ? std::span<const Vec3>(feet_ahead_) : std::span<const Vec3>{}, pose_time);
   felt_octave_.advance(stock_, feet_m, way_m * map().scale, time_step_s, pose_time);
 }
 
@@ -80,27 +82,42 @@ void DataMoments::follow(const Step& step, double share_behind) noexcept {
 }
 
 // Feet [m, world].
-std::span<const Vec3> DataMoments::feet_in_world(const Pose& pose) noexcept {
-  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) feet_in_world_[foot] = map().to_world(tool_.foot_m(pose, foot));
-  return feet_in_world_;
+std::span<const Vec3> DataMoments::feet_in_world(const Pose& pose, std::vector<Vec3>& feet_m) noexcept {
+  for (std::size_t foot = 0; foot < tool_.feet(); ++foot) feet_m[foot] = map().to_world(tool_.foot_m(pose, foot));
+  return feet_m;
 }
 
-// Of each field in the finest octave, from that of the samples on, whose window holds all feet, as samples are.
+// The finest octave of a field, from that of the samples on, whose window holds all feet [m, world].
+int DataMoments::sampled_octave(std::size_t field, std::span<const Vec3> feet_m) const noexcept {
+  auto octave = static_cast<int>(state_.view_octave);
+  while (stock_.room_of_m(field, octave, feet_m, time_.at(state_.view_s), 0.0) < 0.0) ++octave;
+  return octave;
+}
+
 double DataMoments::reach_m(const Pose& proxy) noexcept {
   double reach_m = std::numeric_limits<double>::infinity();
   if (stock_.empty()) return reach_m;
   const std::span<const Vec3> feet_m = feet_in_world(proxy);
-  const DataTime pose_time = time_.at(state_.view_s);
-  for (std::size_t field = 0; field < stock_.size(); ++field) {
-    auto octave = static_cast<int>(state_.view_octave);
-    while (stock_.room_of_m(field, octave, feet_m, pose_time, 0.0) < 0.0) ++octave;
-    reach_m = std::min(reach_m, stock_.room_of_m(field, octave, feet_m, pose_time, Stock::sample_voxels));
-  }
+  for (std::size_t field = 0; field < stock_.size(); ++field)
+    reach_m = std::min(
+        reach_m, stock_.room_of_m(field, sampled_octave(field, feet_m), feet_m, time_.at(state_.view_s), Stock::sample_voxels));
   return std::max(0.0, reach_m) / map().scale;
 }
 
-WindowNeed DataMoments::need(const Pose& start, double way_m, double time_step_s) noexcept {
-  return {feet_in_world(start), way_m * map().scale, felt_octave_.velocity_m_per_s(), time_.at(state_.elapsed_s + time_step_s)};
+double DataMoments::reach_m(const Pose& proxy, const Pose& to) noexcept {
+  const double least_m = reach_m(proxy), way_m = tool_.way_m(proxy, to);
+  if (!(least_m < way_m)) return least_m;
+  const std::span<const Vec3> feet_m = feet_in_world(proxy), ends_m = feet_in_world(to, feet_ahead_);
+  double share = 1.0;
+  for (std::size_t field = 0; field < stock_.size(); ++field)
+    share = std::min(share, stock_.share_within(field, sampled_octave(field, feet_m), feet_m, ends_m, time_.at(state_.view_s),
+                                                Stock::sample_voxels));
+  return std::max(least_m, share * way_m);
+}
+
+WindowNeed DataMoments::need(const Pose& start, const Pose& probe, double way_m, double time_step_s) noexcept {
+  return {feet_in_world(start), feet_in_world(probe, feet_ahead_), way_m * map().scale, felt_octave_.velocity_m_per_s(),
+          time_.at(state_.elapsed_s + time_step_s)};
 }
 
 }  // namespace palpa

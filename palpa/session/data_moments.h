@@ -76,9 +76,11 @@ class DataMoments {
 
   /// Way [m] of any foot within the windows that are sampled, less the voxels of a sample; infinite without windows.
   double reach_m(const Pose& proxy) noexcept;
-  /// Windows needed by the tick in `time_step_s` [s] that begins at a pose and moves a foot by `way_m` [m]. Valid until the
-  /// next.
-  WindowNeed need(const Pose& start, double way_m, double time_step_s) noexcept;
+  /// Likewise on the straight way to a pose; at least that.
+  double reach_m(const Pose& proxy, const Pose& to) noexcept;
+  /// Windows needed by the tick in `time_step_s` [s] that begins at a pose, towards a probe, and moves a foot by `way_m` [m].
+  /// Valid until the next.
+  WindowNeed need(const Pose& start, const Pose& probe, double way_m, double time_step_s) noexcept;
 
  private:
   struct State {
@@ -88,7 +90,9 @@ class DataMoments {
   };
   DataTime at(double elapsed_s, double octave) const noexcept;
   const Similarity& map() noexcept { return modes_.samples(0).hand_to_world(); }
-  std::span<const Vec3> feet_in_world(const Pose& pose) noexcept;
+  std::span<const Vec3> feet_in_world(const Pose& pose) noexcept { return feet_in_world(pose, feet_in_world_); }
+  std::span<const Vec3> feet_in_world(const Pose& pose, std::vector<Vec3>& feet_m) noexcept;
+  int sampled_octave(std::size_t field, std::span<const Vec3> feet_m) const noexcept;
 
   TimeOptions time_;
   ModeRuntime& modes_;
@@ -96,9 +100,9 @@ class DataMoments {
   Stock stock_;
   FeltOctave& felt_octave_;
   State& state_;
-  double end_s_;                     // of the data, if they play once
-  bool can_change_;                  // from tick to tick
-  std::vector<Vec3> feet_in_world_;  // [m, world]
+  double end_s_;                                  // of the data, if they play once
+  bool can_change_;                               // from tick to tick
+  std::vector<Vec3> feet_in_world_, feet_ahead_;  // [m, world]
 };
 
 }  // namespace palpa

@@ -101,7 +101,8 @@ WindowNeed ProxyPath::window_need(const Pose& probe, bool valid, double time_ste
   const Pose at{probe.position_m, tool_.is_point() ? Turn{} : unit_turn(probe.turn)};
   const bool follows = state_.started && valid && is_finite(at.position_m);
   const double way_m = follows ? tool_.way_m(queue_.last(), at) : 0.0;
-  return moments_.need(state_.started ? state_.proxy : at, way_m, time_step_s);
+  const Pose& start = state_.started ? state_.proxy : at;
+  return moments_.need(start, follows ? at : start, way_m, time_step_s);
 }
 
 const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
@@ -407,7 +408,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
   if (flies) longest = longest_flight_m();
-  longest = std::min({longest, moments_.reach_m(start), state_.allowed_m});
+  longest = std::min({longest, flies ? moments_.reach_m(start, segment.to) : moments_.reach_m(start), state_.allowed_m});
   const auto shorten = [&](Pose& end, const Motion& motion, double share) {
     if (share < 1.0) end = tool_.moved(start, share * motion);
   };

@@ -92,9 +92,11 @@ struct WindowPlace {
 /// Places for which a tick needs windows of volumes larger than memory.
 struct WindowNeed {
   std::span<const Vec3> feet_m;  ///< [m, world] of the proxy, or of the probe where the proxy begins on it
-  double way_m = 0.0;            ///< [m, world] of a foot in the tick, as the probe moves
-  Vec3 velocity_m_per_s{};       ///< [world] of the proxy, mean of the last 5 ms
-  DataTime time;                 ///< at which the data are posed
+  /// [m, world] Likewise where the proxy flies to if all levels give way: at the probe. In the order of `feet_m`.
+  std::span<const Vec3> ahead_m;
+  double way_m = 0.0;       ///< [m, world] of a foot in the tick, as the probe moves
+  Vec3 velocity_m_per_s{};  ///< [world] of the proxy, mean of the last 5 ms
+  DataTime time;            ///< at which the data are posed
 };
 
 /// A scene in use: its proxy, the modes' memories, the ledger. Holds a snapshot of the scene (voxels shared). Construction

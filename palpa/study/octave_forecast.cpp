@@ -120,7 +120,7 @@ OctaveForecast forecast_octaves(const ForecastStore& store, const Target& hand, 
     const double way_m = tick > 0 ? distance(world_m, last_m) : 0.0;
     last_m = world_m;
     loader.step(now_s, {{world_m, world_m}, felt.velocity_m_per_s(), hand_to_world.scale, {}});
-    stock.put_in_force({&world_m, 1}, {});
+    stock.put_in_force({&world_m, 1}, {}, {});
     felt.advance(stock, {&world_m, 1}, way_m, tick_s, {});
     builder.add(felt.octave(), felt.is_forced(), hand_m);
   }
