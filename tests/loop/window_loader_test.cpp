@@ -14,6 +14,7 @@
 #include "palpa/data/sampled.h"
 #include "palpa/device/hand.h"
 #include "palpa/loop/loop.h"
+#include "palpa/loop/window_feed.h"
 #include "tests/data/pyramid.h"
 #include "tests/loop/scenes.h"
 #include "tests/solver/counted_allocations.h"
@@ -69,15 +70,21 @@ struct Head {
     source = std::make_shared<Troubled>(view, 4, kind);
     octaves = std::make_shared<const Octaves>(Octaves::Shape{view.geometry, 4, view.voxels.type, 1, view.filter, view.scale,
                                                              view.offset, field->value_ranges(), source});
+    in_memory = scene_of(head);
     head.fields.front().field = octaves;
+    scene = scene_of(head);
+  }
+  static Scene scene_of(const Volume& head) {
+    Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5});
     const FieldRef ref = scene.add("head", head);
     scene.add("skin", SurfaceAndFriction{.field = ref,
                                          .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .friction_n = 0.1},
                                                     {.name = "bone", .value = 300, .strength_n = 4.0}}});
+    return scene;
   }
   std::shared_ptr<Troubled> source;
   std::shared_ptr<const Octaves> octaves;
-  Scene scene{{.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5}};
+  Scene scene, in_memory;
 };
 
 /// Simulated time, a tick of which takes 50 µs at least, so that windows come.
@@ -123,6 +130,27 @@ Felt felt_live(Head& head, double duration_s, const std::function<void(LiveScene
   head.source->release();
   EXPECT_EQ(in_ticks, 0) << "allocations and locks";
   return felt;
+}
+
+// Law 1 where the proxy flies in one tick: the windows of a simulated clock reach as far as the probe.
+TEST(CompleteOctaves, FeelABreakThroughOfManyVoxelsAsMemoryDoes) {
+  Head head(Troubled::Kind::quick);
+  for (Scene* scene : {&head.scene, &head.in_memory}) scene->set(Workspace{.scale = 20.0, .center_m = Vec3{}});
+  Session in_windows(head.scene), in_memory(head.in_memory);
+  WindowFeed feed(in_windows);
+  int broken = 0;
+  double widest_m = 0.0;
+  for (int tick = 0; tick < 1500; ++tick) {
+    const Probe probe{.position_m = {2e-4, 1e-4, 7e-3 * std::cos(8e-3 * tick)}};
+    const Tick a = in_memory.tick(probe, 1e-3), b = feed.tick(probe, 1e-3);
+    ASSERT_EQ(a.force_n, b.force_n) << tick;
+    ASSERT_EQ(a.proxy_m, b.proxy_m) << tick;
+    ASSERT_EQ(b.felt_octave, 0.0) << tick;
+    widest_m = std::max(widest_m, distance(a.proxy_m, a.probe_m));
+    for (const SessionEvent& event : in_memory.events()) broken += event.kind == SessionEventKind::break_through;
+  }
+  EXPECT_GT(broken, 1);
+  EXPECT_GT(widest_m * 20.0, 60.0 * head.octaves->spacing_m());
 }
 
 class LiveOctaves : public testing::TestWithParam<Troubled::Kind> {};
