@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace palpa {
 namespace {
@@ -64,8 +65,9 @@ void DataMoments::choose_octave(const Pose& proxy, double way_m, double time_ste
   if (stock_.empty()) return;
   const DataTime pose_time = time_.at(state_.elapsed_s);
   const std::span<const Vec3> feet_m = feet_in_world(proxy);
-  // Complete windows were laid for the last `need`.
-  stock_.put_in_force(feet_m, stock_.is_complete() ? std::span<const Vec3>(feet_ahead_) : std::span<const Vec3>{}, pose_time);
+  // Complete windows were laid for this tick's `need`.
+  const bool looks_ahead = std::exchange(is_ahead_known_, false) && stock_.is_complete();
+  stock_.put_in_force(feet_m, looks_ahead ? std::span<const Vec3>(feet_ahead_) : std::span<const Vec3>{}, pose_time);
   felt_octave_.advance(stock_, feet_m, way_m * map().scale, time_step_s, pose_time);
 }
 
@@ -116,6 +118,7 @@ double DataMoments::reach_m(const Pose& proxy, const Pose& to) noexcept {
 }
 
 WindowNeed DataMoments::need(const Pose& start, const Pose& probe, double way_m, double time_step_s) noexcept {
+  is_ahead_known_ = true;
   return {feet_in_world(start), feet_in_world(probe, feet_ahead_), way_m * map().scale, felt_octave_.velocity_m_per_s(),
           time_.at(state_.elapsed_s + time_step_s)};
 }

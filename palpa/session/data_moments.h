@@ -103,6 +103,7 @@ class DataMoments {
   double end_s_;                                  // of the data, if they play once
   bool can_change_;                               // from tick to tick
   std::vector<Vec3> feet_in_world_, feet_ahead_;  // [m, world]
+  bool is_ahead_known_ = false;                   // feet_ahead_ are of the `need` of the tick that begins
 };
 
 }  // namespace palpa
