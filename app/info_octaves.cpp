@@ -68,8 +68,7 @@ std::string words_of(const OctaveExpectation& expected) {
   const auto percent = [&](std::size_t n) { return 100.0 * expected.forecasts[n].felt.finest_share; };
   return fmt::format(
       "at octave 0 about {:.0f} % of the time at {:g} m/s, {:.0f} % at {:g} m/s, where a voxel is {} of the hand; a chunk "
-      "takes "
-      "{:.2g} ms, and {:.0f} a second are needed",
+      "takes {:.2g} ms, and {:.0f} a second are needed",
       percent(0), OctaveExpectation::speeds_m_per_s[0], percent(1), OctaveExpectation::speeds_m_per_s[1],
       length_words(expected.voxel_hand_m), 1e3 * expected.chunk_s,
       std::max(expected.forecasts[0].chunks_per_s, expected.forecasts[1].chunks_per_s));

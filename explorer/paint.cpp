@@ -145,8 +145,21 @@ void paint_streamlines(QPainter& painter, const detail::View& view, std::span<co
   }
 }
 
+/// Nothing without a window.
+static void paint_window(QPainter& painter, const detail::View& view, const Moment& moment) {
+  if (!moment.has_window) return;
+  painter.setPen(QPen(QColor(120, 170, 230, 170), 1.2, Qt::DashLine));
+  for (std::size_t corner = 0; corner < moment.window_m.size(); ++corner) {
+    for (const std::size_t axis : {1U, 2U, 4U}) {
+      if ((corner & axis) == 0)
+        painter.drawLine(on_screen(view, moment.window_m[corner]), on_screen(view, moment.window_m[corner | axis]));
+    }
+  }
+}
+
 void paint_moment(QPainter& painter, const detail::View& view, const Moment& moment, double most_n) {
   if (moment.tick < 0) return;
+  paint_window(painter, view, moment);
   for (std::size_t i = 0; i < moment.count; ++i) primitive(painter, view, moment, moment.primitives[i], std::max(most_n, 1e-3));
   const QPointF proxy = on_screen(view, moment.proxy_m), probe = on_screen(view, moment.probe_m);
   painter.setPen(QPen(QColor(90, 90, 96), 2.0, Qt::DashLine));
@@ -174,17 +187,6 @@ void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, c
     const detail::FeltColor color = detail::foot_color(red);
     ball(painter, on_screen(view, tool.foot_m(proxy, foot)), 4.0 + 2.5 * red, QColor::fromRgbF(color[0], color[1], color[2]),
          QColor(255, 255, 255, 200));
-  }
-}
-
-void paint_window(QPainter& painter, const detail::View& view, const Moment& moment) {
-  if (!moment.has_window) return;
-  painter.setPen(QPen(QColor(120, 170, 230, 170), 1.2, Qt::DashLine));
-  for (std::size_t corner = 0; corner < moment.window_m.size(); ++corner) {
-    for (const std::size_t axis : {1U, 2U, 4U}) {
-      if ((corner & axis) == 0)
-        painter.drawLine(on_screen(view, moment.window_m[corner]), on_screen(view, moment.window_m[corner | axis]));
-    }
   }
 }
 

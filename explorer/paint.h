@@ -55,14 +55,13 @@ struct TrailPoint {
 void paint_trail(QPainter& painter, const detail::View& view, std::span<const TrailPoint> trail, double most_n);
 /// Streamlines near the proxy, each with an arrow in flow direction.
 void paint_streamlines(QPainter& painter, const detail::View& view, std::span<const detail::Streamline> lines);
-/// Primitives (coloured by mode, sized by force), spring, probe (faded) and proxy.
+/// Primitives (coloured by mode, sized by force), spring, probe (faded) and proxy; edges of the window
+/// of the felt octave, of a volume larger than memory.
 /// \param most_n  [N] force drawn at full size
 void paint_moment(QPainter& painter, const detail::View& view, const Moment& moment, double most_n);
 /// Feet of a tool: paler where the device holds it, and at the proxy, red by the force on each. Nothing for a moment without a
 /// tool, or of a point.
 void paint_tool(QPainter& painter, const detail::View& view, const Tool& tool, const Moment& moment);
-/// Edges of the window of the felt octave, of a volume larger than memory. Nothing without one.
-void paint_window(QPainter& painter, const detail::View& view, const Moment& moment);
 /// A hand with its tool.
 struct SeenHand {
   Tool tool{};

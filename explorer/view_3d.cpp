@@ -98,7 +98,6 @@ class View3D::Overlay : public QWidget {
       painter.setOpacity(1.0);
     }
     if (view_.ghost_m_) paint_ghost(painter, view_.view_, *view_.ghost_m_);
-    paint_window(painter, view_.view_, view_.moment_);
     paint_moment(painter, view_.view_, view_.moment_, view_.most_n_);
     paint_tool(painter, view_.view_, view_.tool_, view_.moment_);
   }

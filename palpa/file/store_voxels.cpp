@@ -120,6 +120,7 @@ bool StoreCache::is_filled_in_next_octave(const StoreChunk& chunk) {
   const StoreOctave& next = contents_.octaves[static_cast<std::size_t>(chunk.octave) + 1];
   std::array<std::int64_t, 3> low{}, end{};  // [voxels] in the next octave, of means of this chunk's voxels alone
   for (std::size_t a = 0; a < 3; ++a) {
+    if (next.grid.dims[a] != (octave.grid.dims[a] + 1) / 2) return true;  // no means of this octave
     const std::int64_t last = std::min((chunk.at[a] + 1) * octave.chunk[a], octave.grid.dims[a]);
     low[a] = (chunk.at[a] * octave.chunk[a] + 1) / 2;
     end[a] = std::min((last == octave.grid.dims[a] ? last + 1 : last) / 2, next.grid.dims[a]);

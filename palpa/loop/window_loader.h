@@ -17,8 +17,8 @@
 
 namespace palpa {
 
-/// Makes windows about a live hand and passes them to its loop, one a tick, by one pointer. The loop never waits for it, and it
-/// never waits for the loop: without a window the coarser octaves are felt. Runs at a lower priority than the program, and
+/// Makes windows about a live hand and passes them to its loop, one a tick, by one pointer. Neither blocks on the
+/// other: without a window the coarser octaves are felt. Runs at a lower priority than the program, and
 /// frees each window after the last session has dropped it.
 class WindowLoader {
  public:

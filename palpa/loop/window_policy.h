@@ -30,7 +30,7 @@ bool can_be_felt_live(const WindowPlace& place) noexcept;
 
 /// Policy of the loader: of each octave a window about the place of the feet 30 ms ahead, coarse before fine, made again as
 /// that place has moved by three quarters of a chunk of 32 voxels; no octave finer than half the way of 1 ms, or than 10 µm of
-/// the hand. The need is thus bounded by the tick, not by the speed of the hand (docs/large.md). Knows no clock: loader and
+/// the hand. The need is thus bounded by the tick, not by the speed of the hand (docs/large.md). Has no clock: loader and
 /// studies in virtual time share it. One thread.
 class WindowPolicy {
  public:
@@ -43,7 +43,7 @@ class WindowPolicy {
   void made(const WindowPlace& place) noexcept;
   /// The window cannot be made, as voxels are lost: it is not wanted again. Allocates.
   void lost(const WindowPlace& place) { lost_.insert(key_of(place)); }
-  /// Nothing is laid.
+  /// Drops all that was made, for a session without windows.
   void forget() noexcept;
   /// Takes what another policy has made for the fields that both have.
   void take_over(const WindowPolicy& other) noexcept;

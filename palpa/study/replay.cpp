@@ -51,7 +51,8 @@ class Windows {
       const auto found = std::ranges::find_if(
           fields, [&](const TracedField& field) { return field.volume == row.volume && field.field == row.field; });
       if (found == fields.end())
-        throw LoadError("the trace has windows of " + row.volume + "." + row.field + ", the scene has no such field");
+        throw LoadError(trace.string() + ": has windows of " + row.volume + "." + row.field +
+                        ", a field that its scene has not in a volume larger than memory; record it again");
       return found->octaves;
     };
     for (const TracedChunks& chunks : traced_chunks(trace)) named(chunks)->shape().source->expect(chunks.sums);
@@ -62,8 +63,8 @@ class Windows {
     for (TracedWindow& window : traced_windows(trace)) {
       window.place.of = named(window);
       if (!can_be_felt_live(window.place))
-        throw LoadError("the trace has a window, in windows.csv at tick " + std::to_string(window.tick) +
-                        ", that the data cannot have");
+        throw LoadError((trace / "windows.csv").string() + ": the window before tick " + std::to_string(window.tick) +
+                        " is not within the data, or too large; a recording has none such");
       recorded_.push_back(std::move(window));
     }
   }

@@ -19,7 +19,7 @@ struct TracedField {
   FieldPtr posed;      ///< keeps the octaves
   const Octaves* octaves = nullptr;
 };
-/// Those of a scene, in its order. Allocates; any thread.
+/// Fields of a scene that are larger than memory, in its order. Allocates; any thread.
 std::vector<TracedField> traced_fields(const Scene& scene);
 
 /// Window that was laid in a recorded live run, for a field of `traced_fields`.
