@@ -81,8 +81,9 @@ int run_check(const CheckArguments& arguments) {
   {
     Progress progress("checking " + arguments.scene.filename().string());
     loaded = load_scene(arguments.scene, volume_reader(arguments.read), modes_with(arguments.plugins), arguments.scene_options);
-    report = check(loaded.scene, plant,
-                   {.map = !arguments.picture.empty(), .progress = [&](double share) { progress.show(share); }});
+    report = check(
+        loaded.scene, plant,
+        {.map = !arguments.picture.empty(), .read = arguments.read, .progress = [&](double share) { progress.show(share); }});
   }
   print_warnings(loaded.warnings);
   print(arguments.json ? to_json(report) : to_table(report));

@@ -43,6 +43,7 @@ struct RunLine {
   int clutch_button = 0, dead_man_button = 0;  // 0: none
   std::vector<std::string> hands, devices, sets;
   std::string hold, place, center, fit;
+  int igtl_port = -1;  // none
 };
 
 /// NAME of `NAME=HAND` or `NAME=DEVICE`; empty without.
@@ -81,9 +82,10 @@ void add_hands(RunLine& given) {
 /// A device without a hand implies real time.
 void add_live(const RunLine& given, RunOptions& options) {
   if (!given.realtime && !has_own_hand(given)) {
-    if (given.no_rehearsal || given.clutch_button > 0 || given.dead_man_button > 0 || given.live.goes_on_at_border)
+    if (given.no_rehearsal || given.clutch_button > 0 || given.dead_man_button > 0 || given.live.goes_on_at_border ||
+        given.igtl_port >= 0)
       throw LoadError(
-          "run: --no-rehearsal, --clutch-button, --dead-man-button and --go-on-at-border are for a run in real time; "
+          "run: --no-rehearsal, --clutch-button, --dead-man-button, --go-on-at-border and --igtl are for a run in real time; "
           "add --realtime");
     return;
   }
@@ -121,9 +123,13 @@ std::optional<Place> place_of(const RunLine& given) {
 
 RunArguments arguments_of(RunLine given, int argc, char** argv) {
   RunOptions& options = given.run.options;
+  check_data_at(given.run.far, "run");
+  if (given.run.far.data_at.empty() && options.scene.empty()) throw LoadError("run: SCENE is required; see 'palpa run --help'");
   add_hands(given);
+  given.realtime = given.realtime || !given.run.far.data_at.empty();
   add_live(given, options);
   options.arguments.assign(argv + 1, argv + argc);
+  if (given.igtl_port >= 0) given.run.igtl_port = static_cast<std::uint16_t>(given.igtl_port);
   options.scene_options.sets = split_sets(given.sets);
   if (!given.hold.empty()) {
     options.hold = given.hold == "rigid" ? Hold::rigid : given.hold == "relaxed" ? Hold::relaxed : Hold::firm;
@@ -144,6 +150,13 @@ void add_realtime(CLI::App* command, RunLine& given) {
       ->type_name("N");
   command->add_flag("--go-on-at-border", given.live.goes_on_at_border,
                     "in real time: a handle at the border of its workspace moves the probe on");
+  command
+      ->add_option(
+          "--igtl", given.igtl_port,
+          "in real time: show probe, proxy and events to 3D Slicer and other clients of OpenIGTLink on this machine, at "
+          "this port; 18944 is usual, 0 is any that is free")
+      ->check(CLI::Range(0, 65535))
+      ->type_name("PORT");
 }
 
 }  // namespace
@@ -151,7 +164,8 @@ void add_realtime(CLI::App* command, RunLine& given) {
 void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<RunLine>();
   CLI::App* command = app.add_subcommand("run", "Feel a scene with your own, a recorded or a simulated hand");
-  command->add_option("SCENE", given->run.options.scene, "scene file (TOML)")->required()->type_name("");
+  command->add_option("SCENE", given->run.options.scene, "scene file (TOML); with --data-at it only places a hand")
+      ->type_name("");
   add_repeated(
       command, "--hand", given->hands,
       "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below; left out: your own, on --device. Of a "
@@ -170,6 +184,14 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
                "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay). Of several hands as --hand")
       ->type_name("DEVICE");
   add_realtime(command, *given);
+  add_data_at(command, given->run.far, "feel the data that palpa serve has there, in real time");
+  command
+      ->add_option("--link", given->run.far.link,
+                   "with --data-at: a simulated link in between, as in delay_ms=20,jitter_ms=3,loss=0.01")
+      ->type_name("LINK");
+  command->add_flag("--datagrams", given->run.far.datagrams,
+                    "with --data-at: probes and models by UDP, unencrypted, if palpa serve --datagrams is there");
+  command->add_flag("--far-anyway", given->run.far.far_anyway, "with --data-at: also beyond 20 ms one way");
   command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")
       ->type_name("HZ");
   command

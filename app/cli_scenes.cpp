@@ -5,20 +5,22 @@
 #include "app/command_lines.h"
 #include "app/commands.h"
 #include "app/options.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::app {
 
-void add_check(CLI::App& app, Work& work) {
+void add_check(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<CheckArguments>();
   const auto force = std::make_shared<bool>(false);
   const auto sets = std::make_shared<std::vector<std::string>>();
-  CLI::App* command = app.add_subcommand("check", "Check a scene for a device, and propose changes");
-  command->add_option("SCENE", given->scene, "scene file (TOML)")->required()->type_name("");
+  const auto far = std::make_shared<FarArguments>();
+  CLI::App* command = app.add_subcommand("check", "Check a scene for a device, and propose changes; or a link");
+  command->add_option("SCENE", given->scene, "scene file (TOML)")->type_name("");
   command
       ->add_option("--device", given->device,
                    "touch, omega, falcon, inverse3, desktop or a file FILE.toml, with values changed as in touch,delay_ticks=2")
-      ->required()
       ->type_name("DEVICE");
+  add_data_at(command, *far, "in place of a scene and a device: measure for 3 s the link to where palpa serve is");
   command->add_option("--fix", given->fix, "write the scene with the proposed changes into this new file")
       ->type_name("OUT.toml");
   command->add_option("--picture", given->picture, "draw the stable stiffness and damping into this new PNG file")
@@ -31,8 +33,14 @@ void add_check(CLI::App& app, Work& work) {
   command->add_flag("--json", given->json, "print as JSON");
   add_reader(command, given->read);
   command->footer("Example:\n  palpa check scenes/head_phantom.toml --device touch --picture margin.png");
-  command->callback([=, &work] {
-    work = [=] {
+  command->callback([=, &work, &stop] {
+    work = [=, &stop] {
+      check_data_at(*far, "check");
+      if (!far->data_at.empty() && (!given->scene.empty() || !given->device.empty()))
+        throw LoadError("check: --data-at measures a link; leave SCENE and --device out");
+      if (!far->data_at.empty()) return check_link(*far, given->json, stop);
+      if (given->scene.empty()) throw LoadError("check: SCENE is required; see 'palpa check --help'");
+      if (given->device.empty()) throw LoadError("check: --device is required; see 'palpa check --help'");
       given->existing = existing(*force);
       given->scene_options.sets = split_sets(*sets);
       return run_check(*given);

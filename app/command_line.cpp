@@ -90,6 +90,12 @@ void say_what_the_cage_lacks() {
     print_warnings({"files are read in a sandbox that lacks a part on this system: " + lacking});
 }
 
+/// CLI11 would report an unknown command as missing.
+int refuse_command(const std::string& given, const std::vector<std::string>& names) {
+  print_error("command line: unknown command " + detail::in_quotes(given) + "; " + detail::suggestion(given, names));
+  return 2;
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
@@ -108,7 +114,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   Work work;
   const std::pair<std::string, std::function<void()>> commands[] = {{"demo", [&] { add_demo(app, work, stop); }},
                                                                     {"run", [&] { add_run(app, work, argc, argv, stop); }},
-                                                                    {"check", [&] { add_check(app, work); }},
+                                                                    {"serve", [&] { add_serve(app, work, argc, argv, stop); }},
+                                                                    {"check", [&] { add_check(app, work, stop); }},
                                                                     {"devices", [&] { add_devices(app, work, stop); }},
                                                                     {"explore", [&] { add_explore(app, work); }},
                                                                     {"info", [&] { add_info(app, work); }},
@@ -132,12 +139,10 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     print(app.help());
     return 0;
   }
-  // Unknown commands are refused here, because CLI11 would report the command as missing.
   if (argv[1][0] != '-' && !is_named) {
     std::vector<std::string> names;
     for (const auto& command : commands) names.push_back(command.first);
-    print_error("command line: unknown command " + detail::in_quotes(argv[1]) + "; " + detail::suggestion(argv[1], names));
-    return 2;
+    return refuse_command(argv[1], names);
   }
   try {
     app.parse(argc, argv);

@@ -17,6 +17,7 @@ using Work = std::function<int()>;
 
 void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop);
+void add_serve(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop);
 void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 void add_explore(CLI::App& app, Work& work);
 
@@ -28,7 +29,7 @@ void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 void add_report(CLI::App& app, Work& work);
 void add_export(CLI::App& app, Work& work);
 
-void add_check(CLI::App& app, Work& work);
+void add_check(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 void add_map(CLI::App& app, Work& work, const std::atomic<bool>& stop);
 void add_modes(CLI::App& app, Work& work);
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,13 +15,43 @@
 
 namespace palpa::app {
 
+/// Data on another machine.
+struct FarArguments {
+  std::string data_at;  ///< HOST:PORT; empty: the data are here
+  std::string token;    ///< empty: of the environment, or asked for
+  bool tls = false;
+  std::filesystem::path authority;  ///< of its certificate, PEM; empty: one that the system knows
+  bool unencrypted = false;         ///< also to other machines
+  bool datagrams = false;           ///< probes and models by UDP
+  std::string link;                 ///< simulated, for `link_options`; empty: none
+  bool far_anyway = false;          ///< beyond 20 ms
+};
+
 struct RunArguments {
   RunOptions options;
+  FarArguments far;
   std::vector<std::string> hands, devices;  ///< for `prepare_hands`, if either names several; else in `options`
+  std::optional<std::uint16_t> igtl_port;   ///< of a live run: for 3D Slicer; none: no view
   bool dry_run = false;
   bool json = false;
 };
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop);
+
+/// Feels data of another machine. Throws LoadError for options that are the data's side's.
+int run_far(const RunArguments& arguments, const std::atomic<bool>& stop);
+/// Measures the link to it.
+int check_link(const FarArguments& arguments, bool as_json, const std::atomic<bool>& stop);
+
+struct ServeArguments {
+  RunOptions options;  ///< its scene, trace and how they are read
+  std::string listen = "127.0.0.1";
+  std::uint16_t port = 4711;
+  std::filesystem::path token_file, certificate, key;  ///< empty: none
+  bool unencrypted = false;                            ///< also to other machines
+  bool datagrams = false;                              ///< probes and models by UDP
+  std::optional<std::uint16_t> igtl_port{};            ///< for 3D Slicer on this machine; none: no view
+};
+int run_serve(const ServeArguments& arguments, const std::atomic<bool>& stop);
 
 struct DemoArguments {
   std::string name = "head";   ///< head, flow or wing

@@ -5,6 +5,7 @@
 #include "app/commands.h"
 #include "app/output_names.h"
 #include "app/terminal.h"
+#include "palpa/file/fetch_process.h"
 #include "palpa/file/sliced_file.h"
 #include "palpa/file/store_writer.h"
 #include "palpa/file/write_volume.h"
@@ -40,6 +41,7 @@ std::string format_volume(const WrittenVolume& volume) {
 
 int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   if (!arguments.crop.empty()) arguments.options.crop = range_of(arguments.crop);
+  detail::refuse_web_address(arguments.out, "palpa convert");
   const std::string& in = arguments.request.files.front().string();
   arguments.read.checksums = false;
   const bool to_store = is_store(arguments.out);

@@ -12,6 +12,7 @@
 #include "app/info_table.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
+#include "palpa/base/web_address.h"
 #include "palpa/data/read_series.h"
 #include "palpa/scene/first_scene.h"
 
@@ -22,7 +23,8 @@ namespace fs = std::filesystem;
 
 bool is_pattern(const fs::path& path) {
   std::error_code ignored;
-  return path.filename().string().find_first_of("*?") != std::string::npos && !fs::exists(path, ignored);
+  return !is_web_address(path) && path.filename().string().find_first_of("*?") != std::string::npos &&
+         !fs::exists(path, ignored);
 }
 
 /// Refuses Palpa's own files, traces and scenes, which are no data.

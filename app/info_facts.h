@@ -1,7 +1,6 @@
 // What is known of a file once it is open. `palpa info` prints it as words or JSON.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,23 +8,12 @@
 #include "palpa/data/frame_shift.h"
 #include "palpa/data/grid.h"
 #include "palpa/data/labels.h"
+#include "palpa/data/placement.h"
 #include "palpa/data/statistics.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
 
 namespace palpa::app {
-
-/// Where the grid of a volume lies in its world.
-struct Placement {
-  GridGeometry grid;                   ///< of the first field
-  Vec3 spacing_m;                      ///< [m] length of one step along i, j, k
-  Vec3 size_m;                         ///< [m] from the first to the last voxel's far sides, along i, j, k
-  std::array<std::string, 3> towards;  ///< the direction nearest to each axis: "the patient's left", "+x"
-  std::string letters;                 ///< "LPS" in a medical frame, "+x +y +z" elsewhere
-  double oblique_deg = 0.0;            ///< the largest angle between an axis and its nearest direction
-  double sheared_deg = 0.0;            ///< the largest deviation from a right angle between two axes
-  bool mirrored = false;               ///< i, j, k are left-handed in the world
-};
 
 /// A volume as the user asked for it.
 struct Asked {

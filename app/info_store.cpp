@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/info_numbers.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/store_protocol.h"
@@ -19,11 +20,9 @@ using Json = nlohmann::ordered_json;
 constexpr double longest_survey_s = 0.4;  // More: slower; less: fewer chunks are looked at
 constexpr double longest_facts_s = 60.0;  // More: info of very large stores takes longer; less: not all lost chunks are found
 constexpr int slots = 16;                 // [1] More: more memory; fewer: slow disks are used less
+constexpr int slots_of_web = 64;          // [1] as where it is felt: a network is slow alone, not at once
+constexpr double hand_m = 0.15;           // of the longest side, where a store is felt
 constexpr double much_waste = 2.0;        // [1] More: slow stores are not reported; less: usual ones are
-
-double most_whole_bytes(const VolumeRequest& request) {
-  return request.memory_mb ? 1e6 * *request.memory_mb : detail::whole_bytes;
-}
 
 std::string sides(const std::array<std::int64_t, 3>& n) { return fmt::format("{} × {} × {}", n[0], n[1], n[2]); }
 
@@ -53,6 +52,7 @@ std::string octave_words(const StoreFacts& facts) {
 }
 
 std::string lost_words(const StoreFacts& facts) {
+  if (facts.contents.prepared && is_web_address(facts.name)) return "not looked for: by HTTP each chunk would be a request";
   const StoreSurvey& survey = facts.survey;
   const std::string of =
       static_cast<double>(survey.looked_for) == survey.chunks
@@ -146,6 +146,14 @@ bool is_along_axes(const GridGeometry& grid) {
          0.0;
 }
 
+/// [m] Of the hand a voxel, where the longest side of a grid is as long as a first scene makes it.
+double voxel_of_hand_m(const GridGeometry& grid) {
+  const std::array<double, 3> spacing_m = spacings_m(grid);
+  double longest_m = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) longest_m = std::max(longest_m, spacing_m[a] * static_cast<double>(grid.dims[a]));
+  return hand_m * std::ranges::min(spacing_m) / longest_m;
+}
+
 Json store_json(const StoreFacts& facts) {
   const StoreContents& contents = facts.contents;
   Json octaves = Json::array(), fields = Json::array();
@@ -207,21 +215,25 @@ std::optional<StoreFacts> store_facts_of(const Asked& asked, const ReadOptions& 
   if (asked.is_series || asked.request.files.size() > 1 || !protocol::is_store(path)) return std::nullopt;
   std::optional<StoreReader> reader;
   try {
-    reader.emplace(path, read, slots);
+    reader.emplace(path, read, is_web_address(path) ? slots_of_web : slots);
   } catch (const LoadError&) {
+    if (is_web_address(path)) throw;
     return std::nullopt;  // Reading it as a whole succeeds, as with one large chunk, or says why it fails.
   }
-  StoreFacts facts{asked.name, reader->contents(), {}, {}, most_whole_bytes(asked.request)};
+  StoreFacts facts{asked.name, reader->contents(), {}, {}, detail::most_whole_bytes(asked.request)};
   facts.places = octave_places(*reader);
   facts.survey = survey(*reader, longest_survey_s, longest_facts_s);
   const int octaves = detail::felt_octaves(reader->contents(), facts.places);
-  if (facts.is_large() && octaves > 1) facts.expected = expected_octaves(*reader, octaves);
+  if (facts.is_large() && octaves > 1) {
+    const double voxel_hand_m = voxel_of_hand_m(reader->contents().octaves.front().grid);
+    facts.expected = expected_octaves(reader->contents(), octaves, voxel_hand_m, measured_chunk_s(*reader));
+  }
   return facts;
 }
 
 ReadOptions options_for_whole(const Asked& asked, ReadOptions read) {
   if (read.max_bytes == 0 && protocol::is_store(asked.request.files.front()))
-    read.max_bytes = static_cast<std::uint64_t>(most_whole_bytes(asked.request));
+    read.max_bytes = static_cast<std::uint64_t>(detail::most_whole_bytes(asked.request));
   return read;
 }
 
@@ -246,7 +258,7 @@ InfoTable store_table(const StoreFacts& facts) {
   table.words += field_words(facts);
   table.json["format"] = "zarr";
   table.json["store"] = store_json(facts);
-  if (facts.expected) table.json["store"]["felt_live"] = json_of(*facts.expected);
+  if (facts.expected) table.json["store"]["felt_live"] = Json::parse(to_json(*facts.expected));
   std::vector<std::string> warnings = contents.warnings;
   warnings.insert(warnings.end(), facts.places.warnings.begin(), facts.places.warnings.end());
   table.json["warnings"] = warnings;

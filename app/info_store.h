@@ -5,10 +5,10 @@
 #include <string>
 
 #include "app/info_facts.h"
-#include "app/info_octaves.h"
 #include "app/info_table.h"
 #include "palpa/file/octave_places.h"
 #include "palpa/file/store_survey.h"
+#include "palpa/study/expected_octaves.h"
 
 namespace palpa::app {
 
@@ -18,7 +18,7 @@ struct StoreFacts {
   OctavePlaces places;
   StoreSurvey survey;
   double most_bytes = 0.0;                      ///< of octave 0 of a store that is in memory as a whole
-  std::optional<OctaveExpectation> expected{};  ///< of a larger one that can be felt
+  std::optional<OctaveExpectation> expected{};  ///< of a larger one that can be felt, as a first scene has it
 
   double whole_bytes() const noexcept;  ///< of octave 0 in memory: one frame of all fields
   /// Too large to be read as a whole for its facts.

@@ -17,18 +17,35 @@ namespace palpa::app {
 namespace {
 /// A background job must not change its terminal.
 bool is_in_foreground() { return ::tcgetpgrp(STDIN_FILENO) == ::getpgrp(); }
+
+std::string line_of(LiveLoop& loop) {
+  const LoopStatistics statistics = loop.statistics();
+  const LiveView& view = loop.latest();
+  std::string guard = name_of(view.frame.command.guard);
+  if (view.device_fault != nullptr)
+    guard += std::string(": ") + view.device_fault;
+  else if (view.frame.command.cause != GuardCause::none && view.frame.command.guard != GuardState::ramp)
+    guard += std::string(": ") + format_cause(view.frame.command.cause);
+  return detail::text("%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %s", view.frame.t_s,
+                      norm(view.frame.command.force_n), statistics.late.p99_us, statistics.late.max_us, statistics.tick.p99_us,
+                      static_cast<long long>(statistics.missed), detail::shortened(detail::sanitized(guard), 100).c_str());
+}
 }  // namespace
 
-LiveTerminal::LiveTerminal() : shows_(::isatty(STDERR_FILENO) == 1) {
+LiveTerminal::LiveTerminal(const char* keys) : shows_(::isatty(STDERR_FILENO) == 1) {
   termios now{};
   if (::isatty(STDIN_FILENO) != 1 || !is_in_foreground() || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
   before_ = now;
   take_keys();
-  if (shows_) std::fputs("Keys: space turns the force off and on, 1 to 9 turn modes on and off, q ends.\n", stderr);
+  if (shows_) std::fputs((std::string(keys) + "\n").c_str(), stderr);
 }
 
 LiveTerminal::~LiveTerminal() {
   if (before_ && is_in_foreground()) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+  erase_line();
+}
+
+void LiveTerminal::erase_line() noexcept {
   if (shows_) std::fputs("\r\033[K", stderr);
 }
 
@@ -41,35 +58,27 @@ void LiveTerminal::take_keys() {
   ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
 }
 
-bool LiveTerminal::watch(LiveLoop& loop, std::span<LiveScene* const> scenes) {
-  if (shows_ && looks_++ % looks_per_line == 0) show(loop);
+bool LiveTerminal::watch(const std::function<std::string()>& line, const std::function<void(char)>& obey) {
+  if (shows_ && looks_++ % looks_per_line == 0) {
+    std::fputs(("\r\033[K" + line()).c_str(), stderr);
+    std::fflush(stderr);
+  }
   if (!before_ || !is_in_foreground()) return true;
   take_keys();
   pollfd keys{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   char key = 0;
-  while (::poll(&keys, 1, 0) == 1 && ::read(STDIN_FILENO, &key, 1) == 1)
-    if (!obey(key, loop, scenes)) return false;
+  while (::poll(&keys, 1, 0) == 1 && ::read(STDIN_FILENO, &key, 1) == 1) {
+    if (key == 'q') return false;
+    obey(key);
+  }
   return true;
 }
 
-void LiveTerminal::show(LiveLoop& loop) {
-  const LoopStatistics statistics = loop.statistics();
-  const LiveView& view = loop.latest();
-  std::string guard = name_of(view.frame.command.guard);
-  if (view.device_fault != nullptr)
-    guard += std::string(": ") + view.device_fault;
-  else if (view.frame.command.cause != GuardCause::none && view.frame.command.guard != GuardState::ramp)
-    guard += std::string(": ") + format_cause(view.frame.command.cause);
-  const std::string line =
-      detail::text("\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %s", view.frame.t_s,
-                   norm(view.frame.command.force_n), statistics.late.p99_us, statistics.late.max_us, statistics.tick.p99_us,
-                   static_cast<long long>(statistics.missed), detail::shortened(detail::sanitized(guard), 100).c_str());
-  std::fputs(line.c_str(), stderr);
-  std::fflush(stderr);
+bool LiveTerminal::watch(LiveLoop& loop, std::span<LiveScene* const> scenes) {
+  return watch([&] { return line_of(loop); }, [&](char key) { obey(key, loop, scenes); });
 }
 
-bool LiveTerminal::obey(char key, LiveLoop& loop, std::span<LiveScene* const> scenes) {
-  if (key == 'q') return false;
+void LiveTerminal::obey(char key, LiveLoop& loop, std::span<LiveScene* const> scenes) {
   if (key == ' ') {
     is_held_ = !is_held_;
     if (is_held_)
@@ -89,7 +98,6 @@ bool LiveTerminal::obey(char key, LiveLoop& loop, std::span<LiveScene* const> sc
       print_error(error.what());
     }
   }
-  return true;
 }
 
 }  // namespace palpa::app

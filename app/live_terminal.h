@@ -3,31 +3,39 @@
 
 #include <termios.h>
 
+#include <functional>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "palpa/loop/loop.h"
 
 namespace palpa::app {
 
-/// Rewrites one line on stderr with the loop's timing, the force and the guard's state, and handles keys: space switches the
-/// force off and on, 1 to 9 toggle modes, q ends. No line unless stderr is a terminal; no keys unless stdin is, with the
-/// program in the foreground. Only one at a time; one thread.
+/// Rewrites one line on stderr, and handles keys: q ends, others are passed on. No line unless stderr is a terminal; no keys
+/// unless stdin is, with the program in the foreground. Only one at a time; one thread.
 class LiveTerminal {
  public:
-  LiveTerminal();
+  /// \param keys  sentence about the keys
+  explicit LiveTerminal(const char* keys = "Keys: space turns the force off and on, 1 to 9 turn modes on and off, q ends.");
   ~LiveTerminal();  ///< erases the line
   LiveTerminal(const LiveTerminal&) = delete;
   LiveTerminal& operator=(const LiveTerminal&) = delete;
 
-  /// Updates the line and handles keys once; false: q was pressed.
+  /// Updates the line and handles keys once, some fifty times a second; false: q was pressed.
+  bool watch(const std::function<std::string()>& line, const std::function<void(char)>& obey);
+  /// Likewise of a loop: its timing, the force and the guard's state; space switches the force off and on, 1 to 9 toggle modes.
   /// \param scenes  one for each hand; the line is of the first
   bool watch(LiveLoop& loop, std::span<LiveScene* const> scenes);
 
+  /// Whether there is a line.
+  bool shows() const noexcept { return shows_; }
+  /// Erases the line until the next `watch`, so that others can be printed.
+  void erase_line() noexcept;
+
  private:
   void take_keys();
-  void show(LiveLoop& loop);
-  bool obey(char key, LiveLoop& loop, std::span<LiveScene* const> scenes);
+  void obey(char key, LiveLoop& loop, std::span<LiveScene* const> scenes);
 
   static constexpr int looks_per_line = 5;
 

@@ -32,6 +32,12 @@ detail::Existing existing(bool force);
 void add_reader(CLI::App* command, ReadOptions& read);
 void add_device(CLI::App* command, std::string& device);
 
+struct FarArguments;
+/// Options of data on another machine. \param needed  text of --data-at
+void add_data_at(CLI::App* command, FarArguments& far, const std::string& needed);
+/// Throws LoadError if another option needs --data-at, which is not given.
+void check_data_at(const FarArguments& far, const std::string& command);
+
 /// Folder of a trace, also from a file in it, because shells complete files.
 std::filesystem::path trace_folder(const std::filesystem::path& named);
 

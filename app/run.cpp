@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/igtl_view.h"
 #include "app/live_terminal.h"
 #include "app/terminal.h"
 #include "palpa/base/printed.h"
@@ -178,9 +179,18 @@ Felt felt_live(const RunArguments& given, const std::atomic<bool>& stop) {
   RunOptions options = given.options;
   std::optional<Progress> loading(std::in_place, "loading " + options.scene.filename().string());
   std::optional<LiveTerminal> terminal;
+  std::optional<IgtlView> igtl;
+  if (given.igtl_port) {
+    igtl.emplace(*given.igtl_port);
+    tell("OpenIGTLink at 127.0.0.1:" + std::to_string(igtl->port()) + ", for clients on this machine alone\n");
+    options.live->observer = [&](std::size_t hand, const TickFrame& frame, const Session& tick) {
+      igtl->tick(hand, frame, tick);
+    };
+  }
   options.live->watch = [&](LiveLoop& loop, std::span<LiveScene* const> scenes) {
     loading.reset();
     if (!terminal) terminal.emplace();
+    if (igtl) igtl->watch([&] { return scenes.front()->scene(); });
     return terminal->watch(loop, scenes);
   };
   return run_given(given, options, stop);
@@ -230,6 +240,7 @@ void print_summaries(const Felt& felt, bool as_json) {
 }  // namespace
 
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
+  if (!arguments.far.data_at.empty()) return run_far(arguments, stop);
   if (arguments.dry_run) return print_dry_run(arguments);
   const Felt all = arguments.options.live ? felt_live(arguments, stop) : felt(arguments, stop);
   bool is_recording_lost = false;

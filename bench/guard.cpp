@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "tests/loop/guard_laws.h"
+#include "tests/guard/guard_laws.h"
 
 namespace {
 

@@ -1,12 +1,14 @@
 // An Inverse3 end to end: the loop, its link, and a stand-in for Haply's Inverse Service on this machine.
 //
 //   bench_inverse3 SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
+//   bench_inverse3 stand-in SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]     the stand-in alone, for 70 s: prints its port
 //
 // The round trip is from a written force to the receipt of a state sent after it. Then the scene runs for 60 s at 1 kHz, with
 // the stand-in's handle on the path of the run's hand.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -78,6 +80,21 @@ void measure(const RunOptions& options) {
   feel(*device, service, prepared);
 }
 
+void stand_in(const RunOptions& options) {
+  const PreparedRun prepared = prepare(options);
+  test::Inverse3StandIn service;
+  std::printf("%u\n", unsigned{service.port()});
+  std::fflush(stdout);
+  for (const double begin_s = now_s(); now_s() < begin_s + 70.0;) {
+    service.hold(test::service_from_hand(prepared.target->at(now_s() - begin_s).position_m), {});
+    std::this_thread::sleep_for(microseconds(900));
+  }
+}
+
 }  // namespace
 
-int main(int argc, char** argv) { return run_with_arguments(argc, argv, "bench_inverse3", measure); }
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "stand-in")
+    return run_with_arguments(argc - 1, argv + 1, "bench_inverse3", stand_in);
+  return run_with_arguments(argc, argv, "bench_inverse3", measure);
+}

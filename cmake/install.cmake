@@ -20,15 +20,15 @@ function(palpa_must_be_built component)
       endif()
     endforeach()" COMPONENT ${component})
 endfunction()
-palpa_must_be_built(library TARGETS palpa)
-palpa_must_be_built(development TARGETS palpa_solver palpa)
+palpa_must_be_built(library TARGETS palpa palpa_hand)
+palpa_must_be_built(development TARGETS palpa_solver palpa palpa_hand)
 if(PALPA_VIEW)
   palpa_must_be_built(view_library TARGETS palpa_view palpa_report)
 endif()
 if(PALPA_APP)
   palpa_must_be_built(program FILES ${PROJECT_BINARY_DIR}/packaging/palpa.1.gz
-    TARGETS palpa_cli palpa_pictures palpa_hdf5 palpa-read palpa_device_controller palpa_device_force_dimension
-      palpa_device_inverse3 palpa_device_openhaptics palpa_device_spacemouse)
+    TARGETS palpa_cli palpa_pictures palpa_hdf5 palpa-read palpa_net palpa_device_controller palpa_device_force_dimension
+      palpa_device_igtl palpa_device_inverse3 palpa_device_openhaptics palpa_device_spacemouse)
 endif()
 if(PALPA_EXPLORER)
   palpa_must_be_built(explorer TARGETS palpa_explorer_program)
@@ -96,3 +96,11 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/palpa-config.cmake.in ${
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/palpa-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/palpa-config.cmake ${PROJECT_BINARY_DIR}/palpa-config-version.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpa COMPONENT development)
+
+# For builds without CMake: pkg-config --cflags --libs palpa, or palpa-hand.
+file(RELATIVE_PATH up /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+string(REGEX REPLACE "/$" "" up "${up}")
+foreach(pc_name palpa palpa-hand)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/palpa.pc.in ${PROJECT_BINARY_DIR}/${pc_name}.pc @ONLY)
+endforeach()
+install(FILES ${PROJECT_BINARY_DIR}/palpa.pc ${PROJECT_BINARY_DIR}/palpa-hand.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)

@@ -3,6 +3,7 @@ option(PALPA_READER "Build palpa-read, which opens files (needs VTK, vtk-dicom a
 option(PALPA_APP "Build the program palpa" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_VIEW "Build pictures, plots and reports (needs VTK with rendering, EGL)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_DEVICES "Build what talks with real haptic devices (needs Boost)" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_NET "Build what carries hands over a network (needs Boost and OpenSSL)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_EXPLORER "Build palpa-explorer, the window (needs Qt 5, Qwt and what PALPA_VIEW needs)" OFF)
 option(PALPA_PYTHON "Build the Python package palpa (needs pybind11 and numpy)" OFF)
 option(PALPA_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
@@ -35,12 +36,16 @@ endif()
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
-set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-# Against abuse of a fault: programs lie at another address each time, tables of addresses are read-only once a program runs,
-# stacks are not executable. A test reads every file (tests/install/elf_test.sh).
-include(CheckPIESupported)
-check_pie_supported()
-add_link_options(LINKER:-z,relro LINKER:-z,now LINKER:-z,noexecstack)
+# Whether this is the module for browsers (preset wasm): the library alone, without threads, files and processes.
+string(COMPARE EQUAL "${CMAKE_SYSTEM_PROCESSOR}" wasm32 PALPA_WASM)
+if(NOT PALPA_WASM)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+  # Against abuse of a fault: programs lie at another address each time, tables of addresses are read-only once a program runs,
+  # stacks are not executable. A test reads every file (tests/install/elf_test.sh).
+  include(CheckPIESupported)
+  check_pie_supported()
+  add_link_options(LINKER:-z,relro LINKER:-z,now LINKER:-z,noexecstack)
+endif()
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 # The build folder is laid out as an installation, so that programs find our libraries by one relative way in both. CMake's
 # own way, to link with one RUNPATH and to exchange it later, pads it with empty elements, which the dynamic linker takes

@@ -34,19 +34,33 @@ if(PALPA_SANITIZE)
 endif()
 target_include_directories(palpa_rules INTERFACE ${PROJECT_SOURCE_DIR})
 
+# palpa_rules_of_c(TARGET): warnings for a program in C; with sanitizers it is linked as the library that it calls.
+function(palpa_rules_of_c target)
+  set_target_properties(${target} PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF)
+  target_compile_options(${target} PRIVATE -pedantic -Wall -Wextra -Werror)
+  if(PALPA_SANITIZE)
+    set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX)
+    target_link_options(${target} PRIVATE -fsanitize=${PALPA_SANITIZE})
+  endif()
+endfunction()
+
 # palpa_off_tick(TARGET …): targets whose code no tick runs, but for modes in Python, where the interpreter takes the time. At -O1
-# they compile in two thirds of the time of -O3, and load, record and draw as fast.
+# they compile in two thirds of the time of -O3, and load, record and draw as fast; at -Oz a page loads sooner.
 function(palpa_off_tick)
   foreach(target IN LISTS ARGN)
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:$<IF:$<BOOL:${PALPA_WASM}>,-Oz,-O1>>)
   endforeach()
 endfunction()
 
-# palpa_layer(NAME SOURCES … LAYERS … LINKS … [OFF_TICK]): one folder of the library. LAYERS are the folders it may
-# include, so an arrow against the architecture does not link.
+# palpa_layer(NAME SOURCES … NATIVE … LAYERS … LINKS … [OFF_TICK]): one folder of the library. NATIVE are sources that need
+# threads, processes, mapped memory or shared objects, which WebAssembly has not (wasm/). LAYERS are the folders it may include,
+# so an arrow against the architecture does not link.
 # With tests there is a second target, palpa_NAME_unoptimised, for the test that both give the same bits; nothing else builds it.
 function(palpa_layer name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "OFF_TICK" "" "SOURCES;LAYERS;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "OFF_TICK" "" "SOURCES;NATIVE;LAYERS;LINKS")
+  if(NOT PALPA_WASM)
+    list(APPEND arg_SOURCES ${arg_NATIVE})
+  endif()
   palpa_add_layer(palpa_${name} "")
   if(arg_OFF_TICK)
     palpa_off_tick(palpa_${name})
@@ -60,11 +74,17 @@ endfunction()
 
 # palpa_add_layer(TARGET SUFFIX): a target of palpa_layer's arguments, on the layers whose targets end in SUFFIX.
 macro(palpa_add_layer target suffix)
+  if(NOT arg_SOURCES)
+    add_library(${target} INTERFACE)
+    return()
+  endif()
   add_library(${target} STATIC ${arg_SOURCES})
   list(TRANSFORM arg_LAYERS REPLACE "(.+)" "palpa_\\1${suffix}" OUTPUT_VARIABLE layers)
   target_link_libraries(${target} PUBLIC ${layers} PRIVATE $<BUILD_INTERFACE:palpa_rules> ${arg_LINKS})
   # The library's own functions call each other, not what a program may have put in their place: a tick makes hundreds of calls.
-  target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+  if(NOT PALPA_WASM)
+    target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+  endif()
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
   target_compile_features(${target} PUBLIC cxx_std_20)
 endmacro()

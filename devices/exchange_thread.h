@@ -10,7 +10,7 @@
 #include "palpa/device/latest.h"
 #include "palpa/device/rest.h"
 #include "palpa/loop/loop.h"
-#include "palpa/loop/wrench.h"
+#include "palpa/guard/wrench.h"
 
 namespace palpa {
 

@@ -16,10 +16,6 @@ namespace {
 using boost::asio::ip::tcp;
 
 constexpr std::uint16_t service_port = 10001;
-// Other programs' tutorials use 400 to 1000 N/m. Larger: a wall may vibrate; smaller: it feels soft.
-constexpr double max_stiffness_n_per_m = 800.0;
-// Of the arm's ball about the origin. Larger: scenes reach beyond it; smaller: unused reach.
-constexpr double workspace_radius_m = 0.1;
 // Timeout of the first states after the device was found. Longer: a silent service blocks longer; shorter: a busy service is
 // refused.
 constexpr double first_state_s = 2.0;
@@ -48,14 +44,6 @@ std::string in_quotes(std::string_view text) {
   return out + (text.size() > longest ? "…'" : "'");
 }
 
-struct Wanted {
-  tcp::endpoint service{boost::asio::ip::address_v4::loopback(), service_port};
-  std::string device_id;
-  std::optional<ForceWord> word;
-  std::string profile = "palpa:palpa";
-  std::string grip_id;
-};
-
 boost::asio::ip::address address_of(const std::string& host) {
   if (host == "localhost") return boost::asio::ip::address_v4::loopback();
   boost::system::error_code error;
@@ -77,12 +65,12 @@ std::optional<ForceWord> force_word(const std::string& value) {
   return std::nullopt;
 }
 
-Wanted wanted(const DeviceSettings& given) {
-  Wanted out;
+LinkOptions wanted(const DeviceSettings& given) {
+  LinkOptions out{.service = {boost::asio::ip::address_v4::loopback(), service_port}, .exchange = {.profile = "palpa:palpa"}};
   bool may_be_remote = false;
   for (const auto& [key, value] : given) {
     if (key == "id") {
-      out.device_id = plain(key, value);
+      out.exchange.device_id = plain(key, value);
     } else if (key == "host") {
       out.service.address(address_of(value));
     } else if (key == "port") {
@@ -90,11 +78,11 @@ Wanted wanted(const DeviceSettings& given) {
       if (!detail::read_number(value, port) || port == 0) refuse("port=" + in_quotes(value) + " is no port; give 1 to 65535");
       out.service.port(port);
     } else if (key == "force") {
-      out.word = force_word(value);
+      out.exchange.word = force_word(value);
     } else if (key == "grip") {
-      out.grip_id = plain(key, value);
+      out.exchange.grip_id = plain(key, value);
     } else if (key == "profile") {
-      out.profile = plain(key, value);
+      out.exchange.profile = plain(key, value);
     } else if (key == "remote") {
       if (value != "yes" && value != "no") refuse("remote=" + in_quotes(value) + " is not known; give yes or no");
       may_be_remote = value == "yes";
@@ -127,44 +115,46 @@ std::string description_of(const std::string& device_id, const tcp::endpoint& se
 }
 
 DeviceSearch search(const DeviceSettings& given) {
-  const Wanted want = wanted(given);
+  const LinkOptions want = wanted(given);
   const std::string place = place_of(want.service);
-  const std::optional<View> view = look(want.service);
+  const std::optional<ServiceView> view = look(want.service);
   if (!view) return {.found = {}, .missing = {"the Inverse Service does not answer at " + place + "; " + how_to_get}};
   DeviceSearch out;
   for (const std::string& id : view->device_ids) {
-    if (!want.device_id.empty() && id != want.device_id) continue;
+    if (!want.exchange.device_id.empty() && id != want.exchange.device_id) continue;
     out.found.push_back({description_of(id, want.service), "Haply Inverse3 " + id + ", at the Inverse Service on " + place});
   }
   if (out.found.empty())
     out.missing.push_back("the Inverse Service at " + place + " has no Inverse3" +
-                          (want.device_id.empty() ? "" : ' ' + want.device_id) + "; plug it in and switch on its power supply");
+                          (want.exchange.device_id.empty() ? "" : ' ' + want.exchange.device_id) +
+                          "; plug it in and switch on its power supply");
   return out;
 }
 
-std::string chosen_id(const Wanted& want) {
+std::string chosen_id(const LinkOptions& want) {
   const std::string place = place_of(want.service);
-  const std::optional<View> view = look(want.service);
+  const std::optional<ServiceView> view = look(want.service);
   if (!view) refuse("the Inverse Service does not answer at " + place + "; " + how_to_get);
   const auto has_grip = [&] {
-    return std::ranges::any_of(view->grips, [&](const Grip& grip) { return grip.device_id == want.grip_id; });
+    return std::ranges::any_of(view->grips, [&](const ServiceGrip& grip) { return grip.device_id == want.exchange.grip_id; });
   };
-  if (!want.grip_id.empty() && !has_grip())
-    refuse("the Inverse Service at " + place + " has no grip with grip=" + want.grip_id + "; switch it on, or leave it out");
+  if (!want.exchange.grip_id.empty() && !has_grip())
+    refuse("the Inverse Service at " + place + " has no grip with grip=" + want.exchange.grip_id +
+           "; switch it on, or leave it out");
   if (view->device_ids.empty())
     refuse("the Inverse Service at " + place + " has no Inverse3; plug one in and switch on its power supply");
-  if (want.device_id.empty()) return view->device_ids.front();
+  if (want.exchange.device_id.empty()) return view->device_ids.front();
   std::string known;
   for (const std::string& id : view->device_ids) {
-    if (id == want.device_id) return id;
+    if (id == want.exchange.device_id) return id;
     known += (known.empty() ? "" : ", ") + id;
   }
-  refuse("the Inverse Service at " + place + " has no Inverse3 with id=" + want.device_id + "; it has " + known);
+  refuse("the Inverse Service at " + place + " has no Inverse3 with id=" + want.exchange.device_id + "; it has " + known);
 }
 
 class Inverse3 final : public Device {
  public:
-  explicit Inverse3(const LinkOptions& options) : link_(options), device_id_(options.device_id) {
+  explicit Inverse3(const LinkOptions& options) : link_(options), device_id_(options.exchange.device_id) {
     const bool is_there = link_.wait(first_state_s);
     const DeviceState state = link_.read();
     senses_turn_ = state.turn.has_value();
@@ -174,10 +164,9 @@ class Inverse3 final : public Device {
   }
   std::string name() const override { return "Haply Inverse3 " + device_id_; }
   DeviceLimits limits() const override {
-    return {.max_force_n = max_force_n,
-            .max_stiffness_n_per_m = max_stiffness_n_per_m,
-            .workspace_radius_m = workspace_radius_m,
-            .senses_turn = senses_turn_};
+    DeviceLimits limits = device_limits;
+    limits.senses_turn = senses_turn_;
+    return limits;
   }
   DeviceState read() noexcept override { return link_.read(); }
   bool write(const Vec3& force_n) noexcept override { return link_.write(force_n); }
@@ -190,12 +179,9 @@ class Inverse3 final : public Device {
 };
 
 std::unique_ptr<Device> open(const DeviceSettings& given) {
-  const Wanted want = wanted(given);
-  return std::make_unique<Inverse3>(LinkOptions{.service = want.service,
-                                                .device_id = chosen_id(want),
-                                                .word = want.word,
-                                                .profile = want.profile,
-                                                .grip_id = want.grip_id});
+  LinkOptions options = wanted(given);
+  options.exchange.device_id = chosen_id(options);
+  return std::make_unique<Inverse3>(options);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "devices/inverse3_messages.h"
+#include "palpa/device/inverse3_messages.h"
 
 namespace palpa::inverse3 {
 

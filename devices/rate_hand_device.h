@@ -39,15 +39,9 @@ class RateHandDevice {
     force_n_ = is_finite(force_n) ? force_n : Vec3{};
     return true;
   }
-  static DeviceLimits limits() noexcept {
-    // No motors to protect: the force only steers the hand.
-    constexpr RateHand::Constants constants;
-    return {.max_force_n = most_n, .has_motors = false, .workspace_radius_m = constants.radius_m};
-  }
+  static DeviceLimits limits() noexcept { return rate_hand_limits(); }
 
  private:
-  // More: surfaces withstand harder pushes than the hand's; less: it pushes through.
-  static constexpr double most_n = 10.0;
   RateHand hand_;
   Vec3 force_n_;
   std::chrono::steady_clock::time_point passed_to_ = std::chrono::steady_clock::now();

@@ -15,7 +15,7 @@ namespace palpa::explorer {
 class Jobs : public QObject {
   Q_OBJECT
  public:
-  enum class Purpose { open, device, draw, slices, look, feel_again, film };
+  enum class Purpose { open, device, draw, slices, tiles, look, feel_again, film };
   explicit Jobs(QObject* parent = nullptr);
   /// Cancels all jobs and joins their threads.
   ~Jobs() override;

@@ -100,8 +100,9 @@ void SceneViews::make_slices(bool has_opengl) {
     connect(slice, &SliceView::hold_ended, this, &SceneViews::hold_ended);
     connect(slice, &SliceView::value_asked, this, &SceneViews::value_asked);
     connect(slice, &SliceView::enlarge_asked, this, [this, slice] { enlarge(slice); });
-    connect(slice, &SliceView::pointed, this, [this](const Vec3& at_m) { Q_EMIT pointed(words_at(at_m)); });
+    connect(slice, &SliceView::pointed, this, [this, slice](const Vec3& at_m) { Q_EMIT pointed(words_at(at_m, slice)); });
     connect(slice, &SliceView::pointed_nowhere, this, [this] { Q_EMIT pointed({}); });
+    connect(slice, &SliceView::tiles_missing, this, &SceneViews::read_tiles);
     connect(slice, &SliceView::cross_moved, this, [this](const Vec3& at_m) {
       for (SliceView* other : slices_) other->set_cross(at_m);
       if (view_) view_->set_cross(at_m), view_->move_cut(at_m);
@@ -121,6 +122,7 @@ void SceneViews::start(const Scene& scene) {
   is_first_ = true;
   scene_ = scene;
   led_ = 0;
+  jobs_.cancel(Jobs::Purpose::tiles);
   look_ = slice_look_of(scene);
   take_flow();
   list_fields();
@@ -167,7 +169,9 @@ void SceneViews::list_fields() {
 }
 
 void SceneViews::show_look(const SliceLook& look) {
+  const std::shared_ptr<SliceTiles> last = look_.tiles;
   look_ = look;
+  take_tiles(*scene_, last, look_);
   for (SliceView* slice : slices_) slice->set_look(look_);
   fields_->setCurrentIndex(fields_->findData(QString::fromStdString(look_.name)));
   fields_->setToolTip(QString::fromStdString(look_.name));
@@ -192,6 +196,32 @@ void SceneViews::refine_slices() {
         for (SliceView* slice : slices_) slice->set_look(look_);
       },
       [this](const QString& why) { Q_EMIT said(why, true); });
+}
+
+/// Reads the missing tiles of all slices, some before each picture, until there are none.
+void SceneViews::read_tiles() {
+  if (!look_.tiles || jobs_.is_under_way(Jobs::Purpose::tiles)) return;
+  std::vector<TilePlace> missing;
+  for (const SliceView* slice : slices_)
+    if (slice->isVisible()) missing.insert(missing.end(), slice->missing_tiles().begin(), slice->missing_tiles().end());
+  if (missing.empty()) return;
+  std::ranges::stable_sort(missing, std::greater(), &TilePlace::octave);
+  jobs_.begin<std::vector<SliceTile>>(
+      Jobs::Purpose::tiles, QString(),
+      [tiles = look_.tiles, missing](std::stop_token stop) { return tiles->read(missing, stop); },
+      [this, tiles = look_.tiles](std::vector<SliceTile> read) {
+        std::vector<TilePlace> places;
+        for (const SliceTile& tile : read) places.push_back(tile.place);
+        tiles->keep(std::move(read));
+        for (SliceView* slice : slices_) slice->show_tiles(places);
+        read_tiles();
+      },
+      [this, tiles = look_.tiles](const QString& why) {
+        if (tiles != look_.tiles) return;
+        look_.tiles = nullptr;
+        for (SliceView* slice : slices_) slice->set_look(look_);
+        Q_EMIT said(why, true);
+      });
 }
 
 void SceneViews::pick_values(bool on) {
@@ -224,10 +254,9 @@ void SceneViews::enlarge(QWidget* view) {
   for (SliceView* slice : slices_) slice->setVisible(slice == view);
 }
 
-QString SceneViews::words_at(const Vec3& at_m) const {
+QString SceneViews::words_at(const Vec3& at_m, const SliceView* slice) const {
   QStringList words;
-  const auto add = [&](const Field& field, const QString& shown, const QString& unit) {
-    const auto value = value_at(field, at_m);
+  const auto add = [&](std::optional<double> value, const QString& shown, const QString& unit) {
     words << (value ? QString("%1 = %2 %3").arg(shown).arg(*value, 0, 'g', 4).arg(unit) : tr("%1: no data").arg(shown));
   };
   const Vec3 world_m = look_.map.to_world(at_m);
@@ -240,9 +269,10 @@ QString SceneViews::words_at(const Vec3& at_m) const {
               : value ? tr("label %1").arg(*value)
                       : tr("no data"));
   } else if (look_.field) {
-    add(*look_.field, field_words(*scene_, look_.name), QString::fromStdString(look_.unit));
+    add(slice ? slice->value_at(at_m) : value_at(*look_.field, at_m), field_words(*scene_, look_.name),
+        QString::fromStdString(look_.unit));
   }
-  if (flow_ && flow_name_ != look_.name) add(*flow_, field_words(*scene_, flow_name_), flow_unit_);
+  if (flow_ && flow_name_ != look_.name) add(value_at(*flow_, at_m), field_words(*scene_, flow_name_), flow_unit_);
   return words.join("   ");
 }
 
@@ -255,6 +285,7 @@ void SceneViews::draw_layers(const Scene& scene, bool moves) {
   if (is_later) {
     const SliceLook now = slice_look_of(scene, look_.name);
     look_.field = now.field, look_.octave = now.octave;
+    take_tiles(scene, look_.tiles, look_);
     for (SliceView* slice : slices_) slice->set_look(look_);
     refine_slices();
     take_flow();

@@ -31,8 +31,11 @@ class SceneViews : public QSplitter {
   /// Redraws the layers on a background thread if they have changed; of moving data, at the start of the scene's time.
   /// \param moves  the next moment follows at once: only a preview is drawn, and the window is not busy with it
   void draw_layers(const Scene& scene, bool moves = false);
-  /// True until all layers are drawn finely.
-  bool is_drawing() const { return !moves_ && (finer_.isActive() || jobs_.is_under_way(Jobs::Purpose::draw)); }
+  /// True until all layers and slices are drawn finely.
+  bool is_drawing() const {
+    return jobs_.is_under_way(Jobs::Purpose::tiles) ||
+           (!moves_ && (finer_.isActive() || jobs_.is_under_way(Jobs::Purpose::draw)));
+  }
   /// True while the first surfaces are being drawn.
   bool awaits_surfaces() const;
 
@@ -83,8 +86,9 @@ class SceneViews : public QSplitter {
   void take_flow();
   void show_look(const SliceLook& look);
   void refine_slices();
+  void read_tiles();
   void draw(bool rough);
-  QString words_at(const Vec3& at_m) const;
+  QString words_at(const Vec3& at_m, const SliceView* slice = nullptr) const;
   void take_tools();
   /// \param hands  the led one last
   void show_hands(std::vector<SeenHand> hands, double most_n, bool slices_follow);

@@ -178,6 +178,16 @@ SliceLook slice_look_of(const Scene& scene, const std::string& field) {
   return look;
 }
 
+void take_tiles(const Scene& scene, const std::shared_ptr<SliceTiles>& last, SliceLook& look) {
+  if (!look.octave || !look.field || !look.labels.empty()) return;
+  const FieldPtr field = detail::in_hand_frame(scene.field({look.name}).field, look.map);
+  const auto posed = posed_octaves(*field, scene.time().at(0.0));
+  if (!posed) return;
+  look.pose = posed->pose;
+  const bool is_of_last = last && &last->octaves() == posed->octaves;
+  look.tiles = is_of_last ? last : std::make_shared<SliceTiles>(std::shared_ptr<const Octaves>(field, posed->octaves));
+}
+
 SliceLook in_fine_octave(const Scene& scene, SliceLook look) {
   if (!look.octave || !look.field) return look;
   const FieldPtr field = detail::in_hand_frame(scene.field({look.name}).field, look.map);
@@ -265,10 +275,24 @@ Vec3 SliceView::at_m(const QPointF& px) const {
   return middle + (px.x() - 0.5 * view_.width_px) * per_px * view_.right + (0.5 * view_.height_px - px.y()) * per_px * view_.up;
 }
 
+std::optional<double> SliceView::value_at(const Vec3& at_m) const {
+  if (look_.tiles) {
+    if (const auto value = look_.tiles->value_at(look_.pose.to_hand(at_m), tiles_.across, tiles_.wanted)) return value;
+  }
+  return look_.field ? explorer::value_at(*look_.field, at_m) : std::nullopt;
+}
+
 void SliceView::sample(int step_px) {
   if (!look_.field || width() < 2 || height() < 2) return;
-  const int columns = width() / step_px + 1, rows = height() / step_px + 1;
-  image_ = QImage(columns, rows, QImage::Format_RGB32);
+  step_px_ = step_px;
+  image_ = QImage(width() / step_px + 1, height() / step_px + 1, QImage::Format_RGB32);
+  find_tiles();
+  sample(image_.rect());
+  Q_EMIT tiles_missing();
+}
+
+/// Samples a part of the image.
+void SliceView::sample(const QRect& part) {
   std::array<QRgb, 256> table{};
   for (int i = 0; i < 256; ++i) table[static_cast<std::size_t>(i)] = to_qt(look_.colors.at(i / 255.0).color).rgb();
   const auto color_of_label = [this](double value) {
@@ -277,16 +301,38 @@ void SliceView::sample(int step_px) {
   };
   const QRgb outside = QColor(46, 46, 52).rgb();
   const double span = std::max(1e-300, look_.high - look_.low);
-  for (int row = 0; row < rows; ++row) {
+  for (int row = part.top(); row <= part.bottom(); ++row) {
     auto* line = reinterpret_cast<QRgb*>(image_.scanLine(row));
-    for (int column = 0; column < columns; ++column) {
-      const auto value = value_at(*look_.field, at_m({(column + 0.5) * step_px, (row + 0.5) * step_px}));
+    for (int column = part.left(); column <= part.right(); ++column) {
+      const auto value = value_at(at_m({(column + 0.5) * step_px_, (row + 0.5) * step_px_}));
       const double share = std::clamp((value.value_or(0.0) - look_.low) / span, 0.0, 1.0);
       line[column] = !value || !std::isfinite(*value) ? outside
                      : look_.labels.empty()           ? table[static_cast<std::size_t>(255.0 * share)]
                                                       : color_of_label(*value);
     }
   }
+}
+
+void SliceView::find_tiles() {
+  tiles_ = {};
+  if (!look_.tiles) return;
+  const double px_m = 1.0 / (look_.pose.scale * view_.px_per_m());  // in the frame of the octaves
+  const auto along = [&](const Vec3& side, int px) { return 0.5 * px * px_m * look_.pose.direction_to_hand(side); };
+  tiles_ = look_.tiles->tiles_of({look_.pose.to_hand(at_m({0.5 * width(), 0.5 * height()})), along(view_.right, width()),
+                                  along(view_.up, height()), step_px_ * px_m},
+                                 *look_.octave);
+}
+
+void SliceView::show_tiles(std::span<const TilePlace> places) {
+  if (!look_.tiles || image_.isNull()) return;
+  find_tiles();
+  for (const TilePlace& place : places) {
+    if (place.across != tiles_.across || place.octave < tiles_.wanted) continue;
+    QPolygonF on;
+    for (const Vec3& corner_m : look_.tiles->corners_m(place)) on << on_screen(view_, look_.pose.to_world(corner_m)) / step_px_;
+    sample(on.boundingRect().toAlignedRect() & image_.rect());
+  }
+  update();
 }
 
 void SliceView::paintEvent(QPaintEvent*) {
@@ -316,6 +362,13 @@ void SliceView::paintEvent(QPaintEvent*) {
   }
 }
 
+/// Octaves of which there are samples in the slice; nothing for volumes in memory.
+QString SliceView::octave_words() const {
+  if (!look_.octave) return {};
+  const int finest = look_.tiles ? tiles_.finest : *look_.octave, coarsest = look_.tiles ? tiles_.coarsest : finest;
+  return finest == coarsest ? tr(", octave %1").arg(finest) : tr(", octaves %1 to %2").arg(finest).arg(coarsest);
+}
+
 void SliceView::paint_texts(Texts& shown) {
   QPainter& painter = shown.painter();
   const QColor ink(235, 235, 235);
@@ -330,7 +383,7 @@ void SliceView::paint_texts(Texts& shown) {
   // Rows of texts, side by side where the slice is wide enough.
   QStringList texts{title() + " · " + coordinate_words(axis_, along_m[axis_], look_.medical, look_.map.scale)};
   if (look_.field) {
-    texts << look_.words + (look_.octave ? tr(", octave %1").arg(*look_.octave) : QString());
+    texts << look_.words + octave_words();
     if (look_.labels.empty()) texts << QString("%1 … %2").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4);
   }
   const int room_px = width() - 16;
@@ -402,7 +455,7 @@ void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
   if (event->button() != Qt::LeftButton) return;
   if (!picks_) return Q_EMIT enlarge_asked();
   const Vec3 here = at_m(event->localPos());
-  if (const auto value = look_.field ? value_at(*look_.field, here) : std::nullopt) Q_EMIT value_asked(*value, here);
+  if (const auto value = value_at(here)) Q_EMIT value_asked(*value, here);
 }
 
 void SliceView::leaveEvent(QEvent*) { Q_EMIT pointed_nowhere(); }

@@ -11,6 +11,7 @@
 
 #include "explorer/label_colors.h"
 #include "explorer/paint.h"
+#include "explorer/slice_tiles.h"
 #include "palpa/data/field.h"
 #include "palpa/scene/scene.h"
 
@@ -18,14 +19,16 @@ namespace palpa::explorer {
 
 /// Display settings shared by all slices of a scene: field and colour mapping.
 struct SliceLook {
-  FieldPtr field;                   ///< scalar or vector (shown by magnitude), hand frame; null: empty slice
-  std::string name, unit;           ///< of the field
-  QString words{};                  ///< name and unit for the user: "|velocity| / m/s", "value, no unit in the file"
-  std::vector<SeenLabel> labels{};  ///< of a label map, shown by their colours; empty: other fields
-  std::optional<int> octave{};      ///< of a volume larger than memory: the one that is shown
-  double low = 0.0;                 ///< shown black, the field's own unit
-  double high = 1.0;                ///< shown white
-  double least = 0.0, most = 1.0;   ///< of all values
+  FieldPtr field;                       ///< scalar or vector (shown by magnitude), hand frame; null: empty slice
+  std::string name, unit;               ///< of the field
+  QString words{};                      ///< name and unit for the user: "|velocity| / m/s", "value, no unit in the file"
+  std::vector<SeenLabel> labels{};      ///< of a label map, shown by their colours; empty: other fields
+  std::optional<int> octave{};          ///< of a volume larger than memory: the one of `field`
+  std::shared_ptr<SliceTiles> tiles{};  ///< finer than `field`; null: there are none
+  Similarity pose{};                    ///< of the frame of `tiles` in the hand frame
+  double low = 0.0;                     ///< shown black, the field's own unit
+  double high = 1.0;                    ///< shown white
+  double least = 0.0, most = 1.0;       ///< of all values
   detail::ColorMap colors = detail::grey_colors(0.0, 1.0);  ///< over 0 … 1
   Similarity map;                                           ///< hand to world
   bool medical = false;
@@ -34,6 +37,9 @@ struct SliceLook {
 /// layer, or that its first mode reads. The window is that of the file's unit, else of the data. Throws nothing: without such a
 /// field `field` is null.
 SliceLook slice_look_of(const Scene& scene, const std::string& field = {});
+
+/// Gives a look of a volume larger than memory its tiles: those of `last`, if they are of its octaves.
+void take_tiles(const Scene& scene, const std::shared_ptr<SliceTiles>& last, SliceLook& look);
 
 /// A look with the octave that has about a voxel a pixel, where that has at most 256 voxels along each axis; other looks
 /// themselves. Reads voxels: blocks; any thread. Throws LoadError if they cannot be read any more.
@@ -70,6 +76,14 @@ class SliceView : public QWidget {
   QSize sizeHint() const override { return {240, 220}; }
   const detail::View& view() const { return view_; }
   QString title() const;
+  /// The picture has a sample for each pixel; else a finer one follows soon.
+  bool is_fine() const { return step_px_ == 1; }
+  /// Tiles to be read for the picture, coarse first.
+  const std::vector<TilePlace>& missing_tiles() const { return tiles_.missing; }
+  /// Draws tiles of the look that were added.
+  void show_tiles(std::span<const TilePlace> places);
+  /// Value that the slice shows at a place, hand frame; none without data.
+  std::optional<double> value_at(const Vec3& at_m) const;
   /// Texts of the last picture.
   const std::vector<PlacedText>& texts() const { return texts_; }
   /// Sets whether a double click picks the value there.
@@ -83,6 +97,8 @@ class SliceView : public QWidget {
   void window_dragged(double low, double high);
   void value_asked(double value, palpa::Vec3 at_m);
   void enlarge_asked();
+  /// `missing_tiles` has changed.
+  void tiles_missing();
   /// The cursor is here, hand frame.
   void pointed(palpa::Vec3 at_m);
   void pointed_nowhere();
@@ -101,6 +117,9 @@ class SliceView : public QWidget {
   enum class Drag { none, touch, window, move };
   Vec3 at_m(const QPointF& px) const;
   void sample(int step_px);
+  void sample(const QRect& part);
+  void find_tiles();
+  QString octave_words() const;
   void paint_texts(Texts& shown);
   void stale();
 
@@ -109,6 +128,8 @@ class SliceView : public QWidget {
   Box bounds_m_{};
   detail::View view_;
   QImage image_;
+  int step_px_ = 1;  ///< between samples of the image
+  TilesOfArea tiles_;
   QTimer refine_;
   Vec3 cross_m_;
   std::vector<SeenHand> hands_;

@@ -214,7 +214,10 @@ void Touch::resume() {
 static void take_window(const TickFrame& frame, const Session& session, Moment& moment) noexcept {
   if (session.stock().empty()) return;
   const auto octave = static_cast<int>(frame.result.felt_octave);
-  const auto corners_m = session.stock().corners_m(0, octave, session.scene().time().at(frame.t_s));
+  const DataTime now = session.scene().time().at(frame.t_s);
+  std::size_t first = session.stock().size();  // of a series the earliest frame that is sampled
+  session.stock().for_each_sampled(now, [&](std::size_t n) { first = std::min(first, n); });
+  const auto corners_m = session.stock().corners_m(first, octave, now);
   moment.has_window = corners_m.has_value();
   for (std::size_t corner = 0; corners_m && corner < 8; ++corner)
     moment.window_m[corner] = session.hand_to_world().to_hand((*corners_m)[corner]);

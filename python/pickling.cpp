@@ -14,6 +14,7 @@
 #include "arrays.h"
 #include "interruptible.h"
 #include "modes.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/analytic.h"
 #include "palpa/data/filter.h"
@@ -91,7 +92,7 @@ Similarity similarity_of(const Pose& n) {
 
 py::tuple state_of(const VolumeRequest& request) {
   std::vector<std::string> files;
-  for (const auto& file : request.files) files.push_back(std::filesystem::absolute(file).string());
+  for (const auto& file : request.files) files.push_back(detail::absolute_place(file).string());
   return py::make_tuple(files, values_of(std::make_shared<StructPart<VolumeRequest>>(request)));
 }
 VolumeRequest request_of(const py::handle& state) {

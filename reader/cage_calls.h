@@ -3,8 +3,10 @@
 
 #include <fcntl.h>
 #include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 
 #include <csignal>
 #include <cstdint>
@@ -17,6 +19,7 @@ enum class Answer : std::uint8_t {
   allowed,
   refused,  ///< EACCES, which libraries report like a missing permission
   ended,    ///< kills the process: no undamaged reader makes this call
+  missing,  ///< ENOSYS: libraries take an older call, whose arguments a filter can read
 };
 using enum Answer;
 
@@ -107,6 +110,35 @@ inline std::vector<Rule> rules_of_arguments() {
   for (const std::uint64_t what :
        {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD, F_GETFL, F_GETLK, F_SETLK, F_OFD_GETLK, F_OFD_SETLK})
     rules.push_back({allowed, "fcntl", {{1, low, what}}});
+  return rules;
+}
+
+/// Of palpa-fetch, which is allowed all others: it has no file that it may write, and connects, but is never connected to.
+inline constexpr Calls calls_with_network[] = {
+    {ended, "execve execveat fork vfork accept accept4 listen"},
+    {ended, "kcmp kill pidfd_getfd pidfd_open pidfd_send_signal process_vm_readv process_vm_writev ptrace"},
+    {ended, "rt_sigqueueinfo rt_tgsigqueueinfo setpgid setsid tkill"},
+    {ended, "add_key bpf finit_module init_module io_uring_setup kexec_load keyctl perf_event_open reboot request_key"},
+    {ended, "swapon userfaultfd"},
+    {ended, "capset chroot mount open_by_handle_at pivot_root setgid setgroups setns setregid setresgid setresuid"},
+    {ended, "setreuid setuid umount2 unshare"},
+    {refused, "chmod chown fchmod fchmodat fchown fchownat fremovexattr fsetxattr futimesat lchown link linkat"},
+    {refused, "lremovexattr lsetxattr mkdir mkdirat mknod mknodat removexattr rename renameat renameat2 rmdir setxattr"},
+    {refused, "symlink symlinkat truncate unlink unlinkat utime utimensat utimes"},
+    {refused, "msgget semget setrlimit shmat shmget"},
+    {missing, "clone3 openat2 prlimit64"},
+};
+
+/// Its calls that depend on their arguments.
+inline std::vector<Rule> rules_with_network() {
+  constexpr std::uint64_t low = UINT32_MAX, families = 64;  // of sockets: more than there are
+  std::vector<Rule> rules{{ended, "clone", {{0, CLONE_THREAD, 0}}},
+                          {refused, "ioctl", {{1, low, TIOCSTI}}},
+                          {refused, "prctl", {{0, low, PR_SET_PDEATHSIG}}}};
+  for (std::uint64_t family = 0; family < families; ++family) {
+    if (family != AF_INET && family != AF_INET6 && family != AF_NETLINK)
+      rules.push_back({refused, "socket", {{0, low, family}}});
+  }
   return rules;
 }
 

@@ -33,6 +33,7 @@ class Filter {
     if (number < 0) return;  // no such call on this machine
     const std::uint32_t action = rule.answer == allowed   ? SCMP_ACT_ALLOW
                                  : rule.answer == refused ? SCMP_ACT_ERRNO(EACCES)
+                                 : rule.answer == missing ? SCMP_ACT_ERRNO(ENOSYS)
                                                           : SCMP_ACT_KILL_PROCESS;
     std::vector<scmp_arg_cmp> conditions;
     for (const Condition& c : rule.when) conditions.push_back(SCMP_CMP64(c.argument, SCMP_CMP_MASKED_EQ, c.mask, c.value));
@@ -78,6 +79,10 @@ void print_filters() {
   Filter closes(SCMP_ACT_ALLOW);  // calls of the first filter
   closes.add(Calls{ended, calls_to_become});
   print("no_more_programs", closes.program());
+  Filter connects(SCMP_ACT_ALLOW);
+  for (const Calls& group : calls_with_network) connects.add(group);
+  for (const Rule& rule : rules_with_network()) connects.add(rule);
+  print("filter_with_network", connects.program());
 }
 
 }  // namespace

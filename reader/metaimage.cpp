@@ -161,11 +161,11 @@ class MetaImageSource : public Source {
     if (__builtin_mul_overflow(frame_values * size_of(raw_.type), static_cast<std::uint64_t>(frames), &all_bytes_)) {
       throw LoadError("claims more voxels than can be counted; the header is damaged");
     }
-    if (!direct_) header.working_bytes += all_bytes_;
     header_bytes_ = header_bytes(path_);
     check_header_size();
     note_bytes_behind_voxels();
     find_rows();
+    if (!direct_ && !header.reads_rows) header.working_bytes += all_bytes_;
   }
 
   void read_rows(std::uint32_t, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
@@ -173,6 +173,7 @@ class MetaImageSource : public Source {
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+    if (header.reads_rows) return rows_->read_frames(turn_, header.fields[0], to, put);
     if (direct_) return load(to[0], all_bytes_);
     const std::unique_ptr<std::byte[]> all(new std::byte[all_bytes_]);
     load(all.get(), all_bytes_);
@@ -193,7 +194,7 @@ class MetaImageSource : public Source {
   }
 
  private:
-  /// Rows can be read alone from one file of plain numbers.
+  /// Rows can be read alone, and frames by several threads, from one file of plain numbers.
   void find_rows() {
     if (compressed_ || !image_.BinaryData() || files.size() > 2 || image_.HeaderSize() < 0) return;
     const auto said = static_cast<std::uint64_t>(image_.HeaderSize());
@@ -201,8 +202,8 @@ class MetaImageSource : public Source {
     stored.swapped = image_.BinaryDataByteOrderMSB() == (std::endian::native == std::endian::little);
     rows_.emplace(
         files.back(),
-        (said > 0 || files.size() > 1 ? said : header_bytes_) + static_cast<std::uint64_t>(first_) * size_of(raw_.type),
-        stored);
+        (said > 0 || files.size() > 1 ? said : header_bytes_) + static_cast<std::uint64_t>(first_) * size_of(raw_.type), stored,
+        frames_read);
     header.reads_rows = rows_->can_read();
   }
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <string_view>
 
 #include "compression.h"
@@ -17,6 +18,7 @@
 #include "first_bytes.h"
 #include "messages.h"
 #include "palpa/file/protocol_packed.h"
+#include "raw_rows.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -154,6 +156,12 @@ class NiftiSource : public Source {
     header.fields.push_back(field);
     const std::uint64_t frames = raw_.component_stride > 0 && raw_.components == 3 ? 3 : 1;
     if (!protocol::is_packed(files.back())) {
+      rows_.emplace(files.back(), first_byte_, raw_, frames_read);
+      if (rows_->can_read()) {
+        header.working_bytes = 0;
+      } else {
+        rows_.reset();
+      }
       note_left_over(file_bytes(files.back()), voxel_offset_ + frames * static_cast<std::uint64_t>(dim[4]) * frame_bytes_,
                      "vox_offset", header.warnings);
     }
@@ -169,6 +177,7 @@ class NiftiSource : public Source {
   /// The library reads the first frame or all, and a compressed file from its beginning for each: here all frames are read in
   /// one pass.
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+    if (rows_) return rows_->read_frames(turn_, header.fields[0], to, put);
     const auto numbers = std::make_unique_for_overwrite<std::byte[]>(header.working_bytes);
     read_unpacked(files.back(), first_byte_, numbers.get(), header.working_bytes);
     for (std::size_t n = 0; n < to.size(); ++n) {
@@ -315,6 +324,7 @@ class NiftiSource : public Source {
 
   vtkNew<vtkNIFTIReader> reader_;
   RawVoxels raw_;
+  std::optional<RawRows> rows_;     ///< of numbers that are the voxels in order
   std::uint64_t voxel_offset_ = 0;  ///< [bytes] in the file of the voxels
   std::uint64_t frame_bytes_ = 0;   ///< per component
   std::uint64_t first_byte_ = 0;    ///< to read

@@ -227,8 +227,8 @@ class NrrdSource : public Source {
       note_left_over(file_bytes(files.back()), first + all_bytes_, "byte skip", header.warnings);
     }
     direct_ = !axes.frames && kept_as_they_are(raw_, turn_, field);
-    if (!direct_) header.working_bytes = all_bytes_;
     find_rows();
+    if (!direct_ && !header.reads_rows) header.working_bytes = all_bytes_;
   }
 
   void read_rows(std::uint32_t, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
@@ -237,6 +237,7 @@ class NrrdSource : public Source {
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
     check_claims();
+    if (header.reads_rows) return rows_->read_frames(turn_, header.fields[0], to, put);
     if (direct_) {
       const auto loaded = load(to[0], false);
       if (loaded->data != to[0]) throw LoadError("was changed while it was read; try again");
@@ -252,14 +253,14 @@ class NrrdSource : public Source {
   }
 
  private:
-  /// Rows can be read alone from one file of raw numbers.
+  /// Rows can be read alone, and frames by several threads, from one file of raw numbers.
   void find_rows() {
     if (encoding_ != nrrdEncodingRaw || byte_skip_ < 0 || line_skip_ != 0 || files.size() > 2) return;
     const auto frame = static_cast<std::uint64_t>(first_) * size_of(raw_.type);
     RawVoxels stored = raw_;
     stored.swapped = swapped_;
     rows_.emplace(files.back(), frame + static_cast<std::uint64_t>(byte_skip_) + (files.size() == 1 ? header_bytes() : 0),
-                  stored);
+                  stored, frames_read);
     header.reads_rows = rows_->can_read();
   }
 

@@ -26,6 +26,7 @@
 #include "cage_filters.inc"
 #include "file_names.h"
 #include "palpa/base/load_error.h"
+#include "palpa/base/web_address.h"
 
 // Missing in linux/landlock.h of kernel 6.1 (Debian 12).
 #ifndef LANDLOCK_ACCESS_FS_TRUNCATE
@@ -56,6 +57,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* libraries = "/usr /lib /lib64 /opt /etc/ld.so.cache /etc/localtime";
 constexpr const char* process_and_machine = "/proc/self /proc/cpuinfo /proc/meminfo /proc/stat /sys/devices/system";
+
+/// Of palpa-fetch, for names of servers and for certificates.
+constexpr const char* names_and_certificates = "/etc /run/systemd/resolve /run/resolvconf /run/NetworkManager";
 
 /// Variables with further folders, separated by ':': the user's, for files far from their header, and the dynamic linker's.
 constexpr const char* folder_variables[] = {"PALPA_READER_FOLDERS", "LD_LIBRARY_PATH"};
@@ -89,7 +93,7 @@ struct Folders {
 
 /// Adds the folder of a file, as named and, for a link, resolved; a folder or an OpenFOAM case itself.
 void add_folders_of(const std::string& path, std::vector<std::string>& folders) {
-  if (path.empty()) return;
+  if (path.empty() || is_web_address(path)) return;
   std::error_code ignored;
   if (const fs::path of_case = openfoam_case(path); !of_case.empty()) folders.push_back(of_case.string());
   if (fs::is_directory(path, ignored)) return folders.push_back(path);
@@ -129,14 +133,14 @@ struct Closer {
   }
 };
 
-/// Allows reading in these folders, and no other files. Returns 0 or errno.
-int allow_files(const Folders& folders) {
+/// Allows reading in these folders, no other files, and connections by TCP if wanted. Returns 0 or errno.
+int allow_files(const Folders& folders, bool connects = false) {
   const auto version = static_cast<int>(::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION));
   if (version < 0) return errno;
   Ruleset rules{(LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1};  // all of version 1
   if (version >= 2) rules.files |= LANDLOCK_ACCESS_FS_REFER;
   if (version >= 3) rules.files |= LANDLOCK_ACCESS_FS_TRUNCATE;
-  if (version >= 4) rules.net = LANDLOCK_ACCESS_NET_BIND_TCP | LANDLOCK_ACCESS_NET_CONNECT_TCP;
+  if (version >= 4) rules.net = LANDLOCK_ACCESS_NET_BIND_TCP | (connects ? 0 : LANDLOCK_ACCESS_NET_CONNECT_TCP);
   if (version >= 5) rules.files |= LANDLOCK_ACCESS_FS_IOCTL_DEV;
   if (version >= 6) rules.scopes = LANDLOCK_SCOPE_ABSTRACT_UNIX_SOCKET | LANDLOCK_SCOPE_SIGNAL;
   const Closer ruleset{static_cast<int>(::syscall(SYS_landlock_create_ruleset, &rules, sizeof rules, 0))};
@@ -186,6 +190,7 @@ void limit(int resource, std::uint64_t most) {
 // here.
 std::string enter_cage(const protocol::Request&) { return "all of it: this is a build with a sanitizer"; }
 void close_cage() {}
+std::string enter_cage_with_network() { return "all of it: this is a build with a sanitizer"; }
 #else
 std::string enter_cage(const protocol::Request& request) {
   ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
@@ -203,6 +208,31 @@ std::string enter_cage(const protocol::Request& request) {
   };
   note("Landlock", allow_files(folders_of(request)));
   note("seccomp", load(allowed_calls));
+  return lacking;
+}
+
+std::string enter_cage_with_network() {
+  // [bytes] More of either: a hostile server can take more memory; less: large chunks are refused.
+  constexpr std::uint64_t most_memory_bytes = std::uint64_t{4} << 30, most_file_bytes = std::uint64_t{128} << 20;
+  ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  limit(RLIMIT_AS, most_memory_bytes);
+  limit(RLIMIT_FSIZE, most_file_bytes);
+  if (const Closer nothing{::open("/dev/null", O_WRONLY | O_CLOEXEC)}; nothing.descriptor >= 0) {
+    ::dup2(nothing.descriptor, STDOUT_FILENO);
+    ::dup2(nothing.descriptor, STDERR_FILENO);
+  }
+  Folders folders;
+  for (const char* places : {libraries, process_and_machine, names_and_certificates}) {
+    for (std::string& place : split(places, ' ')) folders.to_read.push_back(std::move(place));
+  }
+  for (const char* variable : {"SSL_CERT_FILE", "LD_LIBRARY_PATH"}) {
+    const char* list = std::getenv(variable);
+    for (std::string& place : split(list != nullptr ? list : "", ':')) folders.to_read.push_back(std::move(place));
+  }
+  std::string lacking;
+  if (const int problem = allow_files(folders, true)) lacking = std::string("Landlock (") + std::strerror(problem) + ")";
+  if (const int problem = load(filter_with_network))
+    lacking += (lacking.empty() ? "" : ", ") + std::string("seccomp (") + std::strerror(problem) + ")";
   return lacking;
 }
 

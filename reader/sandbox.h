@@ -1,4 +1,5 @@
-// Sandbox of the readers. Code injected by a damaged file can compute and read the folder of the user's file, nothing else.
+// Sandbox of the readers. Code injected by a damaged file can compute and read the folder of the user's file, nothing
+// else. palpa-fetch has a network, and no file of the user.
 #pragma once
 
 #include <string>
@@ -14,6 +15,10 @@ std::string enter_cage(const protocol::Request& request);
 
 /// Closes exec, too, before parsing.
 void close_cage();
+
+/// Confines palpa-fetch permanently before it opens a connection: it reads what the system's libraries need of /etc, /usr and
+/// certificates, writes nothing but memory, and can start no program. Returns what is lacking, as `enter_cage`.
+std::string enter_cage_with_network();
 
 /// Refuses a file in a header or link that only the sandbox makes unreadable: libraries would skip it or report another reason.
 /// Throws LoadError.

@@ -17,6 +17,7 @@ namespace palpa::reader {
 namespace {
 
 constexpr std::size_t most_slices = std::size_t{1} << 18;  // as of stores
+constexpr std::int64_t most_channels = 32;                 // as of stores
 // [bytes] Of rows read at once. More: more memory; less: more calls.
 constexpr std::int64_t piece_bytes = 1 << 20;
 
@@ -42,10 +43,12 @@ struct StackFacts {
   std::string unit;            ///< empty: of the resolution
   std::int64_t images = 0;     ///< 0: not given
   std::int64_t channels = 1, frames = 1;
+  bool is_imagej = false;
 };
 
 StackFacts facts_of_imagej(std::string_view text) {
   StackFacts facts;
+  facts.is_imagej = true;
   const auto count = [&](std::string_view key, std::int64_t otherwise) {
     const auto number = number_in(line_in(text, key));
     return number && *number >= 1 && *number < 1e9 ? static_cast<std::int64_t>(*number) : otherwise;
@@ -85,45 +88,70 @@ class TiffSource final : public Source {
     if (layout.dims != ArrayLayout{}.dims || !layout.axes.empty() || !layout.components.empty())
       throw LoadError("says its own shape; leave dims, axes and components out");
     if (request.as == "vector") throw LoadError("holds one number a voxel, which is no vector; leave out as = \"vector\"");
-    choose_frames(request, 1);
     list_files(request.path);
     find_slices();
-    const auto slices = static_cast<std::int64_t>(slices_.size());
-    raw_.type = image_.type, raw_.dims = {image_.columns, image_.rows, slices};
+    add_unlisted();
+    split_stack(request);
+    raw_.type = image_.type;
     raw_.stride = {1, image_.columns, image_.columns * image_.rows};
     protocol::FieldHeader field;
-    field.name = "value";
     place(layout, field.grid);
     field.grid.dims = raw_.dims;
     protocol::VectorTurn none;
     keep(raw_, none, field, header.warnings);
-    header.fields.push_back(field);
+    for (std::int64_t channel = 0; channel < channels_; ++channel) {
+      field.name = channels_ == 1 ? "value" : "channel" + std::to_string(channel);
+      header.fields.push_back(field);
+    }
     header.reads_rows = true;
   }
 
-  void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+  void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) override {
     const auto row_bytes = static_cast<std::int64_t>(size_of(header.fields[0].type)) * image_.columns;
     const std::int64_t at_once = std::max<std::int64_t>(piece_bytes / row_bytes, 1);
     std::vector<std::byte> piece(static_cast<std::size_t>(std::min(at_once, image_.rows) * row_bytes));
-    for (std::int64_t k = 0; k < raw_.dims[2]; ++k)
-      for (std::int64_t j = 0; j < image_.rows; j += at_once) {
-        const std::int64_t count = std::min(at_once, image_.rows - j);
-        read_rows(0, k, j, count, piece.data());
-        put(to[0] + (k * image_.rows + j) * row_bytes, piece.data(), static_cast<std::uint64_t>(count * row_bytes));
-      }
+    for (std::size_t n = 0; n < to.size(); ++n)
+      for (std::int64_t k = 0; k < raw_.dims[2]; ++k)
+        for (std::int64_t j = 0; j < image_.rows; j += at_once) {
+          const std::int64_t count = std::min(at_once, image_.rows - j);
+          const auto frame = frame_ + static_cast<std::int64_t>(n / wanted.size());
+          read_image_rows(image_number(frame, k, wanted[n % wanted.size()]), j, count, piece.data());
+          put(to[n] + (k * image_.rows + j) * row_bytes, piece.data(), static_cast<std::uint64_t>(count * row_bytes));
+        }
   }
 
-  void read_rows(std::uint32_t, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
-    const Slice& of = slices_[static_cast<std::size_t>(slice)];
+  void read_rows(std::uint32_t field, std::int64_t slice, std::int64_t first, std::int64_t count, std::byte* to) override {
+    read_image_rows(image_number(frame_, slice, field), first, count, to);
+  }
+
+ private:
+  struct Slice {
+    std::size_t file = 0;
+    std::uint64_t place = 0;     ///< [bytes] of the image in its file
+    std::uint64_t unlisted = 0;  ///< [bytes] of the numbers of another one, which is in no list; 0: the image itself
+  };
+
+  std::size_t image_number(std::int64_t frame, std::int64_t slice, std::uint32_t channel) const {
+    return static_cast<std::size_t>((frame * raw_.dims[2] + slice) * channels_ + channel);
+  }
+
+  /// Rows of the image, with the numbers of its file.
+  void read_stored_rows(const Slice& of, std::int64_t first, std::int64_t count, std::byte* to) {
+    of.unlisted > 0 ? open_->read_unlisted_rows(image_, of.unlisted, first, count, to)
+                    : open_->read_rows(image_, first, count, to);
+  }
+
+  void read_image_rows(std::size_t image, std::int64_t first, std::int64_t count, std::byte* to) {
+    const Slice& of = slices_[image];
     try {
       if (!open_ || open_file_ != of.file) open_ = std::make_unique<TiffFile>(files[of.file]), open_file_ = of.file;
       open_->go_to(of.place);
       if (open_->image() != image_) throw LoadError("was changed while it was read; try again");
-      if (kept_as_they_are(raw_, {}, header.fields[0])) return open_->read_rows(image_, first, count, to);
+      if (kept_as_they_are(raw_, {}, header.fields[0])) return read_stored_rows(of, first, count, to);
       RawVoxels part = raw_;
       part.dims = {image_.columns, count, 1};
       room_.resize(static_cast<std::size_t>(image_.columns * count) * size_of(image_.type));
-      open_->read_rows(image_, first, count, room_.data());
+      read_stored_rows(of, first, count, room_.data());
       protocol::FieldHeader field = header.fields[0];
       field.grid.dims = part.dims;
       copy_voxels(room_.data(), part, {}, field, to);
@@ -131,12 +159,6 @@ class TiffSource final : public Source {
       throw with_name(of.file, error);
     }
   }
-
- private:
-  struct Slice {
-    std::size_t file = 0;
-    std::uint64_t place = 0;  ///< [bytes] of the image in its file
-  };
 
   /// The sentence of an error with the file's name, if it is one of several.
   LoadError with_name(std::size_t file, const LoadError& error) const {
@@ -170,7 +192,6 @@ class TiffSource final : public Source {
         throw with_name(f, error);
       }
     }
-    check_facts();
   }
 
   void add_slice(const Slice& slice, const TiffImage& image) {
@@ -199,29 +220,42 @@ class TiffSource final : public Source {
       header.warnings.push_back("has a table of colours, which is left out: its numbers are felt as they are stored");
     if (file.is_turned())
       header.warnings.push_back("is stored turned or mirrored (Orientation): columns and rows are taken as they are stored");
-    first_voxel_ = file.first_voxel(), is_plain_ = !file.is_compressed(), is_big_endian_ = file.is_big_endian();
+    first_voxel_ = file.first_voxel(), is_in_one_piece_ = file.is_in_one_piece(), file_bytes_ = file.bytes();
   }
 
-  /// Refuses stacks of channels or moments, and those of ImageJ with one image in the list for all.
-  void check_facts() const {
-    if (files.size() == 1 && (facts_.channels > 1 || facts_.frames > 1))
-      throw LoadError("is a stack of " + std::to_string(facts_.channels) + " channels and " + std::to_string(facts_.frames) +
-                      " moments; export one channel at one moment (ImageJ: Image > Hyperstacks > Make Subset)");
+  /// Slices of a large stack of ImageJ, which lists one image for all: the others lie behind it as bare numbers.
+  void add_unlisted() {
     const auto there = static_cast<std::int64_t>(slices_.size());
     if (files.size() > 1 || facts_.images <= there) return;
-    if (!is_plain_ || there > 1)
-      throw LoadError("lacks " + std::to_string(facts_.images - there) + " of " + std::to_string(facts_.images) +
-                      " images; get the whole file, or export it again");
-    static constexpr const char* types[] = {"int8",   "uint8", "int16",  "uint16",  "int32",
-                                            "uint32", "int64", "uint64", "float32", "float64"};
-    throw LoadError("is a large stack of ImageJ, which lists one of its " + std::to_string(facts_.images) +
-                    " images; read it as bare numbers: --set type=" + types[static_cast<std::size_t>(image_.type)] +
-                    " --set dims=[" + std::to_string(image_.columns) + "," + std::to_string(image_.rows) + "," +
-                    std::to_string(facts_.images) + "] --set header_bytes=" + std::to_string(first_voxel_) +
-                    (is_big_endian_ ? " --set byte_order=big" : ""));
+    const std::uint64_t image_bytes = static_cast<std::uint64_t>(image_.columns * image_.rows) * size_of(image_.type);
+    const std::uint64_t whole = first_voxel_ < file_bytes_ ? (file_bytes_ - first_voxel_) / image_bytes : 0;
+    const bool is_bare = is_in_one_piece_ && there == 1;
+    if (!is_bare || whole < static_cast<std::uint64_t>(facts_.images))
+      throw LoadError("lacks " + std::to_string(facts_.images - (is_bare ? static_cast<std::int64_t>(whole) : there)) + " of " +
+                      std::to_string(facts_.images) + " images; get the whole file, or export it again");
+    for (std::int64_t n = 1; n < facts_.images; ++n)
+      add_slice({0, slices_.front().place, first_voxel_ + static_cast<std::uint64_t>(n) * image_bytes}, image_);
   }
 
-  /// Steps from the request, the text or the resolution, else 1.
+  /// Channels and moments of a stack: of ImageJ channels are nearest to each other, then slices, then moments.
+  void split_stack(const protocol::Request& request) {
+    const auto images = static_cast<std::int64_t>(slices_.size());
+    const bool is_split = files.size() == 1 && (facts_.channels > 1 || facts_.frames > 1);
+    if (is_split) {
+      const std::string said =
+          "is a stack of " + std::to_string(facts_.channels) + " channels and " + std::to_string(facts_.frames) + " moments";
+      if (!facts_.is_imagej)
+        throw LoadError(said + "; export one channel at one moment, or all by ImageJ (File > Save As > Tiff)");
+      if (facts_.channels > images || facts_.frames > images || images % (facts_.channels * facts_.frames) != 0)
+        throw LoadError(said + ", which " + std::to_string(images) + " images cannot be; get the whole file");
+      if (facts_.channels > most_channels) throw LoadError(said + ", where up to 32 channels can be; export fewer");
+      channels_ = facts_.channels;
+    }
+    const std::int64_t frames = is_split ? facts_.frames : 1;
+    frame_ = choose_frames(request, frames);
+    raw_.dims = {image_.columns, image_.rows, images / channels_ / frames};
+  }
+
   void place(const ArrayLayout& layout, GridGeometry& grid) {
     Vec3 step = layout.spacing_m;
     if (step != Vec3{}) {
@@ -233,7 +267,7 @@ class TiffSource final : public Source {
       if (unit) header.length_unit = facts_.unit;
       if (!is_known) {
         header.warnings.push_back("says no size of its pixels: cubes of 1 are taken (spacing_m = [x, y, z] takes others)");
-      } else if (facts_.z <= 0 && slices_.size() > 1) {
+      } else if (facts_.z <= 0 && raw_.dims[2] > 1) {
         header.warnings.push_back("says no distance of its slices: that of its pixels is taken, " +
                                   palpa::detail::text("%.6g", facts_.x) + (unit ? " " + unit->name : "") +
                                   " (spacing_m = [x, y, z] takes others)");
@@ -246,8 +280,9 @@ class TiffSource final : public Source {
   std::vector<Slice> slices_;
   TiffImage image_;
   StackFacts facts_;
-  std::uint64_t first_voxel_ = 0;  ///< [bytes] of the first image
-  bool is_plain_ = false, is_big_endian_ = false;
+  std::uint64_t first_voxel_ = 0, file_bytes_ = 0;  ///< [bytes] of the first image; of its file
+  bool is_in_one_piece_ = false;                    ///< the first image
+  std::int64_t channels_ = 1, frame_ = 0;           ///< [1]; the first frame to read
   RawVoxels raw_;
   std::unique_ptr<TiffFile> open_;
   std::size_t open_file_ = 0;

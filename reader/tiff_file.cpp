@@ -138,6 +138,16 @@ bool TiffFile::is_compressed() const { return short_number(TIFFTAG_COMPRESSION, 
 
 bool TiffFile::is_big_endian() const { return TIFFIsBigEndian(tiff_.get()) != 0; }
 
+bool TiffFile::is_in_one_piece() const {
+  if (TIFFIsTiled(tiff_.get()) != 0 || is_compressed()) return false;
+  std::uint64_t end = first_voxel();
+  for (std::uint32_t n = 0; n < TIFFNumberOfStrips(tiff_.get()); ++n) {
+    if (TIFFGetStrileOffset(tiff_.get(), n) != end) return false;
+    end += TIFFGetStrileByteCount(tiff_.get(), n);
+  }
+  return true;
+}
+
 bool TiffFile::has_colour_table() const {
   return short_number(TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_PALETTE;
 }
@@ -156,6 +166,20 @@ void TiffFile::read_rows(const TiffImage& image, std::int64_t first, std::int64_
     if (TIFFReadScanline(tiff_.get(), to, static_cast<std::uint32_t>(row), 0) != 1)
       throw LoadError("is cut or damaged at row " + std::to_string(row) + "; get the whole file");
   }
+}
+
+void TiffFile::read_unlisted_rows(const TiffImage& image, std::uint64_t at, std::int64_t first, std::int64_t count,
+                                  std::byte* to) {
+  const std::size_t number_bytes = protocol::size_of(image.type);
+  const auto row_bytes = static_cast<std::uint64_t>(image.columns) * number_bytes;
+  const std::uint64_t bytes = row_bytes * static_cast<std::uint64_t>(count);
+  if (stream_->file.read(at + row_bytes * static_cast<std::uint64_t>(first), to, bytes) != bytes)
+    throw LoadError("was cut while it was read; get the whole file");
+  if (!is_big_endian()) return;
+  const auto numbers = static_cast<tmsize_t>(bytes / number_bytes);
+  if (number_bytes == 2) TIFFSwabArrayOfShort(reinterpret_cast<std::uint16_t*>(to), numbers);
+  if (number_bytes == 4) TIFFSwabArrayOfLong(reinterpret_cast<std::uint32_t*>(to), numbers);
+  if (number_bytes == 8) TIFFSwabArrayOfLong8(reinterpret_cast<std::uint64_t*>(to), numbers);
 }
 
 void TiffFile::read_tiles(const TiffImage& image, std::int64_t first, std::int64_t count, std::byte* to) {

@@ -46,6 +46,10 @@ class TiffFile {
   std::uint64_t first_voxel() const;
   bool is_compressed() const;
   bool is_big_endian() const;
+  /// Numbers lie uncompressed, row behind row, without a gap.
+  bool is_in_one_piece() const;
+  /// [bytes] Of the file.
+  std::uint64_t bytes() const noexcept { return stream_->file.bytes(); }
   /// Numbers mean colours of a table.
   bool has_colour_table() const;
   /// Stored from another corner than the upper left one.
@@ -55,6 +59,8 @@ class TiffFile {
 
   /// Reads rows, in the byte order of the machine. Throws LoadError.
   void read_rows(const TiffImage& image, std::int64_t first, std::int64_t count, std::byte* to);
+  /// Reads rows of an image that is in no list. Throws LoadError. \param at  [bytes] of its first number
+  void read_unlisted_rows(const TiffImage& image, std::uint64_t at, std::int64_t first, std::int64_t count, std::byte* to);
 
  private:
   struct Closer {

@@ -1,11 +1,14 @@
 // OME-Zarr and plain Zarr arrays, versions 2 and 3: octave 0 as any volume, or all chunks one by one.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <future>
 #include <set>
 
+#include "palpa/base/web_address.h"
 #include "palpa/file/store_protocol.h"
 #include "source.h"
 #include "zarr_serve.h"
@@ -17,11 +20,15 @@ namespace {
 /// Chunk of a volume that is read as a whole. More: a codec cannot; less: sound arrays of one chunk are refused.
 constexpr std::uint64_t most_chunk_bytes_of_whole = std::uint64_t{1} << 30;
 
+/// Threads that read a store as a whole by a network. More: memory; fewer: round trips add up.
+constexpr std::uint64_t most_readers = 32, most_bytes_of_readers = 256'000'000, reader_stack_bytes = std::uint64_t{8} << 20;
+
 class ZarrSource final : public Source {
  public:
   explicit ZarrSource(const protocol::Request& request)
       : store_(request.path,
-               request.store ? protocol::most_chunk_bytes : std::min(most_chunk_bytes_of_whole, request.max_bytes)),
+               request.store ? protocol::most_chunk_bytes : std::min(most_chunk_bytes_of_whole, request.max_bytes),
+               is_web_address(request.path) ? request.memory : -1),
         folder_(request.path) {
     const StoreContents& contents = store_.contents();
     if (request.store) {
@@ -44,6 +51,11 @@ class ZarrSource final : public Source {
       header.fields.push_back(field);
     }
     check_count();
+    if (store_.is_fetched()) {
+      readers_ = std::clamp<std::uint64_t>(most_bytes_of_readers / store_.scratch_bytes(), 1, most_readers);
+      header.working_bytes = readers_ * (reader_stack_bytes + store_.scratch_bytes());
+      return;  // the caller names the address
+    }
     for (const std::string& file : store_.metadata_files()) files.push_back(folder_ + "/" + file);
     list_files();
   }
@@ -99,34 +111,47 @@ class ZarrSource final : public Source {
     }
   }
 
+  /// Reads a field by `readers_` threads, of which each blocks for its own chunk.
   void read_field(std::uint32_t field, std::int64_t frame, std::byte* to) {
+    std::vector<StoreChunk> chunks;
+    for_each_chunk(field, frame, [&](const StoreChunk& chunk) { chunks.push_back(chunk); });
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&] {
+      std::vector<std::byte> room;
+      ZarrScratch scratch;
+      for (std::size_t n = next++; n < chunks.size(); n = next++) read_chunk(chunks[n], field, to, room, scratch);
+    };
+    std::vector<std::future<void>> others;
+    for (std::uint64_t n = 1; n < readers_; ++n) others.push_back(std::async(std::launch::async, work));
+    work();
+    for (std::future<void>& other : others) other.get();
+  }
+
+  void read_chunk(const StoreChunk& chunk, std::uint32_t field, std::byte* to, std::vector<std::byte>& room,
+                  ZarrScratch& scratch) {
     const StoreContents& contents = store_.contents();
     const StoreOctave& octave = contents.octaves.front();
     const StoreField& of = contents.fields[field];
     const std::size_t voxel_bytes = size_of(of.type) * static_cast<std::size_t>(of.components);
-    std::vector<std::byte> room;
-    ZarrScratch scratch;
-    for_each_chunk(field, frame, [&](const StoreChunk& chunk) {
-      std::array<std::int64_t, 3> first{}, count{};
-      for (std::size_t a = 0; a < 3; ++a) {
-        first[a] = chunk.at[a] * octave.chunk[a];
-        count[a] = std::min(octave.chunk[a], octave.grid.dims[a] - first[a]);
+    std::array<std::int64_t, 3> first{}, count{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      first[a] = chunk.at[a] * octave.chunk[a];
+      count[a] = std::min(octave.chunk[a], octave.grid.dims[a] - first[a]);
+    }
+    room.resize(protocol::content_bytes(contents, chunk));
+    const ZarrRead read = store_.read(chunk, room, scratch);
+    if (read.state == ChunkState::damaged)
+      throw LoadError("holds a damaged chunk: " + read.sentence + "; get the whole store, or write it again");
+    ++(read.state == ChunkState::absent ? absent_ : present_);
+    if (read.state == ChunkState::absent) fill(of, room);
+    for (std::int64_t k = 0; k < count[2]; ++k) {
+      for (std::int64_t j = 0; j < count[1]; ++j) {
+        const std::int64_t from = (k * octave.chunk[1] + j) * octave.chunk[0];
+        const std::int64_t there = ((first[2] + k) * octave.grid.dims[1] + first[1] + j) * octave.grid.dims[0] + first[0];
+        std::memcpy(to + static_cast<std::size_t>(there) * voxel_bytes, &room[static_cast<std::size_t>(from) * voxel_bytes],
+                    static_cast<std::size_t>(count[0]) * voxel_bytes);
       }
-      room.resize(protocol::content_bytes(contents, chunk));
-      const ZarrRead read = store_.read(chunk, room, scratch);
-      if (read.state == ChunkState::damaged)
-        throw LoadError("holds a damaged chunk: " + read.sentence + "; get the whole store, or write it again");
-      ++(read.state == ChunkState::absent ? absent_ : present_);
-      if (read.state == ChunkState::absent) fill(of, room);
-      for (std::int64_t k = 0; k < count[2]; ++k) {
-        for (std::int64_t j = 0; j < count[1]; ++j) {
-          const std::int64_t from = (k * octave.chunk[1] + j) * octave.chunk[0];
-          const std::int64_t there = ((first[2] + k) * octave.grid.dims[1] + first[1] + j) * octave.grid.dims[0] + first[0];
-          std::memcpy(to + static_cast<std::size_t>(there) * voxel_bytes, &room[static_cast<std::size_t>(from) * voxel_bytes],
-                      static_cast<std::size_t>(count[0]) * voxel_bytes);
-        }
-      }
-    });
+    }
   }
 
   static void fill(const StoreField& field, std::vector<std::byte>& room) {
@@ -146,7 +171,9 @@ class ZarrSource final : public Source {
 
   ZarrStore store_;
   std::string folder_;
-  std::int64_t first_ = 0, absent_ = 0, present_ = 0;
+  std::int64_t first_ = 0;
+  std::atomic<std::int64_t> absent_ = 0, present_ = 0;
+  std::uint64_t readers_ = 1;  ///< threads; more than one where each chunk takes a round trip
 };
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "zarr_chunks.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -23,15 +21,19 @@ std::uint64_t number_at(const std::byte* bytes) noexcept {
   return number;
 }
 
+/// [bytes] Of a shard's index.
+std::uint64_t index_bytes(const ZarrArray& array) noexcept {
+  return array.chunks_in_file() * piece_bytes + (array.index_has_checksum ? 4 : 0);
+}
+
 }  // namespace
 
 std::shared_ptr<const ZarrChunks::ShardIndex> ZarrChunks::index_of(const ZarrArray& array, const std::string& name,
-                                                                   const detail::InputFile& file) const {
-  struct stat status{};
-  ::fstat(file.descriptor(), &status);
+                                                                   const ZarrFile& file) const {
+  const std::timespec changed = file.changed();
   const auto is_of_file = [&](const std::shared_ptr<const ShardIndex>& index) {
-    return index->file == name && index->bytes == file.bytes() && index->changed.tv_sec == status.st_mtim.tv_sec &&
-           index->changed.tv_nsec == status.st_mtim.tv_nsec;
+    return index->file == name && index->bytes == file.bytes() && index->changed.tv_sec == changed.tv_sec &&
+           index->changed.tv_nsec == changed.tv_nsec;
   };
   {
     const std::scoped_lock lock(mutex_);
@@ -40,8 +42,7 @@ std::shared_ptr<const ZarrChunks::ShardIndex> ZarrChunks::index_of(const ZarrArr
       return indices_.front();
     }
   }
-  const std::uint64_t chunks = array.chunks_in_file();
-  const std::uint64_t bytes = chunks * piece_bytes + (array.index_has_checksum ? 4 : 0);
+  const std::uint64_t chunks = array.chunks_in_file(), bytes = index_bytes(array);
   if (file.bytes() < bytes) throw LoadError("'" + name + "': is shorter than its index");
   std::vector<std::byte> stored(bytes), plain(chunks * piece_bytes);
   if (file.read(array.index_at_end ? file.bytes() - bytes : 0, stored.data(), bytes) != bytes)
@@ -50,7 +51,7 @@ std::shared_ptr<const ZarrChunks::ShardIndex> ZarrChunks::index_of(const ZarrArr
   if (const std::string fault = decode_chunk(codecs, stored, plain); !fault.empty())
     throw LoadError("'" + name + "': its index " + fault);
   auto made = std::make_shared<ShardIndex>();
-  made->file = name, made->bytes = file.bytes(), made->changed = status.st_mtim;
+  made->file = name, made->bytes = file.bytes(), made->changed = changed;
   made->pieces.resize(chunks);
   for (std::size_t n = 0; n < chunks; ++n)
     made->pieces[n] = {number_at(&plain[n * piece_bytes]), number_at(&plain[n * piece_bytes + 8])};
@@ -63,6 +64,11 @@ std::shared_ptr<const ZarrChunks::ShardIndex> ZarrChunks::index_of(const ZarrArr
     index = index != indices_.begin() && kept_bytes > most_kept_bytes ? indices_.erase(index) : std::next(index);
   }
   return made;
+}
+
+std::shared_ptr<const ZarrFile> ZarrChunks::opened(const ZarrArray& array, const std::string& name) const {
+  if (array.has_shards) return folder_.open_in_parts(name, index_bytes(array), array.index_at_end);
+  return folder_.open(name, most_packed_bytes(array.chunk_bytes()));
 }
 
 std::string ZarrChunks::file_of(const ZarrArray& array, std::span<const std::int64_t> at) {
@@ -86,7 +92,7 @@ bool ZarrChunks::has(const ZarrArray& array, std::span<const std::int64_t> at, K
   if (!array.has_shards) return folder_.has(name);
   const auto [shard, is_new] = known.try_emplace(name);
   if (is_new) {
-    const auto file = folder_.open(name);
+    const auto file = opened(array, name);
     if (file) shard->second = index_of(array, name, *file);
   }
   if (!shard->second) return false;
@@ -95,7 +101,7 @@ bool ZarrChunks::has(const ZarrArray& array, std::span<const std::int64_t> at, K
 }
 
 ZarrChunks::Piece ZarrChunks::piece_of(const ZarrArray& array, std::span<const std::int64_t> at, const std::string& name,
-                                       const detail::InputFile& file) const {
+                                       const ZarrFile& file) const {
   if (!array.has_shards) return {0, file.bytes()};
   const Piece piece = index_of(array, name, file)->pieces.at(position_of(array, at));
   if (piece.offset == absent && piece.bytes == absent) return {absent, absent};
@@ -108,7 +114,7 @@ ZarrRead ZarrChunks::read(const ZarrArray& array, std::span<const std::int64_t> 
                           std::span<std::byte> to) const {
   const std::string name = file_of(array, at);
   try {
-    const auto file = folder_.open(name);
+    const auto file = opened(array, name);
     if (!file) return {ChunkState::absent};
     const Piece piece = piece_of(array, at, name, *file);
     if (piece.bytes == absent) return {ChunkState::absent};

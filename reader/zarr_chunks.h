@@ -48,10 +48,9 @@ class ZarrChunks {
   };
   static std::string file_of(const ZarrArray& array, std::span<const std::int64_t> at);
   static std::size_t position_of(const ZarrArray& array, std::span<const std::int64_t> at) noexcept;
-  std::shared_ptr<const ShardIndex> index_of(const ZarrArray& array, const std::string& name,
-                                             const detail::InputFile& file) const;
-  Piece piece_of(const ZarrArray& array, std::span<const std::int64_t> at, const std::string& name,
-                 const detail::InputFile& file) const;
+  std::shared_ptr<const ZarrFile> opened(const ZarrArray& array, const std::string& name) const;
+  std::shared_ptr<const ShardIndex> index_of(const ZarrArray& array, const std::string& name, const ZarrFile& file) const;
+  Piece piece_of(const ZarrArray& array, std::span<const std::int64_t> at, const std::string& name, const ZarrFile& file) const;
 
   const ZarrFolder& folder_;
   mutable std::mutex mutex_;

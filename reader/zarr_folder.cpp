@@ -1,5 +1,6 @@
 #include "zarr_folder.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -7,8 +8,11 @@
 #include <filesystem>
 #include <system_error>
 
+#include "palpa/base/input_file.h"
 #include "palpa/base/sanitized.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
+#include "zarr_fetch.h"
 
 namespace palpa::reader {
 namespace {
@@ -49,16 +53,42 @@ int depth_of(std::string_view text, std::string& plain) {
   return deepest;
 }
 
+/// A file of a folder.
+class FolderFile final : public ZarrFile {
+ public:
+  explicit FolderFile(const std::string& path) : file_(path) {}
+  const detail::InputFile& file() const noexcept { return file_; }
+  std::uint64_t bytes() const noexcept override { return file_.bytes(); }
+  std::size_t read(std::uint64_t from, void* to, std::size_t bytes) const override { return file_.read(from, to, bytes); }
+  std::timespec changed() const noexcept override {
+    struct stat status{};
+    ::fstat(file_.descriptor(), &status);
+    return status.st_mtim;
+  }
+
+ private:
+  detail::InputFile file_;
+};
+
 }  // namespace
 
-ZarrFolder::ZarrFolder(const std::string& path) : path_(path) {
+ZarrFolder::ZarrFolder(const std::string& path, int fetch) : path_(path) {
+  if (is_web_address(path)) {
+    if (fetch < 0) throw LoadError("cannot be fetched: palpa-read was given no palpa-fetch; update all programs together");
+    fetch_ = new ZarrFetch(fetch);
+    return;
+  }
   std::error_code problem;
   canonical_ = fs::canonical(path, problem).string();
   if (problem) throw LoadError("cannot be opened (" + problem.message() + "); give a folder that can be read");
 }
 
-std::unique_ptr<detail::InputFile> ZarrFolder::open(const std::string& name) const {
-  auto file = std::make_unique<detail::InputFile>(path_ + "/" + name);
+ZarrFolder::~ZarrFolder() = default;
+
+std::unique_ptr<ZarrFile> ZarrFolder::open(const std::string& name, std::uint64_t most_bytes) const {
+  if (fetch_) return fetch_->whole(name, most_bytes);
+  auto opened = std::make_unique<FolderFile>(path_ + "/" + name);
+  const detail::InputFile* const file = &opened->file();
   if (file->why_not() == detail::NoInput::missing) return nullptr;
   if (!file->is_open()) throw LoadError("'" + name + "': " + file->problem());
   // The sandbox also allows the system's folders, which are not the store's.
@@ -68,21 +98,40 @@ std::unique_ptr<detail::InputFile> ZarrFolder::open(const std::string& name) con
   const bool is_below = there.size() > canonical_.size() && there.starts_with(canonical_) &&
                         (canonical_.ends_with('/') || there[canonical_.size()] == '/');
   if (!is_below) throw LoadError("'" + name + "': is a link that leads out of the store");
-  return file;
+  return opened;
+}
+
+std::shared_ptr<const ZarrFile> ZarrFolder::open_in_parts(const std::string& name, std::uint64_t index_bytes,
+                                                          bool index_at_end) const {
+  if (fetch_) return fetch_->in_parts(name, index_bytes, index_at_end);
+  return open(name, UINT64_MAX);
 }
 
 bool ZarrFolder::has(const std::string& name) const {
+  if (fetch_) return true;
   std::error_code problem;
   return fs::is_regular_file(path_ + "/" + name, problem);
 }
 
-std::optional<ZarrJson> ZarrFolder::json(const std::string& name) const {
-  std::unique_ptr<detail::InputFile> file;
+/// A file of metadata; null if there is none, or a server refuses it, as some do with files that are missing.
+std::unique_ptr<ZarrFile> ZarrFolder::open_json(const std::string& name) const {
   try {
-    file = open(name);
+    return open(name, most_json_bytes);
   } catch (const LoadError& problem) {
+    if (fetch_ && fetch_->was_forbidden(name)) return nullptr;
+    if (fetch_) throw LoadError(std::string("cannot be fetched: ") + problem.what() + "; check the address and its server");
     throw LoadError(std::string("has metadata that cannot be used: ") + problem.what() + "; write the store again");
   }
+}
+
+bool ZarrFolder::has_json(const std::string& name) const { return open_json(name) != nullptr; }
+
+std::string ZarrFolder::why_absent() const {
+  return fetch_ && fetch_->has_forbidden() ? " (the server answers 403, forbidden, to some of its files)" : "";
+}
+
+std::optional<ZarrJson> ZarrFolder::json(const std::string& name) const {
+  const std::unique_ptr<ZarrFile> file = open_json(name);
   if (!file) return std::nullopt;
   if (file->bytes() > most_json_bytes) throw LoadError("has a '" + name + "' of more than 4 MiB; metadata are short texts");
   std::string text(static_cast<std::size_t>(file->bytes()), '\0');
@@ -99,6 +148,7 @@ std::optional<ZarrJson> ZarrFolder::json(const std::string& name) const {
 std::vector<std::string> ZarrFolder::parts(std::size_t most) const {
   std::vector<std::string> found;
   std::error_code problem;
+  if (fetch_) return found;
   for (fs::directory_iterator entry(path_, problem), end; !problem && entry != end && found.size() < most;
        entry.increment(problem)) {
     std::error_code gone;

@@ -161,27 +161,71 @@ void check_matrix(const ZarrLevel& level, const ZarrAxes& axes, const ZarrMetada
   }
 }
 
-void apply_all(const ZarrJson& holder, const ZarrMetadata& of, std::size_t rank, ZarrLevel& to) {
+/// Transformations of a dataset, or of all of them. Throws LoadError.
+std::vector<const ZarrJson*> transforms_of(const ZarrJson& holder, const ZarrMetadata& of) {
+  std::vector<const ZarrJson*> transforms;
   const ZarrJson* list = ZarrMetadata::member(holder, "coordinateTransformations");
-  if (list == nullptr) return;
+  if (list == nullptr) return transforms;
   if (!list->is_array() || list->size() > 8)
     throw of.error("whose 'coordinateTransformations' are no list of up to 8; write the store again");
-  for (const ZarrJson& transform : *list) apply(transform, of, rank, to);
+  for (const ZarrJson& transform : *list) transforms.push_back(&transform);
+  return transforms;
 }
 
-/// Axes of version 0.6 lie in its coordinate systems: those of the system that the first octave leads to.
-const ZarrJson* axes_in(const ZarrJson& scales, const ZarrJson& datasets) {
-  if (const ZarrJson* axes = ZarrMetadata::member(scales, "axes")) return axes;
+/// Name of the coordinate system that is a transformation's "input" or "output": a text, or of an object. Empty: none here.
+std::string system_name(const ZarrJson& transform, const char* key) {
+  const ZarrJson* system = ZarrMetadata::member(transform, key);
+  if (system == nullptr || !system->is_object()) return ZarrMetadata::text(transform, key);
+  return ZarrMetadata::member(*system, "path") != nullptr ? std::string() : ZarrMetadata::text(*system, "name");
+}
+
+/// Frame of an image: axes, and what leads from each dataset's own transformations into them.
+struct ImageFrame {
+  const ZarrJson* axes = nullptr;  ///< none: of 0.1 and 0.2
+  std::vector<const ZarrJson*> transforms{};
+};
+
+/// Names of axes, to compare coordinate systems.
+std::vector<std::string> names_in(const ZarrJson* axes) {
+  std::vector<std::string> names;
+  if (axes == nullptr || !axes->is_array()) return names;
+  for (const ZarrJson& axis : *axes) names.push_back(ZarrMetadata::text(axis, "name"));
+  return names;
+}
+
+/// Of 0.6 the frame is the coordinate system to which the first dataset leads, and from there on each only further one. Throws
+/// LoadError.
+ImageFrame frame_of(const ZarrJson& scales, const ZarrJson& datasets, const ZarrMetadata& of,
+                    std::vector<std::string>& warnings) {
+  const std::vector<const ZarrJson*> all = transforms_of(scales, of), first = transforms_of(datasets.front(), of);
   const ZarrJson* systems = ZarrMetadata::member(scales, "coordinateSystems");
-  if (systems == nullptr || !systems->is_array() || systems->empty()) return nullptr;
-  const ZarrJson* transforms = datasets.empty() ? nullptr : ZarrMetadata::member(datasets.front(), "coordinateTransformations");
-  std::string output;
-  if (transforms != nullptr && transforms->is_array() && !transforms->empty())
-    output = ZarrMetadata::text(transforms->back(), "output");
-  for (const ZarrJson& system : *systems) {
-    if (!output.empty() && ZarrMetadata::text(system, "name") == output) return ZarrMetadata::member(system, "axes");
+  if (const ZarrJson* axes = ZarrMetadata::member(scales, "axes")) return {axes, all};
+  if (systems == nullptr || !systems->is_array() || systems->empty()) return {nullptr, all};
+  const auto axes_of_system = [&](const std::string& name) -> const ZarrJson* {
+    for (const ZarrJson& system : *systems) {
+      if (ZarrMetadata::text(system, "name") == name) return ZarrMetadata::member(system, "axes");
+    }
+    return nullptr;
+  };
+  std::string at = first.empty() ? std::string() : system_name(*first.back(), "output");
+  ImageFrame frame{axes_of_system(at)};
+  if (frame.axes == nullptr) return {ZarrMetadata::member(systems->front(), "axes"), all};
+  for (std::size_t step = 0; step < all.size(); ++step) {
+    std::vector<const ZarrJson*> further;
+    for (const ZarrJson* transform : all) {
+      const bool is_known = axes_of_system(system_name(*transform, "output")) != nullptr;
+      if (is_known && system_name(*transform, "input") == at) further.push_back(transform);
+    }
+    if (further.empty()) break;
+    const std::string next = system_name(*further.front(), "output");
+    if (further.size() > 1 || names_in(axes_of_system(next)) != names_in(frame.axes)) {
+      warnings.push_back("leads into several coordinate systems, or into other axes: it lies in " + detail::in_quotes(at));
+      break;
+    }
+    at = next, frame.axes = axes_of_system(at);
+    frame.transforms.push_back(further.front());
   }
-  return ZarrMetadata::member(systems->front(), "axes");
+  return frame;
 }
 
 std::vector<std::string> channels_of(const ZarrJson& attributes) {
@@ -230,9 +274,9 @@ ZarrImage image_of(const ZarrFolder& folder, const std::string& where, const Zar
     throw of.error("whose 'multiscales' have no 'datasets'; write the store again");
   ZarrImage image{.folder = where};
   if (all->size() > 1) image.warnings.push_back("holds several images in one folder: the first is read");
-  const ZarrJson* axes = axes_in(scales, *datasets);
+  const ImageFrame frame = frame_of(scales, *datasets, of, image.warnings);
   static const ZarrJson earliest = {"t", "c", "z", "y", "x"};
-  image.axes = axes_of(axes != nullptr ? *axes : earliest, of);
+  image.axes = axes_of(frame.axes != nullptr ? *frame.axes : earliest, of);
   const std::size_t count = std::min(datasets->size(), protocol::most_octaves);
   if (count < datasets->size()) image.warnings.push_back("has more than 24 octaves: the coarsest are left out");
   for (std::size_t n = 0; n < count; ++n) {
@@ -246,8 +290,8 @@ ZarrImage image_of(const ZarrFolder& folder, const std::string& where, const Zar
     if (level.array.shape.size() != image.axes.rank)
       throw of.error("with " + std::to_string(image.axes.rank) + " axes, where the array '" + path + "' has " +
                      std::to_string(level.array.shape.size()) + "; write the store again");
-    apply_all(dataset, of, image.axes.rank, level);
-    apply_all(scales, of, image.axes.rank, level);
+    for (const ZarrJson* transform : transforms_of(dataset, of)) apply(*transform, of, image.axes.rank, level);
+    for (const ZarrJson* transform : frame.transforms) apply(*transform, of, image.axes.rank, level);
     check_matrix(level, image.axes, of);
     image.levels.push_back(std::move(level));
   }
@@ -299,9 +343,9 @@ std::optional<Group> group_at(const ZarrFolder& folder, const std::string& where
     const ZarrJson* own = attributes != nullptr ? ZarrMetadata::member(*attributes, "palpa") : nullptr;
     return Group{std::move(found), own != nullptr ? *own : ZarrJson(), new_name, is_array};
   }
-  const bool is_array = folder.open(joined_path(where, ".zarray")) != nullptr;
+  const bool is_array = folder.has_json(joined_path(where, ".zarray"));
   auto attributes = folder.json(old_name);
-  if (!attributes && !is_array && !folder.open(joined_path(where, ".zgroup"))) return std::nullopt;
+  if (!attributes && !is_array && !folder.has_json(joined_path(where, ".zgroup"))) return std::nullopt;
   const ZarrJson* own = attributes ? ZarrMetadata::member(*attributes, "palpa") : nullptr;
   ZarrJson of_palpa = own != nullptr ? *own : ZarrJson();
   return Group{attributes ? std::move(*attributes) : ZarrJson::object(), std::move(of_palpa), old_name, is_array};
@@ -312,7 +356,8 @@ std::optional<Group> group_at(const ZarrFolder& folder, const std::string& where
 ZarrImage read_zarr_image(const ZarrFolder& folder, std::uint64_t most_chunk_bytes) {
   std::string where;
   std::optional<Group> group = group_at(folder, where);
-  if (!group) throw LoadError("has no metadata of Zarr; name the folder with .zattrs, .zarray or zarr.json");
+  if (!group)
+    throw LoadError("has no metadata of Zarr" + folder.why_absent() + "; name the folder with .zattrs, .zarray or zarr.json");
   // Several images, as of Bio-Formats: a single one is meant.
   if (ZarrMetadata::member(group->attributes, "bioformats2raw.layout") != nullptr &&
       ZarrMetadata::member(group->attributes, "multiscales") == nullptr) {

@@ -24,6 +24,9 @@ namespace {
 
 /// Chunks read at once, which the disk blocks most of the time. More: more memory; fewer: slow networks are used less.
 constexpr std::uint64_t most_workers = 8, most_scratch_bytes = 256'000'000;
+/// Likewise of chunks that are fetched, each in a round trip of 10 to 200 ms, in which a worker takes no processor.
+constexpr std::uint64_t most_fetching_workers = 64;
+constexpr std::uint64_t stack_bytes = std::uint64_t{8} << 20;
 /// Computing for one chunk. More: a hostile one holds a worker for longer; less: large ones are refused on slow machines.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::int64_t most_cpu_ns = 20'000'000'000;
@@ -49,13 +52,15 @@ class Workers {
       : socket_(socket), store_(store), room_(room), memory_(memory) {
     const std::uint64_t fitting = most_scratch_bytes / std::max<std::uint64_t>(store.scratch_bytes(), 1);
     count_ =
-        std::clamp<std::uint64_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(room.slots)), 1, most_workers);
+        std::clamp<std::uint64_t>(std::min<std::uint64_t>(fitting, static_cast<std::uint64_t>(room.slots)), 1, most_of(store));
     for (std::uint64_t n = 0; n < count_; ++n) {
       std::thread thread([this, n] { work(busy_[n]); });
       ::pthread_getcpuclockid(thread.native_handle(), &busy_[n].clock);
       thread.detach();
     }
   }
+
+  static std::uint64_t most_of(const ZarrStore& store) { return store.is_fetched() ? most_fetching_workers : most_workers; }
 
   void add(const protocol::ChunkRequest& request) {
     {
@@ -122,7 +127,7 @@ class Workers {
   std::condition_variable changed_;
   std::deque<protocol::ChunkRequest> waiting_;
   std::atomic<std::int64_t> unfinished_ = 0;
-  std::array<Busy, most_workers> busy_;
+  std::array<Busy, most_fetching_workers> busy_;
 };
 
 }  // namespace
@@ -135,7 +140,7 @@ void serve_store(int socket, const ZarrStore& store) {
   const auto room = std::get<protocol::StoreRoom>(first->message);
   if (room.slots < 1 || room.slots > protocol::most_slots || room.slot_bytes != protocol::slot_bytes(store.contents())) return;
   const std::uint64_t bytes = room.slot_bytes * static_cast<std::uint64_t>(room.slots);
-  constexpr std::uint64_t stacks_and_indices_bytes = 256'000'000;
+  const std::uint64_t stacks_and_indices_bytes = 256'000'000 + (store.is_fetched() ? most_fetching_workers * stack_bytes : 0);
   allow_memory(bytes + most_scratch_bytes + store.scratch_bytes() + stacks_and_indices_bytes);
   const protocol::Memory memory = protocol::mapped({first->descriptor, first->second_descriptor}, bytes, true);
 

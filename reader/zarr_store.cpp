@@ -88,8 +88,8 @@ void fill_component(const StoreField& field, std::span<std::byte> to, int compon
 
 }  // namespace
 
-ZarrStore::ZarrStore(const std::string& path, std::uint64_t most_chunk_bytes)
-    : folder_(path), image_(read_zarr_image(folder_, most_chunk_bytes)) {
+ZarrStore::ZarrStore(const std::string& path, std::uint64_t most_chunk_bytes, int fetch)
+    : folder_(path, fetch), image_(read_zarr_image(folder_, most_chunk_bytes)) {
   contents_.format = image_.format;
   contents_.warnings = image_.warnings;
   take_fields();
@@ -211,7 +211,7 @@ void ZarrStore::take_facts() {
     StoreOctave& octave = contents_.octaves[n];
     const std::string path = joined_path(image_.folder, "palpa/facts/" + std::to_string(n));
     try {
-      if (!folder_.open(joined_path(path, ".zarray")) && !folder_.open(joined_path(path, "zarr.json"))) continue;
+      if (!folder_.has_json(joined_path(path, ".zarray")) && !folder_.has_json(joined_path(path, "zarr.json"))) continue;
       ZarrArray array = read_zarr_array(folder_, path, protocol::most_chunk_bytes);
       std::vector<std::int64_t> shape{contents_.frames, static_cast<std::int64_t>(contents_.fields.size())};
       for (std::size_t a = 3; a-- > 0;) shape.push_back((octave.grid.dims[a] + octave.chunk[a] - 1) / octave.chunk[a]);
@@ -345,7 +345,7 @@ std::vector<std::string> ZarrStore::metadata_files() const {
   folders.erase(std::unique(folders.begin(), folders.end()), folders.end());
   for (const std::string& folder : folders) {
     for (const char* name : {".zgroup", ".zattrs", ".zarray", "zarr.json"}) {
-      if (const std::string path = joined_path(folder, name); folder_.open(path)) found.push_back(path);
+      if (const std::string path = joined_path(folder, name); folder_.has_json(path)) found.push_back(path);
     }
   }
   return found;

@@ -22,9 +22,12 @@ class ZarrStore {
  public:
   /// Reads the metadata. Throws LoadError with a sentence.
   /// \param most_chunk_bytes  larger chunks are refused
-  ZarrStore(const std::string& path, std::uint64_t most_chunk_bytes);
+  /// \param fetch             socket of palpa-fetch, of a web address; else -1
+  ZarrStore(const std::string& path, std::uint64_t most_chunk_bytes, int fetch);
 
   const StoreContents& contents() const noexcept { return contents_; }
+  /// Whether its files are fetched, so that each costs a round trip.
+  bool is_fetched() const noexcept { return folder_.is_fetched(); }
   bool names_fields() const noexcept { return names_fields_; }
   /// [m] of the file's unit of length; its name is in `contents`.
   double unit_m() const noexcept { return unit_m_; }

@@ -98,14 +98,4 @@ void NewFile::finish(bool is_synced) {
   hidden_.clear();
 }
 
-void write_whole(const fs::path& name, std::string_view bytes, Existing existing) {
-  try {
-    NewFile file(name, existing);
-    file.write(bytes);
-    file.finish();
-  } catch (const LoadError& error) {
-    throw LoadError(name.string() + ": " + error.what());
-  }
-}
-
 }  // namespace palpa::detail

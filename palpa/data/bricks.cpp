@@ -48,7 +48,8 @@ using Step = typename StepOf<T>::Type;
 
 template <class T>
 Step<T> apart(T a, T b) noexcept {
-  return static_cast<Step<T>>(static_cast<Step<T>>(a > b ? a : b) - static_cast<Step<T>>(a > b ? b : a));
+  const T high = a > b ? a : b, low = a > b ? b : a;  // of the values' own type: one instruction each
+  return static_cast<Step<T>>(static_cast<Step<T>>(high) - static_cast<Step<T>>(low));
 }
 
 // Values by column over rows: plain loops along memory, which the compiler vectorises.

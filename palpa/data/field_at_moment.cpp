@@ -7,6 +7,11 @@
 #include "palpa/data/blend.h"
 
 namespace palpa {
+namespace {
+
+const TimedField& as_timed(const Field& field) noexcept { return static_cast<const TimedField&>(field); }
+
+}  // namespace
 
 FieldAtMoment FieldAtMoment::moved(const Similarity& pose, double spacing_scale, int per_length) const noexcept {
   FieldAtMoment there = *this;
@@ -18,52 +23,67 @@ FieldAtMoment FieldAtMoment::moved(const Similarity& pose, double spacing_scale,
 }
 
 ScalarSample FieldAtMoment::scalar_below(const Vec3& local_m) const noexcept {
-  if (!one_) return timed_ ? timed_->scalar_at(local_m, at_) : ScalarSample{};
-  const ScalarSample a = one_->scalar(local_m);
-  if (!other_) return a;
-  return detail::blend(a, other_->scalar(local_m), share_);
+  const auto sample = [&](const Field& field) {
+    return is_timed_ ? as_timed(field).scalar_at(local_m, at_) : field.scalar(local_m);
+  };
+  if (!one_) return {};
+  const ScalarSample a = sample(*one_);
+  return other_ ? detail::blend(a, sample(*other_), share_) : a;
 }
 
 VectorSample FieldAtMoment::vector_below(const Vec3& local_m) const noexcept {
-  if (!one_) return timed_ ? timed_->vector_at(local_m, at_) : VectorSample{};
-  const VectorSample a = one_->vector(local_m);
-  if (!other_) return a;
-  return detail::blend(a, other_->vector(local_m), share_);
+  const auto sample = [&](const Field& field) {
+    return is_timed_ ? as_timed(field).vector_at(local_m, at_) : field.vector(local_m);
+  };
+  if (!one_) return {};
+  const VectorSample a = sample(*one_);
+  return other_ ? detail::blend(a, sample(*other_), share_) : a;
 }
 
 Mat3 FieldAtMoment::hessian_below(const Vec3& local_m) const noexcept {
-  if (!one_) return timed_ ? timed_->hessian_at(local_m, at_) : Mat3{};
-  const Mat3 a = one_->hessian(local_m);
+  const auto sample = [&](const Field& field) {
+    return is_timed_ ? as_timed(field).hessian_at(local_m, at_) : field.hessian(local_m);
+  };
+  if (!one_) return {};
+  const Mat3 a = sample(*one_);
   if (!other_) return a;
   // A place in only one of the two is outside, without a derivative.
-  if (!scalar_below(local_m).inside) return {};
-  return detail::blend(a, other_->hessian(local_m), share_);
+  return scalar_below(local_m).inside ? detail::blend(a, sample(*other_), share_) : Mat3{};
 }
 
 PolynomialPiece FieldAtMoment::piece_below(const Vec3& from_m, const Vec3& to_m, double begin,
                                            const ValueRange& quiet) const noexcept {
-  if (!one_) return timed_ ? timed_->piece_along_at(from_m, to_m, begin, quiet, at_) : PolynomialPiece{};
-  if (!other_) return one_->piece_along(from_m, to_m, begin, quiet);
-  return detail::blended_piece(begin, share_, quiet, [&](bool second, const ValueRange& within) {
-    return (second ? other_ : one_)->piece_along(from_m, to_m, begin, within);
-  });
+  const auto piece = [&](const Field& field, const ValueRange& within) {
+    return is_timed_ ? as_timed(field).piece_along_at(from_m, to_m, begin, within, at_)
+                     : field.piece_along(from_m, to_m, begin, within);
+  };
+  if (!one_) return {};
+  if (!other_) return piece(*one_, quiet);
+  return detail::blended_piece(begin, share_, quiet,
+                               [&](bool second, const ValueRange& within) { return piece(second ? *other_ : *one_, within); });
 }
 
 LipschitzBound FieldAtMoment::bound_below(const Vec3& local_m) const noexcept {
-  if (!one_) return timed_ ? timed_->lipschitz_bound_at(local_m, at_) : LipschitzBound{};
-  const LipschitzBound a = one_->lipschitz_bound(local_m);
-  return other_ && a.radius_m > 0.0 ? detail::blend(a, other_->lipschitz_bound(local_m), share_, largest_) : a;
+  const auto bound = [&](const Field& field) {
+    return is_timed_ ? as_timed(field).lipschitz_bound_at(local_m, at_) : field.lipschitz_bound(local_m);
+  };
+  if (!one_) return {};
+  const LipschitzBound a = bound(*one_);
+  return other_ && a.radius_m > 0.0 ? detail::blend(a, bound(*other_), share_, largest_) : a;
 }
 
 double FieldAtMoment::depth_below(const Vec3& local_m) const noexcept {
-  if (!one_) return timed_ ? timed_->depth_at(local_m, at_) : 0.0;
-  const double a = one_->depth_m(local_m);
-  return other_ ? std::min(a, other_->depth_m(local_m)) : a;
+  const auto depth_m = [&](const Field& field) {
+    return is_timed_ ? as_timed(field).depth_at(local_m, at_) : field.depth_m(local_m);
+  };
+  if (!one_) return 0.0;
+  const double a = depth_m(*one_);
+  return other_ ? std::min(a, depth_m(*other_)) : a;
 }
 
 double FieldAtMoment::spacing_below(const Vec3& local_m) const noexcept {
-  if (one_) return one_->local_spacing_m(local_m);
-  return timed_ ? timed_->local_spacing_at(local_m, at_) : 1.0;
+  if (!one_) return 1.0;
+  return is_timed_ ? as_timed(*one_).local_spacing_at(local_m, at_) : one_->local_spacing_m(local_m);
 }
 
 ScalarSample FieldAtMoment::scalar(const Vec3& world_m) const noexcept {
@@ -133,8 +153,11 @@ double FieldAtMoment::local_spacing_m(const Vec3& world_m) const noexcept {
 }
 
 int FieldAtMoment::values_per_sample() const noexcept {
-  if (!one_) return timed_ ? timed_->values_per_sample_at(at_) : 1;
-  return one_->values_per_sample() + (other_ ? other_->values_per_sample() : 0);
+  const auto values = [&](const Field& field) {
+    return is_timed_ ? as_timed(field).values_per_sample_at(at_) : field.values_per_sample();
+  };
+  if (!one_) return 1;
+  return values(*one_) + (other_ ? values(*other_) : 0);
 }
 
 }  // namespace palpa

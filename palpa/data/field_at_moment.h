@@ -21,7 +21,12 @@ class FieldAtMoment {
   FieldAtMoment(const Field& one, const Field& other, double share, double largest) noexcept
       : one_(&one), other_(&other), share_(share), largest_(largest) {}
   /// Any timed field, by its functions of the moment.
-  FieldAtMoment(const TimedField& field, DataTime at) noexcept : timed_(&field), at_(at) {}
+  FieldAtMoment(const TimedField& field, DataTime at) noexcept : one_(&field), is_timed_(true), at_(at) {}
+  /// The blend of two timed fields at the moment.
+  /// \param share    [1] 0…1
+  /// \param largest  magnitude of the fields' values, in their own unit
+  FieldAtMoment(const TimedField& one, const TimedField& other, double share, double largest, DataTime at) noexcept
+      : one_(&one), other_(&other), share_(share), largest_(largest), is_timed_(true), at_(at) {}
 
   /// Moved by a pose, of a field that is not.
   /// \param spacing_scale  [1] of its sample spacing
@@ -29,7 +34,7 @@ class FieldAtMoment {
   FieldAtMoment moved(const Similarity& pose, double spacing_scale, int per_length) const noexcept;
   bool is_moved() const noexcept { return is_moved_; }
   /// The plain field that this is; nullptr for all others.
-  const Field* plain() const noexcept { return is_moved_ || other_ ? nullptr : one_; }
+  const Field* plain() const noexcept { return is_moved_ || is_timed_ || other_ ? nullptr : one_; }
 
   ScalarSample scalar(const Vec3& world_m) const noexcept;
   VectorSample vector(const Vec3& world_m) const noexcept;
@@ -57,9 +62,9 @@ class FieldAtMoment {
 
   const Field* one_ = nullptr;
   const Field* other_ = nullptr;
-  double share_ = 0.0;    // [1] of the other
-  double largest_ = 0.0;  // of both
-  const TimedField* timed_ = nullptr;
+  double share_ = 0.0;     // [1] of the other
+  double largest_ = 0.0;   // of both
+  bool is_timed_ = false;  // both are sampled at the moment
   DataTime at_;
   bool is_moved_ = false;
   int per_length_ = 0;

@@ -128,6 +128,11 @@ FieldPtr filtered(FieldPtr field, Filter filter) {
   if (!field) throw std::invalid_argument("there is no field to filter");
   const GridView* grid = grid_below(*field);
   if (grid && grid->filter == filter) return detail::read_now(field);
+  if (const SeriesView* series = series_of(*field); series && dynamic_cast<const Octaves*>(series->frames.front().get())) {
+    std::vector<FieldPtr> frames;
+    for (const FieldPtr& frame : series->frames) frames.push_back(filtered(frame, filter));
+    return time_series(std::move(frames), series->period_s, series->between_frames);
+  }
   if (const auto* octaves = dynamic_cast<const Octaves*>(field.get())) {
     if (octaves->shape().filter == filter) return field;
     Octaves::Shape shape = octaves->shape();

@@ -76,12 +76,43 @@ const Octaves* octaves_of(const Field& field) noexcept { return dynamic_cast<con
 const Octaves* octaves_below(const Field& field) noexcept {
   if (const PosedView* view = posed_of(field)) return octaves_below(*view->field);
   if (const MovingView* view = moving_of(field)) return octaves_below(*view->field);
+  if (const SeriesView* view = series_of(field)) return octaves_of(*view->frames.front());
   return octaves_of(field);
+}
+
+std::optional<PosedOctaves> posed_octaves(const Field& field, DataTime at) noexcept {
+  const PosedView* posed_view = posed_of(field);
+  const MovingView* moved = posed_view ? nullptr : moving_of(field);
+  if (!posed_view && !moved) {
+    const SeriesView* series = series_of(field);
+    const auto frame = series ? static_cast<std::size_t>(std::round(frame_at(*series, at))) % series->frames.size() : 0;
+    const Octaves* octaves = octaves_of(series ? *series->frames[frame] : field);
+    return octaves ? std::optional<PosedOctaves>({octaves, {}}) : std::nullopt;
+  }
+  if (moved && moved->per_length != 0) return std::nullopt;
+  const Similarity outer = posed_view ? posed_view->pose : pose_at(moved->track, at);
+  std::optional<PosedOctaves> below = posed_octaves(posed_view ? *posed_view->field : *moved->field, at);
+  if (below) {
+    const Similarity& inner = below->pose;
+    below->pose = {outer.rotation * inner.rotation, outer.scale * inner.scale, outer.to_world(inner.translation_m)};
+  }
+  return below;
+}
+
+std::vector<const Octaves*> frames_in_octaves(const Field& field) {
+  const Field* below = &field;
+  for (const MovingView* view = moving_of(*below); view; view = moving_of(*below)) below = view->field.get();
+  std::vector<const Octaves*> all;
+  if (!octaves_below(*below)) return all;
+  const SeriesView* series = series_of(*below);
+  if (!series) return {octaves_below(*below)};
+  for (const FieldPtr& frame : series->frames) all.push_back(octaves_of(*frame));
+  return all;
 }
 
 bool changes_with_time(const Field& field) noexcept {
   const MovingView* moved = moving_of(field);
-  return timed(field) && (!octaves_below(field) || (moved && moved->track.size() > 1));
+  return timed(field) && (!octaves_below(field) || (moved && moved->track.size() > 1) || frames_in_octaves(field).size() > 1);
 }
 
 FieldPtr octave_part(const Octaves& octaves, int octave, const VoxelCounts& first, const VoxelCounts& dims) {
@@ -133,18 +164,11 @@ Statistics sample_statistics(const Octaves& octaves, std::span<const FieldPtr> s
 }
 
 std::optional<DrawnOctave> drawn_octave(const Field& field, DataTime at, const Box& box_m, double step_m) {
-  const PosedView* posed_view = posed_of(field);
-  const MovingView* moved = posed_view ? nullptr : moving_of(field);
-  if (!posed_view && !moved) {
-    const Octaves* octaves = octaves_of(field);
-    return octaves ? drawn_of(*octaves, box_m, step_m) : std::nullopt;
-  }
-  if (moved && moved->per_length != 0) return std::nullopt;
-  const Similarity pose = posed_view ? posed_view->pose : pose_at(moved->track, at);
-  const FieldPtr& below = posed_view ? posed_view->field : moved->field;
-  const Box within = around(box_m, [&](const Vec3& x) { return pose.to_hand(x); });
-  std::optional<DrawnOctave> drawn = drawn_octave(*below, at, within, step_m / pose.scale);
-  if (drawn) drawn->field = posed(drawn->field, pose), drawn->voxel_m *= pose.scale;
+  const std::optional<PosedOctaves> of = posed_octaves(field, at);
+  if (!of) return std::nullopt;
+  const Box within = around(box_m, [&](const Vec3& x) { return of->pose.to_hand(x); });
+  std::optional<DrawnOctave> drawn = drawn_of(*of->octaves, within, step_m / of->pose.scale);
+  if (drawn) drawn->field = posed(drawn->field, of->pose), drawn->voxel_m *= of->pose.scale;
   return drawn;
 }
 

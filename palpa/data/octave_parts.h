@@ -15,9 +15,20 @@ namespace palpa {
 /// The field itself as octaves; nullptr for others, also below a pose. Any thread.
 const Octaves* octaves_of(const Field& field) noexcept;
 
-/// The octaves of a field, also below poses; nullptr for others. Any thread.
+/// The octaves of a field, also below poses, of a series those of its first frame; nullptr for others. Any thread.
 const Octaves* octaves_below(const Field& field) noexcept;
-/// Whether a field changes with the time of the data: a timed one, unless it is octaves that do not move. Any thread.
+/// Octaves, and the pose of their frame in that of a field.
+struct PosedOctaves {
+  const Octaves* octaves = nullptr;
+  Similarity pose;
+};
+/// The octaves of a field, also below poses, at a moment, of a series those of the nearest frame; none for other fields. Any
+/// thread.
+std::optional<PosedOctaves> posed_octaves(const Field& field, DataTime at) noexcept;
+/// Likewise all frames of a series in octaves; of other fields in octaves these alone. Allocates; any thread.
+std::vector<const Octaves*> frames_in_octaves(const Field& field);
+/// Whether a field changes with the time of the data: a timed one, unless it is octaves of one frame that do not move. Any
+/// thread.
 bool changes_with_time(const Field& field) noexcept;
 
 /// Box of voxels of an octave, trilinear; null where some of them are lost or damaged. Reads them: blocks. Allocates; any

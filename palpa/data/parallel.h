@@ -16,6 +16,7 @@ template <class Act>
 void in_parts(std::int64_t count, std::int64_t least, const Act& act) {
   const std::int64_t cores = std::max<std::int64_t>(std::thread::hardware_concurrency(), 1);
   const std::int64_t parts = std::clamp<std::int64_t>(count / std::max<std::int64_t>(least, 1), 1, cores);
+  if (parts == 1) return act(0, count);
   std::vector<std::exception_ptr> problems(static_cast<std::size_t>(parts));
   const auto run = [&](std::int64_t part) {
     try {

@@ -9,6 +9,7 @@
 
 #include "palpa/base/wording.h"
 #include "palpa/data/grid.h"
+#include "palpa/data/octave_parts.h"
 #include "palpa/data/smooth_grid.h"
 #include "palpa/data/volume.h"
 
@@ -113,6 +114,8 @@ Volume joined(const std::vector<Frame>& frames) {
   }
   for (std::size_t f = 0; f < series.fields.size(); ++f) {
     VolumeField& first = series.fields[f];
+    if (octaves_of(*first.field))
+      throw std::invalid_argument(frames.front().name + " is larger than memory; a series of such is one store with an axis t");
     std::vector<FieldPtr> fields;
     for (const Frame& frame : frames) {
       const VolumeField& field = frame.volume.fields[f];

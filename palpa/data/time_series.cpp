@@ -8,6 +8,7 @@
 #include "palpa/data/blend.h"
 #include "palpa/data/field_at_moment.h"
 #include "palpa/data/halton.h"
+#include "palpa/data/octave_parts.h"
 
 namespace palpa {
 namespace {
@@ -15,7 +16,9 @@ namespace {
 class FrameSeries final : public FieldOfMoments {
  public:
   FrameSeries(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames)
-      : view_{std::move(frames), period_s, between_frames}, extents_(view_.frames.front()->value_ranges()) {
+      : view_{std::move(frames), period_s, between_frames},
+        octaves_(octaves_of(first())),
+        extents_(view_.frames.front()->value_ranges()) {
     for (const FieldPtr& frame : view_.frames) {
       const std::vector<ValueRange> e = frame->value_ranges();
       for (std::size_t c = 0; c < e.size(); ++c) {
@@ -39,13 +42,17 @@ class FrameSeries final : public FieldOfMoments {
 
   FieldAtMoment at_moment(DataTime at) const noexcept override {
     const Between t = between(at);
-    return t.u == 0.0 ? FieldAtMoment(*view_.frames[t.a])
-                      : FieldAtMoment(*view_.frames[t.a], *view_.frames[t.b], t.u, largest_);
+    const Field &a = *view_.frames[t.a], &b = *view_.frames[t.b];
+    if (!octaves_) return t.u == 0.0 ? FieldAtMoment(a) : FieldAtMoment(a, b, t.u, largest_);
+    return t.u == 0.0 ? FieldAtMoment(octaves(t.a), at) : FieldAtMoment(octaves(t.a), octaves(t.b), t.u, largest_, at);
   }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
-    if (components() != 1 || between(from) == between(to)) return {world_m};
-    return carried_with_level(world_m, from, to, noise_);
+    const Between end = between(to);
+    if (components() != 1 || (between(from) == end && (!octaves_ || from.octave == to.octave))) return {world_m};
+    if (!octaves_ || to.octave < 1.0) return carried_with_level(world_m, from, to, noise_);
+    const Octaves& later = octaves(end.a);
+    return later.is_felt(to) ? carried_with_level(world_m, from, to, later.noise_at(to)) : Carried{world_m};
   }
 
  private:
@@ -56,8 +63,7 @@ class FrameSeries final : public FieldOfMoments {
   };
   Between between(DataTime at) const noexcept {
     const std::size_t n = view_.frames.size();
-    double x = at.within(cycle_s()) / view_.period_s;
-    if (!at.loop) x = std::min(x, static_cast<double>(n - 1));
+    double x = frame_at(view_, at);
     const double nearest = std::round(x);
     // i · period / period may be off by a rounding, but must give that frame.
     if (view_.between_frames == BetweenFrames::nearest || std::abs(x - nearest) <= 1e-12 * nearest) x = nearest;
@@ -71,11 +77,14 @@ class FrameSeries final : public FieldOfMoments {
   double noise_of_frames() const {
     constexpr int places = 4096;  // [1] more: slower to load; fewer: a less certain median
     const Box box = bounds_m();
-    return detail::noise_of_gradient(first(), places, [&](int i) { return detail::halton(i, box); });
+    const auto place = [&](int i) { return detail::halton(i, box); };
+    return octaves_ ? octaves_->noise_of_finest(places, place) : detail::noise_of_gradient(first(), places, place);
   }
+  const Octaves& octaves(std::size_t frame) const noexcept { return static_cast<const Octaves&>(*view_.frames[frame]); }
   const Field& first() const noexcept { return *view_.frames.front(); }
 
   SeriesView view_;
+  const Octaves* octaves_;  ///< the first frame, if all are octaves
   std::vector<ValueRange> extents_;
   double largest_ = 0.0;  ///< of a component, the field's own unit
   double noise_ = 0.0;    ///< [unit/m] of a gradient
@@ -84,7 +93,9 @@ class FrameSeries final : public FieldOfMoments {
 }  // namespace
 
 const char* problem_with_frame(const Field& first, const Field& frame) noexcept {
-  if (timed(frame)) return "changes with time itself; a frame must stay as it is";
+  const Octaves *whole = octaves_of(first), *next = octaves_of(frame);
+  if (whole && !(next && whole->count() == next->count())) return "is not in as many octaves as the first";
+  if (!whole && timed(frame)) return "changes with time itself; a frame must stay as it is";
   if (frame.components() != first.components()) return "has another number of components than the first; all must be alike";
   const Box a = first.bounds_m(), b = frame.bounds_m();
   const double spacing_m = first.spacing_m(), close_m = 1e-3 * spacing_m;
@@ -106,6 +117,12 @@ FieldPtr time_series(std::vector<FieldPtr> frames, double period_s, BetweenFrame
     if (const char* problem = problem_with_frame(*frames.front(), *frames[i])) throw std::invalid_argument(the + problem);
   }
   return std::make_shared<const FrameSeries>(std::move(frames), period_s, between_frames);
+}
+
+double frame_at(const SeriesView& series, DataTime at) noexcept {
+  const auto frames = static_cast<double>(series.frames.size());
+  const double position = at.within(frames * series.period_s) / series.period_s;
+  return at.loop ? position : std::min(position, frames - 1.0);
 }
 
 const SeriesView* series_of(const Field& field) noexcept {

@@ -114,11 +114,11 @@ enum class BetweenFrames : std::uint8_t {
 ///
 /// A linear blend is one of values, gradients, Jacobians and Hessians, so each stays the exact derivative of the value at every
 /// moment; at a frame it equals that frame, to the bit. A place is inside if it is in both frames. A frame must not be timed
-/// itself. Keeps the frames, without further memory.
+/// itself, unless all are octaves of one shape (octaves.h). Keeps the frames, without further memory.
 ///
 /// \param frames    at least one; equal components, box and spacing
 /// \param period_s  [s] from frame to frame, above 0 and finite
-/// Reads 4096 places of the frames for the noise of their gradients. Throws std::invalid_argument, with a sentence.
+/// Reads 4096 places of the first frame for the noise of its gradients. Throws std::invalid_argument, with a sentence.
 FieldPtr time_series(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames = BetweenFrames::linear);
 
 /// Reason why a field cannot follow another in a series, as the end of a sentence; nullptr if it can.
@@ -131,6 +131,9 @@ struct SeriesView {
   BetweenFrames between_frames = BetweenFrames::linear;
 };
 const SeriesView* series_of(const Field& field) noexcept;
+/// Position [frames] of a moment, 0 the first frame, below the number of frames: 2.25 is a quarter of the way from frame 2 to
+/// frame 3.
+double frame_at(const SeriesView& series, DataTime at) noexcept;
 
 /// Field moved by a pose: sampled at pose⁻¹(x), vectors and derivatives rotated with it. Scalar values do not change. A timed
 /// field stays timed. Allocates; throws std::invalid_argument on an invalid pose.

@@ -152,7 +152,9 @@ struct VolumeRequest {
   std::optional<double> time_s;     ///< [s] of a case with several moments; none: the latest
   std::optional<Box> crop;          ///< [m] region for resampling of a curvilinear or unstructured grid
   std::optional<double> memory_mb;  ///< [MB] a store whose octave 0 takes more is felt through windows; none: 512
-  ArrayLayout layout;               ///< of an array in an HDF5 file, or of a file of bare numbers
+  /// [mm] in the file's frame: octaves with wider voxels of a volume that is felt through windows are no data; none: all are.
+  std::optional<double> coarsest_mm;
+  ArrayLayout layout;  ///< of an array in an HDF5 file, or of a file of bare numbers
 };
 
 /// File with a path inside it: "flow.h5:/velocity" is the array /velocity of flow.h5.

@@ -1,6 +1,7 @@
 // Rate-controlled hand for input devices without a position: a SpaceMouse, a game controller, a mouse.
 #pragma once
 
+#include "palpa/device/device.h"
 #include "palpa/solver/vec3.h"
 
 namespace palpa {
@@ -35,5 +36,12 @@ class RateHand {
   Vec3 position_m_;
   Vec3 velocity_m_per_s_;
 };
+
+/// Limits of a device that is a RateHand: no motors to protect, as the force only steers it. Allocates nothing; any thread.
+inline DeviceLimits rate_hand_limits() noexcept {
+  // [N] More: surfaces withstand harder pushes than the hand's; less: it pushes through.
+  constexpr double most_n = 10.0;
+  return {.max_force_n = most_n, .has_motors = false, .workspace_radius_m = RateHand::Constants{}.radius_m};
+}
 
 }  // namespace palpa

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "palpa/data/volume.h"
+#include "palpa/file/fetch_process.h"
 #include "palpa/file/protocol_voxels.h"
 #include "palpa/file/sliced_file.h"
 #include "palpa/file/store_writer.h"
@@ -235,6 +236,7 @@ WrittenField written(const Converted& from, const ConvertOptions& options, GridG
 /// \param volume  facts of the volume; its fields are not looked at
 std::vector<std::string> convert(const Volume& volume, const std::vector<Converted>& fields, const std::filesystem::path& out,
                                  const ConvertOptions& options) {
+  detail::refuse_web_address(out, "palpa convert");
   if (options.downsample < 1)
     throw LoadError("downsample: " + std::to_string(options.downsample) + " voxels cannot become one; give 2 or more");
   WrittenVolume result;

@@ -7,8 +7,10 @@
 #include <stdexcept>
 
 #include "palpa/base/load_error.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/smooth_grid.h"
+#include "palpa/file/fetch_process.h"
 #include "palpa/file/protocol_voxels.h"
 #include "palpa/file/store_protocol.h"
 #include "palpa/file/store_voxels.h"
@@ -152,21 +154,12 @@ DerivedArray derived_array(const std::string& text) {
   return {*derivation, text.substr(equals + 1)};
 }
 
-std::string name_of(const DerivedArray& array) {
-  std::string name = std::string(name_of(array.derivation)) + "_" + array.of;
-  for (char& c : name) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-    if (!is_plain) c = '_';
-  }
-  return name;
-}
-
 fs::path derived_store(const fs::path& store, const std::string& name) { return store / "palpa" / "derived" / name; }
 
 std::vector<std::string> derived_names(const fs::path& store) {
   std::vector<std::string> names;
   std::error_code problem;
-  if (!protocol::is_store(store)) return names;
+  if (is_web_address(store) || !protocol::is_store(store)) return names;
   for (fs::directory_iterator entry(store / "palpa" / "derived", problem), end; !problem && entry != end;
        entry.increment(problem)) {
     if (fs::is_regular_file(entry->path() / ".zattrs", problem) || fs::is_regular_file(entry->path() / "zarr.json", problem))
@@ -178,6 +171,7 @@ std::vector<std::string> derived_names(const fs::path& store) {
 }
 
 PreparedStore derive_store(const fs::path& store, const DerivedArray& array, const PrepareOptions& options) {
+  detail::refuse_web_address(store, "palpa prepare");
   const fs::path made = derived_store(store, name_of(array));
   try {
     if (!options.into.empty()) throw LoadError("--into: derived fields lie within their store; leave it out");

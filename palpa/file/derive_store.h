@@ -6,21 +6,14 @@
 #include <vector>
 
 #include "palpa/data/derived.h"
+#include "palpa/file/derived_name.h"
 #include "palpa/file/prepare_store.h"
 
 namespace palpa {
 
-/// Field to derive from another of a store.
-struct DerivedArray {
-  Derivation derivation = Derivation::q;
-  std::string of;  ///< field of the store
-};
-
 /// Parses "q=velocity": curl, divergence, gradient_magnitude, q or lambda2. Throws LoadError "--derive TEXT: problem; remedy".
 DerivedArray derived_array(const std::string& text);
 
-/// Name of the derived field, and of its folder: "q_velocity".
-std::string name_of(const DerivedArray& array);
 /// Folder of a derived field, an OME-Zarr image of its own: STORE/palpa/derived/q_velocity.
 std::filesystem::path derived_store(const std::filesystem::path& store, const std::string& name);
 /// Names of the derived fields that a store has, sorted; none of a folder that is no store. Allocates; any thread.

@@ -1,13 +1,13 @@
 #include "palpa/file/octave_means.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <type_traits>
+
+#include "palpa/file/row_crc.h"
 
 namespace palpa::detail {
 namespace {
@@ -173,13 +173,13 @@ ChunkFacts facts_as(int components, const VoxelBlock& block, const VoxelIndex& l
   const T* const means = coarse ? reinterpret_cast<const T*>(coarse->voxels.data()) : nullptr;
   RowFacts<T> facts;
   std::int64_t with_loss = 0;
-  uLong crc = ::crc32(0, nullptr, 0);
+  RowCrc crc;
   for (std::int64_t k = low[2]; k < low[2] + count[2]; ++k)
     for (std::int64_t j = low[1]; j < low[1] + count[1]; ++j) {
       const T* const row = voxels + place(block.size, low[0], j, k) * components;
       const std::int64_t numbers = count[0] * components;
       facts.add_range(row, numbers);
-      crc = ::crc32(crc, reinterpret_cast<const Bytef*>(row), static_cast<uInt>(static_cast<std::size_t>(numbers) * sizeof(T)));
+      crc.add(row, static_cast<std::size_t>(numbers) * sizeof(T));
       if (!means) continue;
       const T* const mean_row = means + place(coarse->size, at[0] + low[0] / 2, at[1] + j / 2, at[2] + k / 2) * components;
       with_loss += facts.add_loss(components, row, mean_row, count[0]);
@@ -188,7 +188,7 @@ ChunkFacts facts_as(int components, const VoxelBlock& block, const VoxelIndex& l
   return {.min = facts.finite > 0 ? static_cast<double>(facts.min) : none,
           .max = facts.finite > 0 ? static_cast<double>(facts.max) : none,
           .rms = with_loss > 0 ? std::sqrt(facts.squares / static_cast<double>(with_loss)) : 0.0,
-          .crc32 = static_cast<double>(crc)};
+          .crc32 = static_cast<double>(crc.value())};
 }
 
 }  // namespace

@@ -4,9 +4,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "palpa/base/input_file.h"
+#include "palpa/file/fetch_process.h"
 #include "palpa/file/prepare_unit.h"
 #include "palpa/file/store_histogram.h"
 
@@ -42,6 +45,8 @@ class Preparation {
  public:
   Preparation(const fs::path& store, const PrepareOptions& options, bool checks)
       : store_(store), target_(options.into.empty() ? store : options.into), options_(options), checks_(checks) {
+    refuse_web_address(store, "palpa prepare");
+    refuse_web_address(target_, "palpa prepare");
     StoreReader reader(store, options.read, 1);
     contents_ = reader.contents();
     plan_ = unit_plan(contents_, read_image(store));
@@ -114,6 +119,9 @@ class Preparation {
     sink.facts = [this](int octave, const VoxelIndex& at, const ChunkFacts& facts) {
       ++chunks_read_;
       if (ChunkFacts* to = facts_.at(octave, at)) *to = facts;
+    };
+    sink.finest = [&worker](const VoxelKind& kind, const VoxelBlock& block, const VoxelIndex& low, const VoxelIndex& size) {
+      worker.histogram.add(kind, block, low, size);
     };
     sink.voxels = [this, &worker](int octave, const VoxelIndex& at, const VoxelBlock& chunk) {
       checks_ ? compare(worker, octave, at, chunk) : write(worker, octave, at, chunk);
@@ -206,6 +214,25 @@ class Preparation {
     });
   }
 
+  /// Histogram of the unit that was walked.
+  DyadicHistogram histogram_of_unit() {
+    DyadicHistogram whole;
+    for (auto& worker : workers_) whole.merge(std::exchange(worker->histogram, {}));
+    return whole;
+  }
+
+  void compare_histogram(const UnitPlan::Item& item, const DyadicHistogram& found) {
+    const std::string name = "the histogram of unit " + std::to_string(item.at[2]) + "/" + std::to_string(item.at[1]) + "/" +
+                             std::to_string(item.at[0]) + " of frame " + std::to_string(item.frame) + ", field " +
+                             std::to_string(item.field);
+    try {
+      const std::optional<DyadicHistogram> stored = files_->histogram(item);
+      if (stored != found) add_wrong(name + (stored ? " is wrong" : " is missing"));
+    } catch (const LoadError& error) {
+      add_wrong(error.what());
+    }
+  }
+
   void walk_units(const std::vector<std::int64_t>& numbers) {
     if (numbers.empty()) return;
     workers_.clear();
@@ -235,6 +262,7 @@ class Preparation {
   }
 
   void walk_unit(const UnitPlan::Item& item) {
+    const std::int64_t wrong_before = result_.wrong;
     item_ = item;
     for (int n = 0; n <= plan_.top; ++n) {
       const PlannedOctave& o = plan_.octaves[static_cast<std::size_t>(n)];
@@ -250,12 +278,16 @@ class Preparation {
     for (auto& worker : workers_) worker->batch.finish();
     FileBatch batch;
     if (!checks_) files_->finish_shards(batch);
+    const DyadicHistogram histogram = histogram_of_unit();
+    if (!checks_) files_->write_histogram(item, histogram, batch);
     for (int n = 0; n <= plan_.top; ++n) {
       const auto [first, end] = facts_range(n);
       checks_ ? compare_facts(*workers_[0], n, first, end)
               : files_->write_facts(n, item.frame, item.field, first, end, facts_, batch);
     }
     batch.finish();
+    // Of a damaged or changed chunk it differs as well, which is said already.
+    if (checks_ && result_.wrong == wrong_before) compare_histogram(item, histogram);
     VoxelIndex valid{};
     for (std::size_t a = 0; a < 3; ++a)
       valid[a] = std::min(plan_.unit[a], plan_.octaves[0].dims[a] - item.at[a] * plan_.unit[a]);
@@ -377,11 +409,24 @@ class Preparation {
     return count;
   }
 
+  /// Of all voxels of a field, merged of the units'.
+  Histogram histogram_of(int field) const {
+    DyadicHistogram whole;
+    for (std::int64_t n = 0; n < plan_.items(); ++n) {
+      const UnitPlan::Item item = plan_.item(n);
+      if (item.field != field) continue;
+      const std::optional<DyadicHistogram> unit = files_->histogram(item);
+      if (!unit) throw LoadError(target_.string() + ": has lost the histogram of a unit meanwhile; prepare it again");
+      whole.merge(*unit);
+    }
+    const StoreField& of = contents_.fields[static_cast<std::size_t>(field)];
+    return whole.classes(is_of_whole_numbers(of.type, of.components));
+  }
+
   /// Ranges of the fields, and what octave 1 loses, from the facts of octave 0; their histograms.
   void add_ranges(AddedOctaves& added) {
     StoreReader reader(target_, options_.read, 1);
     if (!reader.contents().prepared) return;
-    StoreReader voxels(target_, options_.read, reader_slots(plan_));
     const PlannedOctave& o = plan_.octaves[0];
     VoxelIndex end{};
     for (std::size_t a = 0; a < 3; ++a) end[a] = (o.chunks[a] + o.facts[a] - 1) / o.facts[a];
@@ -406,10 +451,7 @@ class Preparation {
       if (!(low <= high)) low = high = 0.0;
       added.ranges.push_back({low, high});
       added.lost.push_back(chunks > 0.0 ? std::sqrt(squares / chunks) : 0.0);
-      added.histograms.push_back(store_histogram(voxels, field, low, high, [this] {
-        if (!goes_on()) throw LoadError("interrupted");
-        return true;
-      }));
+      added.histograms.push_back(histogram_of(field));
     }
   }
 

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <thread>
 
+#include "palpa/base/input_file.h"
 #include "palpa/base/load_error.h"
 
 namespace palpa::detail {
@@ -27,7 +28,8 @@ ChunkFacts* FactsBox::at(int octave, const VoxelIndex& chunk) noexcept {
   return &part.facts[static_cast<std::size_t>(number)];
 }
 
-PreparedFiles::PreparedFiles(const UnitPlan& plan, const std::filesystem::path& target) : plan_(plan) {
+PreparedFiles::PreparedFiles(const UnitPlan& plan, const std::filesystem::path& target)
+    : plan_(plan), histograms_(target, plan.histogram_array()) {
   for (int n = 0; n <= plan.last; ++n) {
     if (n > plan.base)
       voxels_.emplace(std::piecewise_construct, std::tuple(n), std::forward_as_tuple(target, plan.voxel_array(n)));
@@ -35,9 +37,19 @@ PreparedFiles::PreparedFiles(const UnitPlan& plan, const std::filesystem::path& 
   }
 }
 
+namespace {
+
+/// Chunk of a unit's histogram.
+std::vector<std::int64_t> place_of(const UnitPlan::Item& item) {
+  return {item.frame, item.field, item.at[2], item.at[1], item.at[0], 0};
+}
+
+}  // namespace
+
 void PreparedFiles::make() {
   for (auto& [octave, files] : voxels_) files.make();
   for (auto& [octave, files] : facts_) files.make();
+  histograms_.make();
 }
 
 bool PreparedFiles::is_done(const UnitPlan::Item& item) const {
@@ -45,7 +57,7 @@ bool PreparedFiles::is_done(const UnitPlan::Item& item) const {
   std::vector<std::int64_t> at{item.frame, item.field};
   for (const std::size_t a : {2, 1, 0}) at.push_back(item.at[a] * (plan_.unit[a] >> plan_.top) / o.reach[a] / o.facts[a]);
   at.push_back(0);
-  return facts_.at(plan_.top).has(at);
+  return facts_.at(plan_.top).has(at) && histograms_.has(place_of(item));
 }
 
 std::vector<std::int64_t> PreparedFiles::place(int frame, int channel, const VoxelIndex& at) const {
@@ -103,6 +115,22 @@ void PreparedFiles::write_facts(int octave, int frame, int field, const VoxelInd
     const std::vector<std::int64_t> place{frame, field, at[2], at[1], at[0], 0};
     facts_.at(octave).write(place, packed_chunk(std::as_bytes(std::span(numbers)), sizeof(double)), batch);
   }
+}
+
+void PreparedFiles::write_histogram(const UnitPlan::Item& item, const DyadicHistogram& histogram, FileBatch& batch) {
+  const DyadicHistogram::Numbers numbers = histogram.numbers();
+  histograms_.write(place_of(item), std::as_bytes(std::span(numbers)), batch);
+}
+
+std::optional<DyadicHistogram> PreparedFiles::histogram(const UnitPlan::Item& item) const {
+  const InputFile file(histograms_.file(place_of(item)));
+  if (file.why_not() == NoInput::missing) return std::nullopt;
+  DyadicHistogram::Numbers numbers{};
+  DyadicHistogram found;
+  if (!file.is_open() || file.bytes() != sizeof numbers || file.read(0, &numbers, sizeof numbers) != sizeof numbers ||
+      !found.take(numbers))
+    throw LoadError(file.path().string() + ": is no histogram that palpa wrote; remove it, and prepare the store again");
+  return found;
 }
 
 std::vector<std::byte> narrowed(StoredAs stored, std::span<const std::byte> voxels) {

@@ -7,12 +7,14 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "palpa/file/prepare_store.h"
+#include "palpa/file/store_histogram.h"
 #include "palpa/file/unit_walk.h"
 
 namespace palpa::detail {
@@ -56,6 +58,9 @@ class PreparedFiles {
   /// Writes the facts of an octave in a box. \param first, end  [chunks of facts]
   void write_facts(int octave, int frame, int field, const VoxelIndex& first, const VoxelIndex& end, FactsBox& facts,
                    FileBatch& batch);
+  void write_histogram(const UnitPlan::Item& item, const DyadicHistogram& histogram, FileBatch& batch);
+  /// Of a unit; none where the file is missing. Throws LoadError "FILE: problem; remedy".
+  std::optional<DyadicHistogram> histogram(const UnitPlan::Item& item) const;
   std::int64_t written() const noexcept { return written_; }
 
  private:
@@ -63,6 +68,7 @@ class PreparedFiles {
 
   const UnitPlan& plan_;
   std::map<int, ArrayFiles> voxels_, facts_;
+  ArrayFiles histograms_;
   std::map<std::tuple<int, int, std::vector<std::int64_t>>, ShardFile> shards_;  ///< octave, channel, place
   std::atomic<std::int64_t> written_ = 0;
 };
@@ -73,6 +79,7 @@ struct UnitWorker {
   std::unique_ptr<ChunkStream> stream;
   std::unique_ptr<UnitWalk> walk;
   FileBatch batch;
+  DyadicHistogram histogram;        ///< of the unit's voxels
   std::vector<PackedChunk> packed;  ///< of the task, for shards
 };
 

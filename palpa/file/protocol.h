@@ -30,7 +30,7 @@
 /// Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 8;               ///< differs: incompatible programs
+inline constexpr std::uint16_t version = 9;               ///< differs: incompatible programs
 inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive allocates this
 inline constexpr int socket_descriptor = 3;               ///< palpa-read's end of the pair
 
@@ -122,7 +122,30 @@ struct ChunkAnswer {
   std::string sentence{};   ///< of a damaged chunk
 };
 
-using Message = std::variant<Request, Header, ReadRequest, Done, Failure, StoreContents, StoreRoom, ChunkRequest, ChunkAnswer>;
+/// Request of palpa-read-zarr to palpa-fetch for a file of a store, or a part of it (store_protocol.h).
+struct FetchRequest {
+  std::uint32_t number = 0;      ///< of the request, for its answer
+  std::string name{};            ///< path in the store: "0/1/2/3"
+  std::uint64_t first = 0;       ///< [bytes] begin of the part; with `from_end` its length
+  std::uint64_t bytes = 0;       ///< [bytes] of the part; 0: the whole file
+  bool from_end = false;         ///< the last `bytes` of the file
+  std::uint64_t most_bytes = 0;  ///< a file that is longer is refused, where it comes as a whole
+};
+
+enum class FetchState : std::uint8_t { present, absent, failed };
+
+/// Answer, with a descriptor of a file in memory that holds the bytes where they are present.
+struct FetchAnswer {
+  std::uint32_t number = 0;
+  FetchState state = FetchState::failed;
+  std::uint64_t first = 0;        ///< [bytes] place of the content in the file
+  std::uint64_t whole_bytes = 0;  ///< [bytes] of the file
+  bool is_forbidden = false;      ///< failed, as the server permits it to none
+  std::string sentence{};         ///< of a failure
+};
+
+using Message = std::variant<Request, Header, ReadRequest, Done, Failure, StoreContents, StoreRoom, ChunkRequest, ChunkAnswer,
+                             FetchRequest, FetchAnswer>;
 
 /// Bytes of a field's voxels; nullopt if dims, components or the product are invalid.
 std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept;

@@ -14,12 +14,14 @@
 #include "palpa/base/limits.h"
 #include "palpa/base/printed.h"
 #include "palpa/base/sanitized.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/length_unit.h"
 #include "palpa/data/sha256.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/components.h"
 #include "palpa/file/derive_store.h"
+#include "palpa/file/fetch_process.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_packed.h"
 #include "palpa/file/raw_file.h"
@@ -46,6 +48,7 @@ constexpr std::size_t most_files = 1'000'000;  ///< of one volume; an endless li
 
 /// Refuses invalid files before a reader is started.
 void check_file(const std::filesystem::path& path) {
+  if (is_web_address(path)) return;
   const detail::InputFile file(path);
   if (file.why_not() == detail::NoInput::folder) return;
   if (!file.is_open()) throw LoadError(file.problem() + "; give a volume file that can be read");
@@ -391,6 +394,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   Volume& volume = result.volume;
   // Usual bound of the expansion of a compressed file. More: a damaged one can take more; less: valid ones are refused.
   constexpr std::uint64_t usual_ratio = 16;
+  const std::unique_ptr<detail::ReaderProcess> fetch = detail::start_fetch(ask.path, options);
   std::optional<detail::UnpackedMemory> unpacked;
   const bool packed = protocol::is_packed(ask.path);
   if (packed || protocol::may_be_deflated(ask.path)) unpacked.emplace();
@@ -400,8 +404,8 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   Plan plan;
   std::unique_ptr<detail::SharedMemory> memory;
   {
-    detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s, options.stop);
-    reader.send(ask, {unpacked ? unpacked->file() : -1, -1});
+    detail::ReaderProcess reader(detail::find_reader(options.reader), detail::idle_limit_s(ask.path, options), options.stop);
+    reader.send(ask, {fetch ? fetch->socket() : unpacked ? unpacked->file() : -1, -1});
     Header header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
     result.contents = contents_of(header);
     if (options.found) options.found(result.contents);
@@ -422,6 +426,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
       more = part.more && !part.files.empty() && done.files.size() < most_files;
     }
   }
+  if (fetch) done.files.push_back({ask.path, 0, {}});
   add_fields(volume, plan, memory->sealed_and_mapped(), done, options.preview ? 1 : 0);
 }
 

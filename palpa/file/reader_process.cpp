@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -181,6 +182,8 @@ ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_l
   char* arguments[] = {name.data(), nullptr};
   const int problem =
       ThreadOfReaders::run([&] { return ::posix_spawn(&pid_, name.c_str(), &actions, &attributes, arguments, environ); });
+  // Priority of the calling thread, as if it had started the reader itself.
+  if (problem == 0) ::setpriority(PRIO_PROCESS, static_cast<id_t>(pid_), ::getpriority(PRIO_PROCESS, 0));
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&actions);
   ::close(pair[1]);

@@ -40,7 +40,8 @@ Json blosc_of_3(std::size_t number_bytes) {
 Json bytes_of_3() { return {{"name", "bytes"}, {"configuration", {{"endian", "little"}}}}; }
 
 Json codecs_of_3(const ArrayPlan& plan) {
-  const Json inner = Json::array({bytes_of_3(), blosc_of_3(stored_bytes(plan.stored, plan.type))});
+  Json inner = Json::array({bytes_of_3()});
+  if (plan.is_packed) inner.push_back(blosc_of_3(stored_bytes(plan.stored, plan.type)));
   if (plan.shard.empty()) return inner;
   return Json::array({{{"name", "sharding_indexed"},
                        {"configuration",
@@ -81,15 +82,11 @@ std::size_t stored_bytes(StoredAs stored, VoxelType type) noexcept {
 std::string array_metadata(const ArrayPlan& plan) {
   Json json;
   if (plan.zarr == 2) {
-    json = {{"zarr_format", 2},
-            {"shape", plan.shape},
-            {"chunks", plan.chunk},
-            {"dtype", type_name(plan)},
-            {"compressor", {{"id", "blosc"}, {"cname", codec}, {"clevel", effort}, {"shuffle", 2}, {"blocksize", 0}}},
-            {"fill_value", 0},
-            {"order", "C"},
-            {"filters", nullptr},
+    json = {{"zarr_format", 2},          {"shape", plan.shape}, {"chunks", plan.chunk}, {"dtype", type_name(plan)},
+            {"compressor", nullptr},     {"fill_value", 0},     {"order", "C"},         {"filters", nullptr},
             {"dimension_separator", "/"}};
+    if (plan.is_packed)
+      json["compressor"] = {{"id", "blosc"}, {"cname", codec}, {"clevel", effort}, {"shuffle", 2}, {"blocksize", 0}};
   } else {
     json = {{"zarr_format", 3},
             {"node_type", "array"},

@@ -35,6 +35,7 @@ struct ArrayPlan {
   std::vector<std::int64_t> shape, chunk;
   std::vector<std::int64_t> shard{};  ///< a multiple of `chunk`; empty: a file for each chunk
   std::vector<std::string> axes{};    ///< names, of Zarr 3
+  bool is_packed = true;              ///< by blosc; else chunks are bare numbers
 };
 
 /// Text of .zarray or zarr.json. Equal plans give equal bytes. Allocates; any thread.

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* right = "give the folder of an image in OME-Zarr 0.4 or 0.5";
+constexpr const char* right = "give the folder of an image in OME-Zarr 0.4 to 0.6";
 constexpr std::size_t most_bytes = std::size_t{4} << 20;
 constexpr int most_depth = 16;
 
@@ -41,6 +41,34 @@ Json read_json(const fs::path& store, const fs::path& name) {
   return json;
 }
 
+/// Name of a coordinate system: as it is, or of an object.
+std::string system_name(const Json& reference) {
+  const Json name = reference.is_object() ? reference.value("name", Json()) : reference;
+  return name.is_string() ? name.get<std::string>() : std::string();
+}
+
+/// Transformations of a dataset.
+Json transforms_of(const Json& dataset) {
+  const Json all = dataset.is_object() ? dataset.value("coordinateTransformations", Json()) : Json();
+  return all.is_array() ? all : Json::array();
+}
+
+/// Axes of an image; of 0.6 those of the coordinate system that the first dataset leads to. No array: it has none.
+Json axes_of(const Json& scales) {
+  if (scales.contains("axes")) return scales["axes"];
+  const Json systems = scales.value("coordinateSystems", Json());
+  const Json transforms = transforms_of(scales["datasets"][0]);
+  const Json last = transforms.empty() ? Json() : transforms.back();
+  const std::string output = system_name(last.is_object() ? last.value("output", Json()) : Json());
+  Json axes;
+  for (const Json& system : systems.is_array() ? systems : Json::array()) {
+    const bool is_output = !output.empty() && system_name(system) == output;
+    if (system.is_object() && (axes.is_null() || is_output)) axes = system.value("axes", Json());
+    if (is_output) break;
+  }
+  return axes;
+}
+
 /// Attributes of a store, with the place of the image's own ones in them.
 struct Attributes {
   int zarr = 2;
@@ -61,8 +89,7 @@ Attributes attributes_of(const fs::path& store) {
   const bool good = image.is_object() && image.contains("multiscales") && image["multiscales"].is_array() &&
                     !image["multiscales"].empty() && image["multiscales"][0].is_object() &&
                     image["multiscales"][0].contains("datasets") && image["multiscales"][0]["datasets"].is_array() &&
-                    !image["multiscales"][0]["datasets"].empty() && image["multiscales"][0].contains("axes") &&
-                    image["multiscales"][0]["axes"].is_array();
+                    !image["multiscales"][0]["datasets"].empty() && axes_of(image["multiscales"][0]).is_array();
   if (!good) refuse(store, "has no multiscales with axes and datasets");
   return found;
 }
@@ -78,33 +105,63 @@ std::string color_of(std::size_t channel) {
   return colors[channel % std::size(colors)];
 }
 
-/// Numbers of a transform of a dataset; `none` for each axis without one.
-std::vector<double> transform_of(const Json& dataset, const char* type, std::size_t axes, double none) {
-  std::vector<double> values(axes, none);
-  const auto all = dataset.find("coordinateTransformations");
-  if (all == dataset.end() || !all->is_array()) return values;
-  for (const Json& each : *all) {
-    if (!each.is_object() || each.value("type", Json()) != type || !each.contains(type)) continue;
-    const Json& numbers = each[type];
-    if (!numbers.is_array() || numbers.size() != axes) continue;
-    for (std::size_t a = 0; a < axes; ++a) {
-      if (numbers[a].is_number()) values[a] = numbers[a].get<double>();
-    }
+/// Map along each axis.
+struct AxisMap {
+  std::vector<double> scale, shift;
+
+  Json transforms() const {
+    return Json::array({{{"type", "scale"}, {"scale", scale}}, {{"type", "translation"}, {"translation", shift}}});
   }
-  return values;
+  /// Applies transformations after this. Returns false where one mixes axes.
+  bool apply(const Json& transforms) {
+    for (const Json& each : transforms.is_array() ? transforms : Json::array()) {
+      const std::string type = each.is_object() && each.contains("type") && each["type"].is_string() ? each["type"] : Json("");
+      if (type == "sequence") {
+        if (!apply(each.value("transformations", Json()))) return false;
+      } else if (type == "scale" || type == "translation") {
+        const Json numbers = each.value(type, Json());
+        for (std::size_t a = 0; a < scale.size() && numbers.is_array() && numbers.size() == scale.size(); ++a) {
+          const double number = numbers[a].is_number() ? numbers[a].get<double>() : type == "scale" ? 1.0 : 0.0;
+          type == "scale" ? (scale[a] *= number, shift[a] *= number) : shift[a] += number;
+        }
+      } else if (type != "identity") {
+        return false;
+      }
+    }
+    return true;
+  }
+};
+
+/// Map of an octave's voxels to those of the finest.
+AxisMap to_finest(int octave, std::size_t axes) {
+  AxisMap map{std::vector<double>(axes, 1.0), std::vector<double>(axes, 0.0)};
+  for (std::size_t a = axes - 3; a < axes; ++a)
+    map.scale[a] = std::ldexp(1.0, octave), map.shift[a] = 0.5 * (map.scale[a] - 1.0);
+  return map;
 }
 
-/// Dataset of an octave, whose transforms follow from the finest one's.
+/// Dataset of an octave, whose transformations follow from the finest one's: of 0.4 and 0.5 a list, of 0.6 one, from the
+/// octave's array into the coordinate system of the finest.
 Json dataset_after(const Json& finest, const std::string& path, int octave, std::size_t axes) {
-  std::vector<double> scale = transform_of(finest, "scale", axes, 1.0);
-  std::vector<double> shift = transform_of(finest, "translation", axes, 0.0);
-  for (std::size_t a = axes - 3; a < axes; ++a) {
-    shift[a] += 0.5 * (std::ldexp(1.0, octave) - 1.0) * scale[a];
-    scale[a] = std::ldexp(scale[a], octave);
+  Json all = transforms_of(finest), parts;
+  AxisMap map = to_finest(octave, axes);
+  if (AxisMap whole = map; whole.apply(all)) {
+    parts = whole.transforms();
+  } else {
+    parts = map.transforms();
+    for (Json part : all) {
+      part.erase("input"), part.erase("output");
+      parts.push_back(part);
+    }
   }
-  return {{"path", path},
-          {"coordinateTransformations",
-           Json::array({{{"type", "scale"}, {"scale", scale}}, {{"type", "translation"}, {"translation", shift}}})}};
+  const bool has_systems = !all.empty() && all.back().is_object() && all.back().contains("output");
+  if (!has_systems) return {{"path", path}, {"coordinateTransformations", parts}};
+  const bool is_text = all.back().value("input", Json()).is_string();
+  const Json one{{"type", "sequence"},
+                 {"input", is_text ? Json(path) : Json{{"path", path}}},
+                 {"output", all.back()["output"]},
+                 {"transformations", parts}};
+  return {{"path", path}, {"coordinateTransformations", Json::array({one})}};
 }
 
 }  // namespace
@@ -156,11 +213,9 @@ std::string image_metadata(const NewImage& image) {
 
 namespace {
 
-/// Octaves are written with scale and translation alone.
+/// Octaves of 0.4 and 0.5 have scale and translation alone.
 void refuse_other_transforms(const fs::path& store, const Json& dataset) {
-  const auto all = dataset.find("coordinateTransformations");
-  if (all == dataset.end() || !all->is_array()) return;
-  for (const Json& each : *all) {
+  for (const Json& each : transforms_of(dataset)) {
     const Json type = each.is_object() ? each.value("type", Json()) : Json();
     if (type != "scale" && type != "translation" && type != "identity")
       refuse(store, "has a transformation beside scale and translation, which no octave of 0.4 or 0.5 has");
@@ -175,7 +230,7 @@ StoreImage read_image(const fs::path& store) {
   image.zarr = attributes.zarr;
   const Json& scales = attributes.image()["multiscales"][0];
   std::string axes;
-  for (const Json& axis : scales["axes"]) {
+  for (const Json& axis : axes_of(scales)) {
     const std::string name = axis.is_object() ? axis.value("name", std::string()) : std::string();
     axes += name.size() == 1 ? name : "?";
   }
@@ -188,7 +243,7 @@ StoreImage read_image(const fs::path& store) {
     const bool named = dataset.is_object() && dataset.contains("path") && dataset["path"].is_string();
     if (!named) refuse(store, "has a dataset without a path");
     image.paths.push_back(dataset["path"].get<std::string>());
-    refuse_other_transforms(store, dataset);
+    if (scales.contains("axes")) refuse_other_transforms(store, dataset);
   }
   const Json& all = attributes.all();
   if (all.contains("palpa") && all["palpa"].is_object()) {
@@ -201,7 +256,7 @@ StoreImage read_image(const fs::path& store) {
 std::string image_metadata_with(const fs::path& store, const AddedOctaves& added) {
   Attributes attributes = attributes_of(store);
   Json& scales = attributes.image()["multiscales"][0];
-  const std::size_t axes = scales["axes"].size();
+  const std::size_t axes = axes_of(scales).size();
   if (axes < 3) refuse(store, "has fewer than three axes");
   const Json finest = scales["datasets"][0];
   if (!finest.is_object()) refuse(store, "has a dataset that is no object");

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "palpa/base/limits.h"
+#include "palpa/base/web_address.h"
 
 namespace palpa::protocol {
 namespace {
@@ -76,6 +77,7 @@ void get(Unpacker& from, StoreChunk& chunk) {
 }  // namespace
 
 bool is_store(const std::filesystem::path& path) {
+  if (is_web_address(path)) return true;
   std::error_code none;
   if (!std::filesystem::is_directory(path, none)) return false;
   for (const char* metadata : {".zarray", ".zgroup", ".zattrs", "zarr.json"}) {
@@ -214,6 +216,28 @@ void unpack(Unpacker& from, ChunkAnswer& m) {
   if (state > static_cast<std::uint8_t>(ChunkState::damaged)) from.refuse();
   m.state = static_cast<ChunkState>(state);
   m.bytes = from.number<std::uint64_t>(), m.sentence = from.text();
+}
+
+void pack(Packer& to, const FetchRequest& m) {
+  to.number(m.number), to.text(m.name), to.number(m.first), to.number(m.bytes);
+  to.number(static_cast<std::uint8_t>(m.from_end)), to.number(m.most_bytes);
+}
+void unpack(Unpacker& from, FetchRequest& m) {
+  m.number = from.number<std::uint32_t>(), m.name = from.path(), m.first = from.number<std::uint64_t>();
+  m.bytes = from.number<std::uint64_t>(), m.from_end = from.truth(), m.most_bytes = from.number<std::uint64_t>();
+}
+
+void pack(Packer& to, const FetchAnswer& m) {
+  to.number(m.number), to.number(static_cast<std::uint8_t>(m.state)), to.number(m.first), to.number(m.whole_bytes);
+  to.number(static_cast<std::uint8_t>(m.is_forbidden)), to.text(m.sentence);
+}
+void unpack(Unpacker& from, FetchAnswer& m) {
+  m.number = from.number<std::uint32_t>();
+  const auto state = from.number<std::uint8_t>();
+  if (state > static_cast<std::uint8_t>(FetchState::failed)) from.refuse();
+  m.state = static_cast<FetchState>(state);
+  m.first = from.number<std::uint64_t>(), m.whole_bytes = from.number<std::uint64_t>();
+  m.is_forbidden = from.truth(), m.sentence = from.text();
 }
 
 }  // namespace palpa::protocol

@@ -24,6 +24,14 @@
 ///                                    ◄──  Header                             or Failure
 ///     StoreRoom, ChunkRequest …      ──►
 ///                                    ◄──  ChunkAnswer …                      or Failure, and the end
+///
+/// A store at a web address is fetched by a third program, the only one with a network. The caller starts it, sends it the
+/// address, and gives its own end of their socket to palpa-read-zarr, with the Request:
+///
+///     caller, palpa-read-zarr             palpa-fetch
+///     Request (path: the address)    ──►
+///     FetchRequest …                 ──►
+///                                    ◄──  FetchAnswer …, in any order (+ memory)
 namespace palpa::protocol {
 
 // Limits of a store, checked at both ends. More of any: hostile metadata take more memory or time; less: sound stores are
@@ -35,9 +43,15 @@ inline constexpr std::uint64_t most_chunk_bytes = std::uint64_t{32} << 20;  ///<
 inline constexpr std::int64_t most_facts_side = 64;                         ///< [chunks] of a chunk of facts
 inline constexpr std::int32_t most_slots = 1 << 16;
 inline constexpr std::size_t most_histogram_classes = 256, most_histograms = 32;  ///< in a message
-inline constexpr std::int64_t most_counted = std::int64_t{1} << 50;               ///< [voxels] of a class
+// A file that is fetched. Longer: a dead server holds windows up; shorter: slow ones lose chunks.
+inline constexpr double longest_fetch_s = 60.0;
+// [bytes] Of a file with several chunks that comes as a whole, as its server gives no parts. More: time and memory for one
+// chunk; less: small shards are refused.
+inline constexpr std::uint64_t most_whole_file_bytes = std::uint64_t{64} << 20;
+inline constexpr std::int64_t most_counted = std::int64_t{1} << 50;  ///< [voxels] of a class
 
-/// Whether a path is a folder with metadata of Zarr: .zarray, .zgroup, .zattrs or zarr.json. Parses nothing; any thread.
+/// Whether a path is a folder with metadata of Zarr: .zarray, .zgroup, .zattrs or zarr.json; or a web address, where nothing
+/// else is read. Parses nothing, fetches nothing; any thread.
 bool is_store(const std::filesystem::path& path);
 
 /// Fault of a store's content, as a half sentence; nullptr if valid. Allocates nothing; any thread.
@@ -62,5 +76,9 @@ void pack(Packer& to, const ChunkRequest& m);
 void unpack(Unpacker& from, ChunkRequest& m);
 void pack(Packer& to, const ChunkAnswer& m);
 void unpack(Unpacker& from, ChunkAnswer& m);
+void pack(Packer& to, const FetchRequest& m);
+void unpack(Unpacker& from, FetchRequest& m);
+void pack(Packer& to, const FetchAnswer& m);
+void unpack(Unpacker& from, FetchAnswer& m);
 
 }  // namespace palpa::protocol

@@ -11,6 +11,7 @@
 #include "palpa/base/printed.h"
 #include "palpa/base/sanitized.h"
 #include "palpa/base/wording.h"
+#include "palpa/file/fetch_process.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_memory.h"
 #include "palpa/file/reader_process.h"
@@ -47,7 +48,7 @@ class StoreReader::State {
  public:
   State(const std::filesystem::path& store, const ReadOptions& options, int slots)
       : place_(detail::one_line(store.string())),
-        idle_limit_s_(options.idle_limit_s),
+        idle_limit_s_(detail::idle_limit_s(store, options)),
         pending_(static_cast<std::size_t>(slots)) {
     guarded([&] { open(store, options); });
   }
@@ -123,7 +124,7 @@ class StoreReader::State {
   }
   [[noreturn]] void fail(const std::string& sentence) {
     if (problem_.empty()) problem_ = detail::shortened(detail::one_line(sentence), longest_sentence_bytes);
-    process_.reset();
+    process_.reset(), fetch_.reset();
     throw LoadError(place_ + ": " + problem_);
   }
   detail::ReaderProcess& process() {
@@ -132,11 +133,12 @@ class StoreReader::State {
   }
 
   void open(const std::filesystem::path& store, const ReadOptions& options) {
+    fetch_ = detail::start_fetch(store, options);
     process_ = std::make_unique<detail::ReaderProcess>(detail::find_reader(options.reader), idle_limit_s_, options.stop);
     protocol::Request ask;
     ask.path = store.string(), ask.store = true, ask.checksums = false;
     ask.max_bytes = most_bytes(options);
-    process_->send(ask);
+    process_->send(ask, {fetch_ ? fetch_->socket() : -1, -1});
     protocol::Message answer = process_->receive(0, reader_bytes);
     if (const auto* failure = std::get_if<protocol::Failure>(&answer)) throw LoadError(sentence_of(*failure));
     if (!std::holds_alternative<StoreContents>(answer)) refuse_turn();
@@ -195,7 +197,8 @@ class StoreReader::State {
 
   std::string place_;
   double idle_limit_s_;
-  std::string problem_;  ///< first fault; empty: none
+  std::string problem_;                           ///< first fault; empty: none
+  std::unique_ptr<detail::ReaderProcess> fetch_;  ///< of a web address; else null
   std::unique_ptr<detail::ReaderProcess> process_;
   StoreContents contents_;
   std::uint64_t slot_bytes_ = 0;

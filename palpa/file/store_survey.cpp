@@ -252,7 +252,7 @@ std::function<bool()> within(double longest_s) {
 
 }  // namespace
 
-StoreSurvey survey(StoreReader& reader, double longest_s, double longest_facts_s) {
+StoreSurvey survey(StoreReader& reader, double longest_s, double longest_facts_s, bool facts_suffice) {
   const StoreContents& contents = reader.contents();
   StoreSurvey found;
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -266,6 +266,7 @@ StoreSurvey survey(StoreReader& reader, double longest_s, double longest_facts_s
   if (contents.prepared) facts = FactsSearch(reader, found).search(within(longest_facts_s));
   const std::function<bool()> go_on = within(longest_s);
   if (found.looked_for > 0) {
+    if (facts_suffice) return found;
     std::vector<StoreChunk> places;
     for (const auto& [chunk, of] : facts) places.push_back(chunk);
     std::ranges::sort(places, {}, shuffled);

@@ -30,7 +30,8 @@ struct StoreSurvey {
 /// prepared store first at the facts of all chunks, and for all chunks, as long as `longest_facts_s` [s] allows, a few
 /// megabytes at a time. The reader has no request pending. Blocks. Throws as StoreReader. Equal stores give equal results, but
 /// for the time.
-StoreSurvey survey(StoreReader& reader, double longest_s, double longest_facts_s);
+/// \param facts_suffice  no chunk of a store with facts is looked at: neither damage nor the stored size is found
+StoreSurvey survey(StoreReader& reader, double longest_s, double longest_facts_s, bool facts_suffice = false);
 
 /// [1] Voxels in the chunks that a window of 128 × 128 × 128 voxels reads, per voxel of the window: mean over its places in
 /// steps of 32. Allocates nothing; any thread.

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "palpa/base/printed.h"
 #include "palpa/base/sanitized.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/length_unit.h"
 #include "palpa/file/octave_places.h"
@@ -22,11 +25,12 @@ constexpr double longest_survey_s = 2.0;  ///< More: slow to open; less: a range
 /// Largest coarsest octave, which is in memory as a whole. More: slow to open, more memory; less: more octaves to prepare.
 constexpr std::int64_t most_coarsest = 256;  ///< [voxels] along an axis
 
-double bytes_of_finest(const StoreContents& contents) {
+/// Bytes of an octave, of all fields at one frame.
+double bytes_of(const StoreContents& contents, int octave) {
   double bytes = 0.0;
   for (const StoreField& field : contents.fields)
     bytes += static_cast<double>(size_of(field.type)) * field.components *
-             static_cast<double>(contents.octaves.front().grid.voxels());
+             static_cast<double>(contents.octaves[static_cast<std::size_t>(octave)].grid.voxels());
   return bytes;
 }
 
@@ -96,10 +100,29 @@ double length_factor(const VolumeRequest& request, const StoreContents& contents
   return asked->metres / (stated && !contents.length_unit_assumed ? stated->metres : 1e-6);
 }
 
-/// Field of a store. Throws LoadError with a sentence.
-FieldPtr field_of(Octaves::Shape shape) {
+/// Width [m] of the widest voxels that a request allows. Throws LoadError if those of the file are wider.
+double coarsest_m(const VolumeRequest& request, const GridGeometry& finest) {
+  if (!request.coarsest_mm) return std::numeric_limits<double>::infinity();
+  const double width_mm = 1e3 * Octaves::voxel_width_m(finest), hair = 1e-9;
+  if (width_mm > (1.0 + hair) * *request.coarsest_mm)
+    throw LoadError(text("has voxels of %.6g mm, wider than coarsest_mm = %.6g; give at least their width", width_mm,
+                         *request.coarsest_mm));
+  return 1e-3 * *request.coarsest_mm;
+}
+
+/// Field of a store at a frame, or the series of all. Throws LoadError with a sentence.
+FieldPtr field_of(Octaves::Shape shape, const std::shared_ptr<StoreCache>& cache, std::int32_t field, int frame) {
+  const bool is_series = frame == VolumeRequest::all_frames;
+  const int first = is_series ? 0 : std::max(frame, 0), last = is_series ? cache->contents().frames - 1 : first;
+  std::vector<FieldPtr> frames;
   try {
-    return std::make_shared<const Octaves>(std::move(shape));
+    for (int n = first; n <= last; ++n) {
+      shape.source = std::make_shared<StoreVoxels>(cache, field, n);
+      const auto made = std::make_shared<const Octaves>(shape);
+      shape.kept = made->shape().kept;
+      frames.push_back(made);
+    }
+    return is_series ? time_series(std::move(frames), 1.0) : frames.front();
   } catch (const std::invalid_argument& problem) {
     throw LoadError("cannot be felt: " + std::string(problem.what()) +
                     "; get its chunks again, or make its octaves again by `palpa prepare --into`");
@@ -112,11 +135,13 @@ std::optional<Volume> volume_of_store(const VolumeRequest& request, const ReadOp
   try {
     reader = std::make_unique<StoreReader>(request.files.front(), options, slots);
   } catch (const LoadError&) {
+    if (is_web_address(request.files.front())) throw;
     return std::nullopt;  // its chunks are too large for windows, or reading it as a whole says what is wrong with it
   }
   const StoreContents contents = reader->contents();
-  const double bytes = bytes_of_finest(contents);
-  if (bytes <= (request.memory_mb ? 1e6 * *request.memory_mb : whole_bytes)) return std::nullopt;
+  const bool is_series = request.frame == VolumeRequest::all_frames;
+  const double of_frames = is_series ? contents.frames : 1.0, bytes = of_frames * bytes_of(contents, 0);
+  if (bytes <= most_whole_bytes(request)) return std::nullopt;
 
   const int count = halved_octaves(contents);
   const OctavePlaces places = octave_places(*reader);
@@ -124,9 +149,11 @@ std::optional<Volume> volume_of_store(const VolumeRequest& request, const ReadOp
     if (!request.memory_mb && bytes <= static_cast<double>(limit_bytes)) return std::nullopt;
     throw LoadError(problem);
   }
-  const StoreSurvey values = survey(*reader, longest_survey_s, longest_survey_s);
-  if (request.frame == VolumeRequest::all_frames)
-    throw LoadError("is larger than memory, so it is felt one frame at a time; name one");
+  if (const double coarsest = of_frames * bytes_of(contents, count - 1);
+      is_series && coarsest > static_cast<double>(limit_bytes))
+    throw LoadError("has " + std::to_string(contents.frames) + " frames, whose coarsest octaves take " +
+                    protocol::readable_bytes(coarsest) + " of memory; name one frame, or convert fewer to a store");
+  const StoreSurvey values = survey(*reader, longest_survey_s, longest_survey_s, true);
   if (request.frame >= contents.frames)
     throw LoadError("has " + std::to_string(contents.frames) + " frames, not frame " + std::to_string(request.frame) +
                     "; name one from 0 to " + std::to_string(contents.frames - 1));
@@ -149,8 +176,8 @@ std::optional<Volume> volume_of_store(const VolumeRequest& request, const ReadOp
     Octaves::Shape shape{.finest = finest, .count = count, .type = field.type, .components = field.components};
     shape.filter = field.components == 1 ? Filter::smooth : Filter::trilinear;
     shape.ranges.assign(static_cast<std::size_t>(field.components), found);
-    shape.source = std::make_shared<StoreVoxels>(cache, wanted.field, std::max(request.frame, 0));
-    volume.fields.push_back({wanted.name, wanted.unit, field_of(std::move(shape))});
+    shape.coarsest_m = coarsest_m(request, finest);
+    volume.fields.push_back({wanted.name, wanted.unit, field_of(std::move(shape), cache, wanted.field, request.frame)});
   }
   if (values.values.front().about)
     volume.warnings.push_back(std::string(contents.prepared ? "has more facts than could be read" : "is not prepared") +
@@ -164,6 +191,11 @@ std::optional<Volume> volume_of_store(const VolumeRequest& request, const ReadOp
 }
 
 }  // namespace
+
+double most_whole_bytes(const VolumeRequest& request) {
+  if (request.memory_mb) return 1e6 * *request.memory_mb;
+  return is_web_address(request.files.front()) ? 0.0 : whole_bytes;
+}
 
 int felt_octaves(const StoreContents& contents, const OctavePlaces& places) {
   const int count = halved_octaves(contents);

@@ -13,6 +13,8 @@ namespace palpa::detail {
 /// [bytes] Voxels that a store's octave 0 may take in memory as a whole; more: it is felt through windows. `memory_mb` of a
 /// request replaces it.
 inline constexpr double whole_bytes = 512e6;
+/// [bytes] As above, of the store of this request: of one at a web address 0, as it would have to be fetched first.
+double most_whole_bytes(const VolumeRequest& request);
 
 /// [1] Octaves of a store that can be felt through windows; 0: it cannot be.
 int felt_octaves(const StoreContents& contents, const OctavePlaces& places);

@@ -1,7 +1,5 @@
 #include "palpa/file/store_voxels.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -9,11 +7,16 @@
 #include "palpa/base/load_error.h"
 #include "palpa/base/printed.h"
 #include "palpa/file/protocol_voxels.h"
+#include "palpa/file/row_crc.h"
 #include "palpa/file/store_chunks.h"
 #include "palpa/file/store_protocol.h"
 
 namespace palpa::detail {
 namespace {
+
+// [bytes] of chunks that are read together, so that their files are opened at once and no row of them is awaited before the
+// next is requested. More: large chunks of others would not fit into memory; less: windows come late.
+constexpr std::uint64_t most_bytes_at_once = 64'000'000;
 
 /// Chunk of facts that holds those of a chunk, and their index in it.
 std::pair<StoreChunk, std::size_t> place_of_facts(const StoreOctave& octave, const StoreChunk& chunk) {
@@ -31,15 +34,14 @@ std::pair<StoreChunk, std::size_t> place_of_facts(const StoreOctave& octave, con
 std::uint32_t crc_of(const StoreOctave& octave, const StoreChunk& chunk, std::size_t voxel, const std::byte* content) {
   std::array<std::int64_t, 3> n{};
   for (std::size_t a = 0; a < 3; ++a) n[a] = std::min(octave.chunk[a], octave.grid.dims[a] - chunk.at[a] * octave.chunk[a]);
-  uLong crc = ::crc32(0, nullptr, 0);
+  RowCrc crc;
   for (std::int64_t k = 0; k < n[2]; ++k) {
     for (std::int64_t j = 0; j < n[1]; ++j) {
       const std::int64_t row = octave.chunk[0] * (j + octave.chunk[1] * k);
-      crc = ::crc32_z(crc, reinterpret_cast<const Bytef*>(content + static_cast<std::size_t>(row) * voxel),
-                      static_cast<std::size_t>(n[0]) * voxel);
+      crc.add(content + static_cast<std::size_t>(row) * voxel, static_cast<std::size_t>(n[0]) * voxel);
     }
   }
-  return static_cast<std::uint32_t>(crc);
+  return crc.value();
 }
 
 std::string name_of_chunk(const StoreChunk& chunk) {
@@ -50,8 +52,7 @@ std::string name_of_chunk(const StoreChunk& chunk) {
 }  // namespace
 
 StoreCache::StoreCache(std::string name, std::unique_ptr<StoreReader> reader, Open open, std::uint64_t most_bytes)
-    : sums_(reader->contents().fields.size()),
-      name_(std::move(name)),
+    : name_(std::move(name)),
       reader_(std::move(reader)),
       contents_(reader_->contents()),
       open_(std::move(open)),
@@ -81,12 +82,20 @@ void StoreCache::read(const std::vector<StoreChunk>& wanted) {
   try {
     read_missing(wanted);
   } catch (const LoadError&) {
-    if (!open_) throw;
-    reader_ = std::exchange(open_, nullptr)();
-    if (reader_->contents() != contents_)
-      throw LoadError(name_ + ": has other metadata than when it was opened; load it again");
+    if (std::exchange(was_reopened_, true)) throw;
+    reader_ = opened_again();
     read_missing(wanted);
   }
+}
+
+std::unique_ptr<StoreReader> StoreCache::opened_again() const {
+  std::unique_ptr<StoreReader> reader = open_();
+  if (reader->contents() != contents_) throw LoadError(name_ + ": has other metadata than when it was opened; load it again");
+  return reader;
+}
+
+std::shared_ptr<StoreCache> StoreCache::beside(std::uint64_t most_bytes) const {
+  return std::make_shared<StoreCache>(name_, opened_again(), open_, most_bytes);
 }
 
 void StoreCache::read_missing(const std::vector<StoreChunk>& wanted) {
@@ -219,7 +228,7 @@ StoreCache::Bytes StoreCache::refused(const StoreChunk& chunk, const std::string
 bool StoreCache::is_as_before(const StoreChunk& chunk, std::uint32_t crc32) {
   const std::lock_guard lock(sums_busy_);
   const auto [first, is_new] = first_sums_.emplace(chunk, crc32);
-  if (is_new) sums_[static_cast<std::size_t>(chunk.field)].push_back({chunk.octave, chunk.at, crc32});
+  if (is_new) sums_[{chunk.field, chunk.frame}].push_back({chunk.octave, chunk.at, crc32});
   if (first->second == crc32) return true;
   if (!expects_) return false;
   refuse_recorded(chunk);
@@ -230,9 +239,11 @@ void StoreCache::refuse_recorded(const StoreChunk& chunk) const {
                   " than when the trace was recorded; a replay needs the recorded data");
 }
 
-std::vector<ChunkSum> StoreCache::sums_from(std::int32_t field, std::size_t from) const {
+std::vector<ChunkSum> StoreCache::sums_from(std::int32_t field, std::int32_t frame, std::size_t from) const {
   const std::lock_guard lock(sums_busy_);
-  const std::vector<ChunkSum>& all = sums_[static_cast<std::size_t>(field)];
+  const auto found = sums_.find({field, frame});
+  if (found == sums_.end()) return {};
+  const std::vector<ChunkSum>& all = found->second;
   return {all.begin() + static_cast<std::ptrdiff_t>(std::min(from, all.size())), all.end()};
 }
 
@@ -262,39 +273,59 @@ StoreCache::Bytes StoreCache::filled(const StoreChunk& chunk) const {
   return bytes;
 }
 
+std::shared_ptr<VoxelSource> StoreVoxels::beside() const {
+  constexpr std::uint64_t most_bytes = 64'000'000;  // of chunks that neighbouring parts of a picture share
+  return std::make_shared<StoreVoxels>(cache_->beside(most_bytes), field_, frame_);
+}
+
 bool StoreVoxels::read(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
                        std::byte* to) {
   const StoreContents& contents = cache_->contents();
   const StoreOctave& of = contents.octaves.at(static_cast<std::size_t>(octave));
-  const StoreField& field = contents.fields.at(static_cast<std::size_t>(field_));
-  const auto voxel = static_cast<std::int64_t>(size_of(field.type)) * field.components;
   std::array<std::int64_t, 3> begin{}, end{};
   for (std::size_t a = 0; a < 3; ++a) {
     begin[a] = first[a] / of.chunk[a];
     end[a] = (first[a] + dims[a] - 1) / of.chunk[a] + 1;
   }
-  // A row of chunks at a time: large chunks of others would not fit into memory together.
+  const VoxelBox box{first, dims};
+  std::vector<StoreChunk> wanted;
+  std::uint64_t bytes = 0;
   for (std::int64_t k = begin[2]; k < end[2]; ++k) {
     for (std::int64_t j = begin[1]; j < end[1]; ++j) {
-      std::vector<StoreChunk> wanted;
-      for (std::int64_t i = begin[0]; i < end[0]; ++i) wanted.push_back({octave, frame_, field_, false, {i, j, k}});
-      const std::vector<StoreCache::Bytes> chunks = cache_->chunks(wanted);
-      for (std::size_t n = 0; n < wanted.size(); ++n) {
-        if (!chunks[n]) return false;
-        std::int64_t low[3], high[3];
-        for (std::size_t a = 0; a < 3; ++a) {
-          low[a] = std::max(first[a], wanted[n].at[a] * of.chunk[a]);
-          high[a] = std::min(first[a] + dims[a], (wanted[n].at[a] + 1) * of.chunk[a]);
-        }
-        for (std::int64_t z = low[2]; z < high[2]; ++z) {
-          for (std::int64_t y = low[1]; y < high[1]; ++y) {
-            const std::int64_t from = (low[0] - wanted[n].at[0] * of.chunk[0]) +
-                                      of.chunk[0] * ((y - j * of.chunk[1]) + of.chunk[1] * (z - k * of.chunk[2]));
-            const std::int64_t at = (low[0] - first[0]) + dims[0] * ((y - first[1]) + dims[1] * (z - first[2]));
-            std::memcpy(to + at * voxel, chunks[n]->data() + from * voxel,
-                        static_cast<std::size_t>((high[0] - low[0]) * voxel));
-          }
-        }
+      for (std::int64_t i = begin[0]; i < end[0]; ++i) {
+        wanted.push_back({octave, frame_, field_, false, {i, j, k}});
+        bytes += protocol::content_bytes(contents, wanted.back());
+      }
+      const bool is_last = k + 1 == end[2] && j + 1 == end[1];
+      if (bytes < most_bytes_at_once && !is_last) continue;
+      if (!copy_chunks(wanted, box, to)) return false;
+      wanted.clear(), bytes = 0;
+    }
+  }
+  return true;
+}
+
+/// Copies the part of chunks that is within a box. False if one of them has no voxels.
+bool StoreVoxels::copy_chunks(const std::vector<StoreChunk>& wanted, const VoxelBox& box, std::byte* to) {
+  const StoreContents& contents = cache_->contents();
+  const StoreField& field = contents.fields.at(static_cast<std::size_t>(field_));
+  const auto voxel = static_cast<std::int64_t>(size_of(field.type)) * field.components;
+  const std::vector<StoreCache::Bytes> chunks = cache_->chunks(wanted);
+  for (std::size_t n = 0; n < wanted.size(); ++n) {
+    if (!chunks[n]) return false;
+    const std::array<std::int64_t, 3>& chunk = contents.octaves.at(static_cast<std::size_t>(wanted[n].octave)).chunk;
+    std::int64_t origin[3], low[3], high[3];
+    for (std::size_t a = 0; a < 3; ++a) {
+      origin[a] = wanted[n].at[a] * chunk[a];
+      low[a] = std::max(box.first[a], origin[a]);
+      high[a] = std::min(box.first[a] + box.count[a], origin[a] + chunk[a]);
+    }
+    for (std::int64_t z = low[2]; z < high[2]; ++z) {
+      for (std::int64_t y = low[1]; y < high[1]; ++y) {
+        const std::int64_t from = (low[0] - origin[0]) + chunk[0] * ((y - origin[1]) + chunk[1] * (z - origin[2]));
+        const std::int64_t at =
+            (low[0] - box.first[0]) + box.count[0] * ((y - box.first[1]) + box.count[1] * (z - box.first[2]));
+        std::memcpy(to + at * voxel, chunks[n]->data() + from * voxel, static_cast<std::size_t>((high[0] - low[0]) * voxel));
       }
     }
   }

@@ -8,9 +8,11 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palpa/data/octaves.h"
+#include "palpa/file/store_chunks.h"
 #include "palpa/file/store_reader.h"
 
 namespace palpa::detail {
@@ -27,13 +29,15 @@ class StoreCache {
   StoreCache(std::string name, std::unique_ptr<StoreReader> reader, Open open, std::uint64_t most_bytes);
 
   const StoreContents& contents() const noexcept { return contents_; }
+  /// Cache of the store with a reader, chunks and checksums of its own. Blocks; throws LoadError.
+  std::shared_ptr<StoreCache> beside(std::uint64_t most_bytes) const;
   /// Contents of chunks of one field, frame and octave; null for chunks that are lost, damaged, not as prepared, or not as they
   /// were read before. Of an absent chunk the fill value; without facts it is lost where the next octave has other values.
   /// Blocks. A reader that has ended is started once more; throws LoadError at its second end.
   std::vector<Bytes> chunks(const std::vector<StoreChunk>& wanted);
 
-  /// As `VoxelSource`, of a field.
-  std::vector<ChunkSum> sums_from(std::int32_t field, std::size_t from) const;
+  /// As `VoxelSource`, of a frame of a field.
+  std::vector<ChunkSum> sums_from(std::int32_t field, std::int32_t frame, std::size_t from) const;
   void expect(std::int32_t field, std::int32_t frame, const std::vector<ChunkSum>& sums);
   std::vector<std::string> problems_from(std::size_t from) const;
 
@@ -42,6 +46,7 @@ class StoreCache {
     Bytes bytes;
     std::list<StoreChunk>::iterator place;
   };
+  std::unique_ptr<StoreReader> opened_again() const;
   void read(const std::vector<StoreChunk>& wanted);
   void read_missing(const std::vector<StoreChunk>& wanted);
   void drop_lost(const std::vector<StoreChunk>& absent);
@@ -58,13 +63,14 @@ class StoreCache {
   std::mutex busy_;  ///< of all but the next four
   mutable std::mutex sums_busy_;
   std::map<StoreChunk, std::uint32_t> first_sums_;
-  std::vector<std::vector<ChunkSum>> sums_;  ///< by field, in the order of first reads
+  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<ChunkSum>> sums_;  ///< by field and frame, as first read
   std::vector<std::string> problems_;
   bool expects_ = false;  ///< the first sums are those of a recording
   std::string name_;
   std::unique_ptr<StoreReader> reader_;
   StoreContents contents_;
-  Open open_;  ///< empty: was used
+  Open open_;
+  bool was_reopened_ = false;
   std::uint64_t most_bytes_, bytes_ = 0;
   std::list<StoreChunk> used_;  ///< the last used first
   std::map<StoreChunk, Kept> kept_;
@@ -78,11 +84,14 @@ class StoreVoxels final : public VoxelSource {
       : cache_(std::move(cache)), field_(field), frame_(frame) {}
   bool read(int octave, const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
             std::byte* to) override;
-  std::vector<ChunkSum> sums_from(std::size_t from) const override { return cache_->sums_from(field_, from); }
+  std::vector<ChunkSum> sums_from(std::size_t from) const override { return cache_->sums_from(field_, frame_, from); }
   void expect(const std::vector<ChunkSum>& sums) override { cache_->expect(field_, frame_, sums); }
   std::vector<std::string> problems_from(std::size_t from) const override { return cache_->problems_from(from); }
+  std::shared_ptr<VoxelSource> beside() const override;
 
  private:
+  bool copy_chunks(const std::vector<StoreChunk>& wanted, const VoxelBox& box, std::byte* to);
+
   std::shared_ptr<StoreCache> cache_;
   std::int32_t field_, frame_;
 };

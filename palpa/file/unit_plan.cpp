@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "palpa/base/load_error.h"
+#include "palpa/file/store_histogram.h"
 
 namespace palpa::detail {
 namespace {
@@ -130,6 +131,16 @@ ArrayPlan UnitPlan::facts_array(int octave) const {
           .type = VoxelType::float64,
           .shape = {frames, static_cast<std::int64_t>(components.size()), o.chunks[2], o.chunks[1], o.chunks[0], 4},
           .chunk = {1, 1, o.facts[2], o.facts[1], o.facts[0], 4}};
+}
+
+ArrayPlan UnitPlan::histogram_array() const {
+  constexpr std::int64_t numbers = std::tuple_size_v<DyadicHistogram::Numbers>;
+  return {.zarr = image.zarr,
+          .path = "palpa/histograms",
+          .type = VoxelType::float64,
+          .shape = {frames, static_cast<std::int64_t>(components.size()), units[2], units[1], units[0], numbers},
+          .chunk = {1, 1, 1, 1, 1, numbers},
+          .is_packed = false};
 }
 
 UnitPlan unit_plan(const StoreContents& contents, const StoreImage& image) {

@@ -52,6 +52,8 @@ struct UnitPlan {
   /// Array of an octave's voxels, of those that palpa makes.
   ArrayPlan voxel_array(int octave) const;
   ArrayPlan facts_array(int octave) const;
+  /// Array of the units' histograms (`DyadicHistogram::Numbers`).
+  ArrayPlan histogram_array() const;
   std::string path_of(int octave) const;
 };
 

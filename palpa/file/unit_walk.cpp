@@ -187,6 +187,7 @@ void UnitWalk::emit_facts_over(int octave, const VoxelIndex& at, const VoxelBloc
     VoxelIndex low{};
     for (std::size_t a = 0; a < 3; ++a) low[a] = chunk.at[a] * o.reach[a] - at[a] * o.block[a];
     sink_.facts(octave, chunk.at, facts_of(kind_, block, low, o.reach, coarse, coarse_at));
+    if (octave == 0) sink_.finest(kind_, block, low, o.reach);
   }
 }
 

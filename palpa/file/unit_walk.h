@@ -39,6 +39,8 @@ struct WalkSink {
   /// Voxels of a chunk of an octave above the base.
   std::function<void(int octave, const VoxelIndex& at, const VoxelBlock& chunk)> voxels;
   std::function<void(int octave, const VoxelIndex& at, const ChunkFacts& facts)> facts;
+  /// Voxels of a chunk of octave 0, a part of a block. \param low, size  [voxels]
+  std::function<void(const VoxelKind& kind, const VoxelBlock& block, const VoxelIndex& low, const VoxelIndex& size)> finest;
   /// Damaged chunk, whose voxels are taken as the fill value if this returns.
   std::function<void(const StoreRead& chunk)> damaged;
 };

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "palpa/device/device.h"
-#include "palpa/loop/wrench.h"
+#include "palpa/guard/wrench.h"
 #include "palpa/session/session.h"
 
 namespace palpa {

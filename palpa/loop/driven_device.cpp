@@ -65,8 +65,8 @@ bool is_at_rest(const Place& place, int waited_ms) noexcept {
 
 /// Default action of a signal: ends the program, or suspends it until SIGCONT.
 void do_as_the_system(int number) noexcept {
-  struct sigaction ours {};
-  struct sigaction by_the_system {};
+  struct sigaction ours{};
+  struct sigaction by_the_system{};
   by_the_system.sa_handler = SIG_DFL;
   ::sigaction(number, &by_the_system, &ours);
   ::raise(number);
@@ -107,14 +107,14 @@ bool stops_nothing(int number) noexcept {
 
 /// Installs handlers: for faults before an existing handler, which runs second; for other signals only where there is none.
 void take_signals() {
-  struct sigaction action {};
+  struct sigaction action{};
   action.sa_sigaction = on_stop;
   action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_RESTART;
   ::sigfillset(&action.sa_mask);
   for (const int number : detail::fault_signals) ::sigdelset(&action.sa_mask, number);
   for (int number = 1; number < most_signals; ++number) {
     const auto n = static_cast<std::size_t>(number);
-    struct sigaction now {};
+    struct sigaction now{};
     if (stops_nothing(number) || ::sigaction(number, nullptr, &now) != 0) continue;
     const bool has_handler = (now.sa_flags & SA_SIGINFO) != 0 || (now.sa_handler != SIG_DFL && now.sa_handler != SIG_IGN);
     const bool is_free = !has_handler && now.sa_handler == SIG_DFL;
@@ -128,7 +128,7 @@ void take_signals() {
 void give_signals_back() {
   for (int number = 1; number < most_signals; ++number) {
     const auto n = static_cast<std::size_t>(number);
-    struct sigaction now {};
+    struct sigaction now{};
     if (!is_ours[n] || ::sigaction(number, nullptr, &now) != 0) continue;
     if ((now.sa_flags & SA_SIGINFO) == 0 || now.sa_sigaction != on_stop) continue;
     ::sigaction(number, &before_ours[n], nullptr);

@@ -1,11 +1,12 @@
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
-#include "palpa/loop/break_through_filter.h"
-#include "palpa/loop/guard.h"
-#include "palpa/loop/impact.h"
+#include "palpa/guard/break_through_filter.h"
+#include "palpa/guard/guard.h"
+#include "palpa/guard/impact.h"
+#include "palpa/guard/wrench.h"
 #include "palpa/loop/loop.h"
-#include "palpa/loop/wrench.h"
 
 namespace palpa {
 
@@ -20,16 +21,26 @@ Vec3 hand_turn_rad(const TickFrame& frame) noexcept {
   return view_moves ? Vec3{} : frame.result.probe_turn_step_rad;
 }
 
-}  // namespace
-
-GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept {
-  return {.max_force_n = lesser(scene_max_force_n, limits.max_force_n),
-          .continuous_force_n = limits.continuous_force_n,
-          .max_damping_ns_per_m = limits.max_damping_ns_per_m,
-          .device_damping_ns_per_m = limits.damping_ns_per_m,
-          .max_torque_nm = limits.max_torque_nm,
-          .max_turn_damping_nms_per_rad = limits.max_turn_damping_nms_per_rad};
+bool is_hard(const Primitive& level, double coupling_n_per_m) noexcept {
+  const bool holds = level.kind == PrimitiveKind::plane || level.kind == PrimitiveKind::corner;
+  return holds && level.stiffness_n_per_m > coupling_n_per_m;
 }
+
+// Passes on the hard levels that were met in the session's last tick.
+void hit(Impact& impact, const Session& session) noexcept {
+  for (const SessionEvent& event : session.events()) {
+    if (event.kind != SessionEventKind::onset) continue;
+    // The last of its rows: the level as it was met.
+    const auto rows = session.primitives() | std::views::reverse;
+    const auto level = std::ranges::find_if(rows, [&](const PlacedPrimitive& row) {
+      return row.primitive.id.mode == event.mode && row.captured.any() && row.captured.value == event.value &&
+             is_hard(row.primitive, session.scene().coupling().stiffness_n_per_m);
+    });
+    if (level != rows.end()) impact.hit({level->primitive.direction, level->primitive.strength_n, level->lever_m});
+  }
+}
+
+}  // namespace
 
 double force_limit_n(const Scene& scene, double device_max_force_n) noexcept {
   return lesser(scene.coupling().max_force_n, device_max_force_n);
@@ -166,7 +177,9 @@ Wrench GuardedSession::State::shaped(const TickFrame& frame, const Wrench& passe
   const double fade_n = options.max_force_n * frame.dt_s / options.ramp_s;
   const double rest_n = size_n(blend, tool.turning_radius_m);
   blend = rest_n > fade_n ? (1.0 - fade_n / rest_n) * blend : Wrench{};
-  Wrench wanted = shaper.impact.shape(falling, *session, felt.probe_step_m, felt.probe_turn_step_rad, frame.dt_s);
+  shaper.impact.move(felt.probe_step_m, felt.probe_turn_step_rad, frame.dt_s);
+  hit(shaper.impact, *session);
+  Wrench wanted = shaper.impact.shape(falling);
   if (rest_n > 0.0) wanted = wanted + blend;
   return wanted;
 }

@@ -1,16 +1,10 @@
 #include "palpa/loop/live_scene.h"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace palpa {
 
 namespace {
-
-// A device without stiffness still needs a turning radius above zero. Larger: it may exceed the device's stiffness; smaller:
-// rounding in the balance of torques.
-constexpr double least_turning_radius_m = 1e-4;
 
 Scene measured(Scene scene, std::vector<std::int64_t>& spent_ns) {
   for (std::size_t m = 0; m < spent_ns.size(); ++m)
@@ -18,33 +12,7 @@ Scene measured(Scene scene, std::vector<std::int64_t>& spent_ns) {
   return scene;
 }
 
-/// Lowers the turning radius and the damping of turning of a tool to the device's limits.
-void clamp_turning(Scene& scene, const DeviceLimits& limits) {
-  const Tool tool(scene.tool(), scene.coupling());
-  if (tool.is_point()) return;
-  const double stiffness_n_per_m = scene.coupling().stiffness_n_per_m;
-  double radius_m = tool.turning_radius_m();
-  if (stiffness_n_per_m * radius_m * radius_m > limits.max_turn_stiffness_nm_per_rad) {
-    radius_m = std::max(least_turning_radius_m, std::sqrt(limits.max_turn_stiffness_nm_per_rad / stiffness_n_per_m));
-    scene.edit<ToolOptions>([&](auto& options) { options.turning_radius_m = radius_m; });
-  }
-  const double damping_nms_per_rad =
-      scene.coupling().turn_damping_nms_per_rad.value_or(scene.coupling().damping_ns_per_m * radius_m * radius_m);
-  if (damping_nms_per_rad > limits.max_turn_damping_nms_per_rad)
-    scene.edit<CouplingOptions>(
-        [&](auto& coupling) { coupling.turn_damping_nms_per_rad = limits.max_turn_damping_nms_per_rad; });
-}
-
 }  // namespace
-
-Scene clamped_to(Scene scene, const DeviceLimits& limits) {
-  scene.edit<CouplingOptions>([&](auto& coupling) {
-    coupling.stiffness_n_per_m = std::min(coupling.stiffness_n_per_m, limits.max_stiffness_n_per_m);
-    coupling.damping_ns_per_m = std::min(coupling.damping_ns_per_m, limits.max_damping_ns_per_m);
-  });
-  clamp_turning(scene, limits);
-  return scene;
-}
 
 PreparedSession::PreparedSession(const Scene& scene, double encoder_step_m)
     : spent_ns(scene.modes().size()),

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "palpa/device/device.h"
+#include "palpa/guard/guard_state.h"
 #include "palpa/session/session.h"
 #include "palpa/solver/tool.h"
 #include "palpa/solver/vec3.h"
@@ -49,24 +50,6 @@ class Recorder {
   class Ring;
   std::unique_ptr<Ring> ring_;
 };
-
-/// Limits of the guard (docs/safety.md).
-struct GuardOptions {
-  double max_force_n = 3.3;  ///< of a command
-  bool motors = true;        ///< a person holds a device; false: a simulated hand, with the limit alone
-  double continuous_force_n = std::numeric_limits<double>::infinity();    ///< continuous force of the motors
-  double thermal_s = 20.0;                                                ///< > 0: time constant of their warmth
-  double slew_n_per_s = 1000.0;                                           ///< > 0: largest growth or turn rate of a command
-  double max_speed_m_per_s = 2.0;                                         ///< > 0: of the hand
-  double ramp_s = 0.7;                                                    ///< > 0: from zero to full force
-  double max_damping_ns_per_m = std::numeric_limits<double>::infinity();  ///< of the device
-  double device_damping_ns_per_m = 0.0;                                   ///< of the device's own mechanics
-  std::uint32_t dead_man_buttons = 0;                                     ///< one of these must be held; 0: none
-  double max_torque_nm = 0.0;                                             ///< of a command; 0: no torque is sent
-  double max_turn_damping_nms_per_rad = std::numeric_limits<double>::infinity();  ///< of the device
-};
-/// Options for a device and a scene's limit [N]; the torque's limit is the device's.
-GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept;
 
 /// Smaller of the scene's force limit and the device's [N].
 double force_limit_n(const Scene& scene, double device_max_force_n) noexcept;
@@ -142,6 +125,14 @@ std::int64_t run_simulated(std::span<const SimulatedHand> hands, const LoopOptio
 /// The scene with stiffness and damping within a device's limits; of a tool also those of turning, the stiffness by a smaller
 /// turning radius. A damping of turning that would follow from that radius follows from the smaller one.
 Scene clamped_to(Scene scene, const DeviceLimits& limits);
+/// Limit that changed a scene.
+struct TakenLimit {
+  std::string path;  ///< of a setting that makes the change, as --set takes it
+  double value;      ///< the parameter's own unit
+  std::string sentence;
+};
+/// Limits that made `clamped` of `scene`. Allocates; any thread.
+std::vector<TakenLimit> taken_limits(const Scene& scene, const Scene& clamped);
 
 /// A scene that can be changed by any thread during a live loop, which never blocks on it.
 class LiveScene {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "palpa/loop/window_policy.h"
 
@@ -19,8 +20,11 @@ WindowFeed::WindowFeed(Session& session) : session_(session) { session_.stock().
 
 void WindowFeed::lay(const WindowNeed& need) {
   Stock& stock = session_.stock();
+  stock.keep_frames(need.from, need.time);
   stock.put_in_force(need.feet_m, need.ahead_m, need.time);
-  for (std::size_t field = 0; field < stock.size(); ++field) {
+  std::vector<std::size_t> sampled;
+  stock.for_each_sampled(need.from, need.time, [&](std::size_t n) { sampled.push_back(n); });
+  for (const std::size_t field : sampled) {
     const int coarsest = stock.octaves(field).count() - 1;
     for (int octave = stock.finest(); octave < coarsest; ++octave) {
       // Where a level gives way the proxy flies to the probe in one tick.

@@ -28,7 +28,8 @@ double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock:
 std::string name_of(const Octaves& of, const Scene& scene) {
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) {
-      if (octaves_below(*field.field) != &of) continue;
+      const std::vector<const Octaves*> frames = frames_in_octaves(*field.field);
+      if (std::ranges::find(frames, &of) == frames.end()) continue;
       return volume.volume.files.empty() ? volume.name : detail::one_line(volume.volume.files.front().path);
     }
   }
@@ -125,17 +126,19 @@ void WindowLoader::make(Loading& loading, const WindowPlace& place) {
   inbox_.store(made_.back().get(), std::memory_order_release);
 }
 
-/// Reports once for each field that windows are wanted without a pause.
+/// Reports once for each file that windows are wanted without a pause.
 void WindowLoader::note_delay(const WindowPlace* place, double now_s) {
-  const std::int64_t windows = counts().made;
+  const std::int64_t windows = counts_.made;  // written by this thread alone
   if (!place || behind_since_s_ < 0.0) behind_since_s_ = place ? now_s : -1.0, windows_then_ = windows;
-  if (!place || now_s - behind_since_s_ < behind_s || std::ranges::find(slow_, place->of) != slow_.end()) return;
-  slow_.push_back(place->of);
+  if (!place || now_s - behind_since_s_ < behind_s) return;
+  const std::string name = name_of(*place->of, current_->scene);
+  if (std::ranges::find(slow_, name) != slow_.end()) return;
+  slow_.push_back(name);
   const double per_s = static_cast<double>(windows - windows_then_) / (now_s - behind_since_s_);
   add_note(
       detail::text("%s: the hand waits for its data: %.3g windows a second come, and more are needed; coarser octaves are "
                    "felt meanwhile",
-                   name_of(*place->of, current_->scene).c_str(), per_s));
+                   name.c_str(), per_s));
 }
 
 /// Several fields of a store have the same sentences about its chunks.

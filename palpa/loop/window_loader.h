@@ -85,7 +85,7 @@ class WindowLoader {
   std::uint32_t current_loop_ = 0;
   std::vector<std::unique_ptr<Loaded>> made_;
   std::vector<const Octaves*> failed_;
-  std::vector<const Octaves*> slow_;
+  std::vector<std::string> slow_;  ///< files that were reported
   std::map<const Octaves*, std::size_t> problems_noted_;
   double behind_since_s_ = -1.0;
   std::int64_t windows_then_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palpa {
 namespace {
@@ -43,19 +44,29 @@ bool can_be_felt_live(const WindowPlace& place) noexcept {
 
 WindowPolicy::WindowPolicy(const Stock& stock) : stock_(stock) {
   stock_.clear();
-  for (std::size_t n = 0; n < stock_.size(); ++n) laid_.emplace_back(static_cast<std::size_t>(stock_.octaves(n).count() - 1));
+  for (std::size_t n = 0; n < stock_.size(); ++n)
+    laid_.push_back({std::vector<WindowPlace>(static_cast<std::size_t>(stock_.octaves(n).count() - 1))});
 }
 
-std::optional<WindowPlace> WindowPolicy::next(const FeetMotion& motion) const noexcept {
+std::optional<WindowPlace> WindowPolicy::next(const FeetMotion& motion) noexcept {
   const bool is_usable = is_finite(motion.feet_m.low_m) && is_finite(motion.feet_m.high_m) &&
                          is_finite(motion.velocity_m_per_s) && motion.hand_scale > 0.0;
-  for (int octave = is_usable ? stock_.count() - 2 : -1; octave >= 0; --octave) {
+  if (!is_usable) return std::nullopt;
+  for (Laid& laid : laid_) laid.wait_s = -1.0;
+  stock_.for_each_needed_live(motion.time, [&](std::size_t field, double wait_s) { laid_[field].wait_s = wait_s; });
+  for (Laid& laid : laid_)
+    if (laid.wait_s < 0.0) std::ranges::fill(laid.places, WindowPlace{});  // as sessions drop them
+  for (int octave = stock_.count() - 2; octave >= 0; --octave) {
+    std::optional<WindowPlace> soonest;
+    double least_wait_s = std::numeric_limits<double>::infinity();
     for (std::size_t field = 0; field < stock_.size(); ++field) {
-      if (octave >= stock_.octaves(field).count() - 1) continue;
+      const Laid& laid = laid_[field];
+      if (!(laid.wait_s >= 0.0 && laid.wait_s < least_wait_s) || octave >= stock_.octaves(field).count() - 1) continue;
       const std::optional<Wish> wanted = wish(field, octave, motion);
-      if (!wanted || serves(laid_[field][static_cast<std::size_t>(octave)], *wanted)) continue;
-      if (!lost_.contains(key_of(wanted->place))) return wanted->place;
+      if (!wanted || serves(laid.places[static_cast<std::size_t>(octave)], *wanted)) continue;
+      if (!lost_.contains(key_of(wanted->place))) soonest = wanted->place, least_wait_s = laid.wait_s;
     }
+    if (soonest) return soonest;
   }
   return std::nullopt;
 }
@@ -114,11 +125,11 @@ bool WindowPolicy::serves(const WindowPlace& laid, const Wish& wish) noexcept {
 
 void WindowPolicy::made(const WindowPlace& place) noexcept {
   for (std::size_t n = 0; n < stock_.size(); ++n)
-    if (&stock_.octaves(n) == place.of) laid_[n][static_cast<std::size_t>(place.octave)] = place;
+    if (&stock_.octaves(n) == place.of) laid_[n].places[static_cast<std::size_t>(place.octave)] = place;
 }
 
 void WindowPolicy::forget() noexcept {
-  for (auto& octaves : laid_) std::ranges::fill(octaves, WindowPlace{});
+  for (Laid& laid : laid_) std::ranges::fill(laid.places, WindowPlace{});
 }
 
 void WindowPolicy::take_over(const WindowPolicy& other) noexcept {

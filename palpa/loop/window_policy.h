@@ -28,17 +28,18 @@ FeetMotion motion_of(const WindowNeed& need, double hand_scale) noexcept;
 /// Whether a window is within its grid and no larger than a loader makes them. Any thread.
 bool can_be_felt_live(const WindowPlace& place) noexcept;
 
-/// Policy of the loader: of each octave a window about the place of the feet 30 ms ahead, coarse before fine, made again as
-/// that place has moved by three quarters of a chunk of 32 voxels; no octave finer than half the way of 1 ms, or than 10 µm of
-/// the hand. The need is thus bounded by the tick, not by the speed of the hand (docs/large.md). Has no clock: loader and
-/// studies in virtual time share it. One thread.
+/// Policy of the loader: of each octave a window about the place of the feet 30 ms ahead, coarse before fine, of a series those
+/// of the frames that are sampled now or soon (`Stock::frames_ahead_s`), made again as that place has moved by three quarters
+/// of a chunk of 32 voxels; no octave finer than half the way of 1 ms, or than 10 µm of the hand. The need is thus bounded by
+/// the tick, not by the speed of the hand (docs/large.md). Has no clock: loader and studies in virtual time share it. One
+/// thread.
 class WindowPolicy {
  public:
   /// Copies the stock's fields, not its windows. \param stock  of a session; its fields must outlive this
   explicit WindowPolicy(const Stock& stock);
 
   /// Window to be made next; none if all that are needed were made. Allocates nothing.
-  std::optional<WindowPlace> next(const FeetMotion& motion) const noexcept;
+  std::optional<WindowPlace> next(const FeetMotion& motion) noexcept;
   /// The window was made and is, or will be, laid.
   void made(const WindowPlace& place) noexcept;
   /// The window cannot be made, as voxels are lost: it is not wanted again. Allocates.
@@ -57,8 +58,8 @@ class WindowPolicy {
   static constexpr std::int64_t step_voxels = 32;
 
  private:
-  using Key = std::tuple<const Octaves*, int, std::array<std::int64_t, 3>>;
-  static Key key_of(const WindowPlace& place) noexcept { return {place.of, place.octave, place.first}; }
+  using Key = std::tuple<const Octaves*, int, std::array<std::int64_t, 3>, std::array<std::int64_t, 3>>;
+  static Key key_of(const WindowPlace& place) noexcept { return {place.of, place.octave, place.first, place.dims}; }
   struct Wish {
     WindowPlace place;
     std::array<double, 3> first{};  ///< [voxels] without the rounding
@@ -66,8 +67,13 @@ class WindowPolicy {
   std::optional<Wish> wish(std::size_t field, int octave, const FeetMotion& motion) const noexcept;
   static bool serves(const WindowPlace& laid, const Wish& wish) noexcept;
 
-  Stock stock_;                                 ///< poses alone
-  std::vector<std::vector<WindowPlace>> laid_;  ///< the last of each field and octave
+  Stock stock_;  ///< poses alone
+  /// Windows of a field that were made last.
+  struct Laid {
+    std::vector<WindowPlace> places;  ///< by octave
+    double wait_s = 0.0;              ///< [s] until the field is sampled; negative: it is not needed
+  };
+  std::vector<Laid> laid_;  ///< by field
   std::set<Key> lost_;
 };
 

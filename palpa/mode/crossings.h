@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "palpa/mode/mode.h"
-#include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
+#include "palpa/solver/state_arena.h"
 
 namespace palpa {
 

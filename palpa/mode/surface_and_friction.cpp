@@ -94,6 +94,7 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
   const auto solid_side = on.from_low ? TransferFunction::Side::above : TransferFunction::Side::below;
   const LevelStrength bears = here.newtons(on.shell ? on.shell->strength_n : strength_n, level, solid_side);
   level.limited = bears.limited;
+  level.goes_along = !on.shell;
   const double strength = weight * bears.newtons;
   if (on.shell && on.shell->stiffness_n_per_m) {
     out.elastic_plane(slot, nearest_m, normal, strength, *on.shell->stiffness_n_per_m, level);

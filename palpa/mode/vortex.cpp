@@ -76,6 +76,7 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
       on_level ? HeldLevel{here.number_of(field), memory.stays ? memory.value : here.value_at_start(field)} : HeldLevel{};
   const LevelStrength bears = here.newtons(strength_n, level, TransferFunction::Side::above);
   level.limited = bears.limited;
+  level.goes_along = on_level;
   const double strength = std::min(in_vortex_n(here, *this, bears.newtons), core.steady_n);
   if (!(strength > 0.0)) return;
   out.plane(tube_slot, on_level ? detail::nearest_on_level_m(here, here.at_m, q, level.value) : here.proxy_m, core.direction,

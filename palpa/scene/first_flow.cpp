@@ -9,6 +9,7 @@
 #include "palpa/data/octave_parts.h"
 #include "palpa/data/quantile.h"
 #include "palpa/data/volume.h"
+#include "palpa/file/derived_name.h"
 
 namespace palpa::detail {
 namespace {
@@ -127,19 +128,45 @@ std::optional<Wall> wall_of(const Lattice& lattice, const Volume& volume, std::s
   return std::nullopt;
 }
 
+/// Number of the field of a store that is the curl of another.
+std::optional<std::size_t> derived_curl(const Volume& volume, std::size_t flow) {
+  const std::string name = name_of(DerivedArray{Derivation::curl, array_of(volume, flow)});
+  for (std::size_t f = 0; f < volume.fields.size(); ++f) {
+    if (array_of(volume, f) == name && volume.fields[f].field->components() == 3) return f;
+  }
+  return std::nullopt;
+}
+
+/// Lengths of a curl in the object: at its cells; of a field in octaves in blocks of octave 0, as means are shorter.
+std::vector<double> lengths_in(const Lattice& lattice, const Field& curl, const Object& object) {
+  std::vector<double> lengths;
+  const auto add = [&](const Field& field, const Vec3& at_m) {
+    if (const VectorSample c = field.vector(at_m); c.inside) lengths.push_back(norm(c.value));
+  };
+  if (const Octaves* octaves = octaves_of(curl)) {
+    constexpr int places = 64;  // [1] of a block. More: slower; fewer: a less certain median
+    for (const FieldPtr& block : octave_sample(*octaves))
+      for (int n = 1; n <= places; ++n) {
+        const Vec3 at_m = halton(n, block->bounds_m());
+        if (const auto cell = lattice.cell_at(at_m); cell && object.cells[*cell]) add(*block, at_m);
+      }
+  } else {
+    for (std::size_t n = 0; n < object.cells.size(); ++n) {
+      if (object.cells[n]) add(curl, lattice.middle_m(n));
+    }
+  }
+  return lengths;
+}
+
 /// Region where the flow rotates; none where it is uniform.
-std::optional<Turning> turning_of(const Lattice& lattice, const Field& field, const FlowPlaces& flow) {
-  const FieldPtr curl = derived(Derivation::curl, FieldPtr(FieldPtr(), &field));
+std::optional<Turning> turning_of(const Lattice& lattice, const FieldPtr& curl, const FlowPlaces& flow) {
   // A flow in solid rotation has a curl of twice its rate.
   Turning found;
   found.from = std::numbers::pi * flow.speeds.fast / largest_component(flow.object.box_m.size_m());
   std::vector<double> above;
-  for (std::size_t n = 0; n < flow.object.cells.size(); ++n) {
-    if (!flow.object.cells[n]) continue;
-    const VectorSample c = curl->vector(lattice.middle_m(n));
-    if (!c.inside) continue;
-    found.most = std::max(found.most, norm(c.value));
-    if (norm(c.value) > found.from) above.push_back(norm(c.value));
+  for (const double length : lengths_in(lattice, *curl, flow.object)) {
+    found.most = std::max(found.most, length);
+    if (length > found.from) above.push_back(length);
   }
   if (above.empty()) return std::nullopt;
   found.full = std::max(2.0 * found.from, median(above));
@@ -278,6 +305,14 @@ void leave_noise_out(const std::vector<Cell>& cells, FirstFlow& speeds) {
 
 }  // namespace
 
+std::string array_of(const Volume& volume, std::size_t field) {
+  const std::string& name = volume.fields[field].name;
+  for (const auto& asked : volume.request ? volume.request->fields : std::vector<VolumeRequest::FieldRequest>{}) {
+    if (asked.name == name && !asked.array.empty()) return asked.array;
+  }
+  return name;
+}
+
 FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t flow, const FirstFlow& speeds,
                        const std::vector<Statistics>& values) {
   const FieldPtr& field = volume.fields[flow].field;
@@ -297,8 +332,13 @@ FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t
     found.signal = signal_of(lattice, volume, flow, cells, flows, found.noisy, values);
   }
   found.object = largest_parts(lattice, std::move(flows), enough);
-  if (speeds.directions || found.in_octaves) return found;
-  found.turning = turning_of(lattice, *field, found);
+  if (speeds.directions) return found;
+  if (found.in_octaves) {
+    found.curl = derived_curl(volume, flow);
+    if (found.curl) found.turning = turning_of(lattice, volume.fields[*found.curl].field, found);
+    return found;
+  }
+  found.turning = turning_of(lattice, derived(Derivation::curl, field), found);
   found.vortices = vortices_of(lattice, *field, cells, found);
   return found;
 }

@@ -51,7 +51,8 @@ struct FlowPlaces {
   FirstFlow speeds;                  ///< without noise
   double noisy_share = 0.0;          ///< [1] part of the moving cells whose vectors disagree with their neighbours
   bool noisy = false;                ///< noise has to be masked
-  bool in_octaves = false;           ///< no fields are derived from it on a grid: no curl, coherence or Q
+  bool in_octaves = false;           ///< no fields are derived from it on a grid: no coherence or Q
+  std::optional<std::size_t> curl;   ///< of a field in octaves: number of its curl, which `palpa prepare --derive` wrote
   std::optional<FlowSignal> signal;  ///< of a flow that is noisy or fills little of the data
   std::optional<Vortices> vortices;
   std::optional<Turning> turning;
@@ -62,8 +63,11 @@ struct FlowPlaces {
 /// noise is felt.
 constexpr double coherence_of_noise = 0.2, coherence_of_flow = 0.35;
 
+/// Name of a field of the volume in its file. Allocates; any thread.
+std::string array_of(const Volume& volume, std::size_t field);
+
 /// Derives coherence and Q of the field, unless it has directions only; of a field in octaves the coherence of a sample of
-/// octave 0 alone.
+/// octave 0 alone, and its turning by the curl in its store.
 /// \param flow    number of the vector field
 /// \param speeds  of that field, from its statistics
 /// \param values  statistics of each field of the volume

@@ -1,7 +1,9 @@
 #include "palpa/scene/first_mode_tables.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 
 #include "palpa/base/wording.h"
 #include "palpa/scene/first_scene_lines.h"
@@ -140,32 +142,53 @@ std::string direction_rails(const std::string& field, const std::string& speed, 
                   "where neighbours disagree (0.3 of their length is left) there is no rail");
 }
 
-/// Rails along a flow in octaves: where it turns would need its curl.
+/// Noise that no mask leaves out.
+std::string noise_comment(const FlowPlaces& flow, const Where& where) {
+  if (!flow.in_octaves || !flow.noisy || !where.mask.empty()) return {};
+  return "# " + percent(flow.noisy_share) +
+         " of what moves is noise, which nothing leaves out: a volume larger than memory has no coherence()\n";
+}
+
+/// Command that writes the curl of a flow in octaves, as a comment; none for a file of several frames, of which none is
+/// derived.
+std::string curl_comment(const Volume& volume, std::size_t flow) {
+  if (volume.frames > 1) return {};
+  const auto is_plain = [](const std::string& name) {
+    return std::ranges::all_of(name, [](unsigned char c) {
+      return std::isalnum(c) || std::string_view("/._-+").find(static_cast<char>(c)) != std::string_view::npos;
+    });
+  };
+  const std::string store = volume.request ? volume.request->files.front().string() : "", array = array_of(volume, flow);
+  return "# palpa prepare " + (store.empty() || !is_plain(store) ? "STORE" : store) +
+         " --derive curl=" + (is_plain(array) ? array : "FIELD") +
+         " writes its curl: then rails are suggested only where it turns\n";
+}
+
+/// Rails along a flow in octaves without its curl.
 std::string plain_rails(const std::string& field, const std::string& speed, const FlowPlaces& flow, double beyond,
-                        const Where& where) {
+                        const Where& where, const std::string& curl_command) {
   std::string out = reasoned("[[mode]]", "free along the flow, held across it");
   out += mode_head("stream", "follow", field);
   out += reasoned("strength_n = " + ramp(speed, flow.speeds.empty, flow.speeds.moderate, beyond, rail_n),
                   "wherever it moves, all of it from the median on: a volume larger than memory has no curl() to follow");
-  if (flow.noisy && where.mask.empty())
-    out += "# " + percent(flow.noisy_share) +
-           " of what moves is noise, which nothing leaves out: a volume larger than memory has no coherence()\n";
-  return out + mask_line(where) + "\n";
+  return out + curl_command + noise_comment(flow, where) + mask_line(where) + "\n";
 }
 
 /// Variations of a flow as rails along it, and the flow as a push, which lets a hand feel its direction.
-std::string stream_modes(const std::string& field, const std::string& speed, const FlowPlaces& flow, double beyond,
-                         const Where& where) {
+/// \param curl  name of its curl  \param curl_command  comment without one
+std::string stream_modes(const std::string& field, const std::string& speed, const std::string& curl, const FlowPlaces& flow,
+                         double beyond, const Where& where, const std::string& curl_command) {
   const FirstFlow& speeds = flow.speeds;
   const std::optional<Turning>& turning = flow.turning;
-  std::string out = flow.in_octaves ? plain_rails(field, speed, flow, beyond, where) : std::string();
+  const bool lacks_curl = flow.in_octaves && !flow.curl;
+  std::string out = lacks_curl ? plain_rails(field, speed, flow, beyond, where, curl_command) : std::string();
   if (turning) {
     out += reasoned("[[mode]]", "free along the flow, held across it where it turns or shears; a uniform stream has no rail");
     out += mode_head("stream", "follow", field);
-    out += reasoned("strength_n = " + ramp("magnitude(curl(" + field + "))", turning->from, turning->full,
+    out += reasoned("strength_n = " + ramp("magnitude(" + curl + ")", turning->from, turning->full,
                                            rounded(4.0 * turning->most, turning->most), rail_n),
                     "from where it turns by a quarter while the stream crosses the data to the median of what turns faster");
-    out += mask_line(where) + "\n";
+    out += noise_comment(flow, where) + mask_line(where) + "\n";
   }
   out += reasoned("[[mode]]", "carried along by the flow: upstream costs more than downstream; it drives an idle hand");
   out += mode_head("current", "vector_force", field);
@@ -325,8 +348,9 @@ std::string flow_modes(const Volume& volume, const SceneNames& names, const std:
   const std::string unit = volume.fields[felt].unit.empty() ? "" : " " + volume.fields[felt].unit;
   const Where where = where_it_flows(names, values, flow);
 
+  const std::string curl = flow.curl ? names.of(*flow.curl) : "curl(" + field + ")";
   std::string out = speeds.directions ? direction_rails(field, speed, beyond) + mask_line(where)
-                                      : stream_modes(field, speed, flow, beyond, where);
+                                      : stream_modes(field, speed, curl, flow, beyond, where, curl_comment(volume, felt));
   out += "\n" + reasoned("[[mode]]", speeds.directions ? "viscous where there are directions"
                                                        : "viscous inside the flow: its extent can be felt");
   out += mode_head("fluid", "viscosity", field);

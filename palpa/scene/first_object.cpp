@@ -79,6 +79,15 @@ std::array<int, 3> Lattice::indices(std::size_t number) const noexcept {
   return {static_cast<int>(number % nx), static_cast<int>(number / nx % ny), static_cast<int>(number / nx / ny)};
 }
 
+std::optional<std::size_t> Lattice::cell_at(const Vec3& world_m) const noexcept {
+  const Vec3 at = (world_m - low_m_) / cell_m_;
+  const double along[3] = {at.x, at.y, at.z};
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!(along[a] >= 0.0 && along[a] < count_[a])) return std::nullopt;
+  }
+  return number(static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z));
+}
+
 Vec3 Lattice::middle_m(std::size_t number) const noexcept {
   const std::array<int, 3> at = indices(number);
   return low_m_ + cell_m_ * Vec3{at[0] + 0.5, at[1] + 0.5, at[2] + 0.5};

@@ -24,6 +24,8 @@ class Lattice {
     return (static_cast<std::size_t>(k) * count_[1] + j) * count_[0] + i;
   }
   std::array<int, 3> indices(std::size_t number) const noexcept;
+  /// Number of the cell around a place [m]; none outside.
+  std::optional<std::size_t> cell_at(const Vec3& world_m) const noexcept;
   /// [m] of a cell.
   Vec3 middle_m(std::size_t number) const noexcept;
   /// [m] around cells from `first` to `last`, both included.

@@ -57,7 +57,7 @@ std::string title_of(const detail::FlowPlaces& flow) {
   if (flow.speeds.directions) return "A first touch: rails along directions";
   std::string title = "A first touch of a flow: it carries the hand along";
   if (flow.turning) title += ", rails where it turns";
-  if (flow.in_octaves) title += ", rails along it";
+  if (flow.in_octaves && !flow.curl) title += ", rails along it";
   if (flow.vortices) title += ", a pull near the cores of its vortices";
   if (flow.wall)
     title += flow.wall->around ? ", a wall around it that gives way when pressed" : ", a body in it that holds when touched";
@@ -69,6 +69,7 @@ Draft draft_of_flow(const Volume& volume, const std::vector<Statistics>& values,
   const detail::FlowPlaces flow = detail::flow_places(lattice, volume, number, detail::first_flow(values[number]), values);
   if (flow.signal) names.used.push_back(flow.signal->field);
   if (flow.wall) names.used.push_back(flow.wall->field);
+  if (flow.curl && flow.turning) names.used.push_back(*flow.curl);
   Draft draft;
   draft.directions = flow.speeds.directions && !flow.in_octaves;  // without a sign they are read as a whole
   draft.title = title_of(flow);

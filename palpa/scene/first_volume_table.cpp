@@ -6,6 +6,7 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/base/utf8.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/body_hint.h"
 #include "palpa/data/field_name.h"
@@ -50,8 +51,8 @@ std::string doubt_of_size(const Volume& volume, const VolumeRequest& request) {
 std::string files_of(const VolumeRequest& request, const std::filesystem::path& folder) {
   std::string all;
   for (const std::filesystem::path& file : request.files) {
-    std::filesystem::path name = std::filesystem::absolute(file).lexically_normal();
-    if (!folder.empty()) {
+    std::filesystem::path name = absolute_place(file, true);
+    if (!folder.empty() && !is_web_address(file)) {
       const std::filesystem::path near = name.lexically_relative(std::filesystem::absolute(folder).lexically_normal());
       if (!near.empty() && (file.is_relative() || *near.begin() != "..")) name = near;
     }
@@ -93,7 +94,7 @@ SceneNames names_beside(const Volume& volume, SceneNames& first) {
 std::string volume_table(const Volume& volume, const VolumeRequest& request, const SceneNames& names,
                          const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : request.files) {
-    if (!is_utf8(std::filesystem::absolute(file).string()))
+    if (!is_utf8(absolute_place(file).string()))
       throw LoadError("its name, or that of its folder, is no UTF-8, which a scene has to be; rename it");
   }
   std::string out = "[volume." + names.volume + "]\n";

@@ -289,8 +289,7 @@ LoadedScene load_scene(const std::filesystem::path& path, const SceneOptions& op
   return load_scene(path, volume_reader(), standard_modes(), options);
 }
 
-LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
-                       const SceneOptions& options) {
+std::string read_scene_text(const std::filesystem::path& path) {
   const std::string name = path.string();
   const std::string of_data = "; for data, 'palpa info " + name + " --scene first.toml' writes a scene that can be run";
   const detail::InputFile file(path);
@@ -306,7 +305,12 @@ LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& re
       fail(name, "no scene" + of_data);
     }
   }
-  return parse_scene(std::move(text), name, path.parent_path(), read_volume, modes, options);
+  return text;
+}
+
+LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
+                       const SceneOptions& options) {
+  return parse_scene(read_scene_text(path), path.string(), path.parent_path(), read_volume, modes, options);
 }
 
 }  // namespace palpa

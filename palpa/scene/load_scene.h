@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,10 +15,24 @@
 
 namespace palpa {
 
+/// A scene whose text is valid as far as that is known without the data of a volume that its program gives.
+class MissingData : public SceneError {
+ public:
+  using SceneError::SceneError;
+};
+
+/// Volumes that a program gives, by name.
+using GivenVolumes = std::map<std::string, Volume, std::less<>>;
+
 /// Options of loading a scene.
 struct SceneOptions {
   std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
   std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
+  /// Data of each [volume.NAME] without 'file' and 'analytic'; MissingData is thrown where they are not there. nullptr: such a
+  /// table is an error. Outlives the call.
+  const GivenVolumes* given = nullptr;
+  /// Files by the name in the scene that the reader has without opening them. nullptr: none. Outlives the call.
+  const GivenVolumes* files = nullptr;
   bool thin_parts = false;  ///< also reports thin parts that the smoothing filter loses; reads all voxels for each level
 };
 
@@ -27,6 +43,9 @@ struct LoadedScene {
   std::vector<std::string> warnings;  ///< `PLACE: …` each
   std::vector<std::string> notes;     ///< sentences: losses of a filter that the scene names
 };
+
+/// Text of a scene file, byte for byte. Throws SceneError.
+std::string read_scene_text(const std::filesystem::path& path);
 
 /// Reads a scene file (docs/scene.md) with built-in modes, and its volumes by `palpa::read_volume`. Throws SceneError with
 /// file, line and column.

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "palpa/base/limits.h"
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/analytic.h"
 #include "palpa/data/grid.h"
@@ -116,6 +117,8 @@ template <class Act>
 auto at(const toml::node& node, const VolumePlan& plan, Act act) {
   try {
     return act();
+  } catch (const MissingData&) {
+    throw;
   } catch (const SceneError& error) {
     fail(place_of(node), error.what());
   } catch (const std::invalid_argument& error) {
@@ -165,6 +168,20 @@ void VolumeLoader::plan(const Section& scene) {
     plans_.push_back(plan_volume(name, *node->as_table()));
     names_.push_back(name);
   }
+  if (options_.given) check_given();
+}
+
+void VolumeLoader::check_given() const {
+  std::vector<std::string> places;
+  for (const VolumePlan& plan : plans_) {
+    if (plan.analytic.empty() && plan.request.files.empty()) places.push_back(plan.name);
+  }
+  for (const auto& [name, volume] : *options_.given) {
+    if (std::ranges::find(places, name) == places.end())
+      fail("volume " + in_quotes(name), "the scene has no table [volume." + name +
+                                            "] without 'file' and 'analytic', for the data of a program; " +
+                                            suggestion(name, places));
+  }
 }
 
 VolumePlan VolumeLoader::plan_volume(const std::string& name, const toml::table& table) const {
@@ -184,13 +201,15 @@ VolumePlan VolumeLoader::plan_volume(const std::string& name, const toml::table&
   }
   place(section, plan);
   const int sources = !plan.analytic.empty() + (section.node("file") != nullptr) + (section.node("files") != nullptr);
-  if (sources != 1) {
+  const bool given = sources == 0 && options_.given;
+  if (sources != 1 && !given) {
     fail(place_of(table), "volume " + in_quotes(name) + " has " + (sources == 0 ? "no data" : "two sources") +
                               "; give either 'file' or 'analytic'");
   }
   const bool formula = !plan.analytic.empty();
   for (const Key& key : detail::keys_of<VolumeRequest>()) {
     if (formula && section.node(key.name)) section.refuse(key.name, "speaks of a file; leave it out with 'analytic'");
+    if (given && section.node(key.name)) section.refuse(key.name, "speaks of a file, and there is none; leave it out");
   }
   if (plan.sampled && !formula) section.refuse("sampled", "is for embedded data; leave it out with 'file'");
   check_series(section, plan);
@@ -199,7 +218,7 @@ VolumePlan VolumeLoader::plan_volume(const std::string& name, const toml::table&
       section.refuse(key, "speaks of voxels, and a formula has none; give 'sampled', too, or leave it out");
     }
   }
-  if (!formula) find_data(section, plan);
+  if (!formula && !given) find_data(section, plan);
   for (const Key& key : detail::keys_of<detail::VolumePart>()) {
     if (const toml::node* node = section.node(key.name)) plan.source += key.name + " = " + text_of(*node) + "\n";
   }
@@ -229,6 +248,12 @@ std::vector<std::filesystem::path> VolumeLoader::candidates_of(const std::filesy
 
 std::filesystem::path VolumeLoader::find_file(const std::string& file, const Section& section) const {
   if (file.empty() || file.find('\0') != std::string::npos) section.refuse("file", "is no path; give the path of a file");
+  if (is_web_address(file)) {
+    const std::string problem = detail::problem_with_web_address(file);
+    if (!problem.empty()) section.refuse("file", problem);
+    return file.substr(0, file.find_last_not_of('/') + 1);
+  }
+  if (options_.files && options_.files->contains(file)) return file;
   const std::filesystem::path path(file);
   std::vector<std::string> looked;
   for (const std::filesystem::path& candidate : candidates_of(path)) {
@@ -244,6 +269,7 @@ std::filesystem::path VolumeLoader::find_file(const std::string& file, const Sec
 // The files of a series, in the order of their frames: those whose names match, in the first folder that has any.
 std::vector<std::filesystem::path> VolumeLoader::find_files(const std::string& pattern, const Section& section) const {
   const toml::node& node = *section.node("files");
+  if (is_web_address(pattern)) section.refuse("files", "is an address, and a series over HTTP is one store; give it by 'file'");
   const std::filesystem::path path(pattern);
   if (pattern.empty() || pattern.find('\0') != std::string::npos || !path.has_filename()) {
     section.refuse("files", "is no pattern of paths; give one like \"phase_*.vti\"");
@@ -264,8 +290,15 @@ std::vector<std::filesystem::path> VolumeLoader::find_files(const std::string& p
                            (path.is_absolute() ? "" : "; name the folder they are in with --data or $PALPA_DATA"));
 }
 
+const Volume& VolumeLoader::given(const VolumePlan& plan) const {
+  const auto found = options_.given->find(plan.name);
+  if (found != options_.given->end()) return found->second;
+  throw MissingData(place_of(*plan.table) + ": volume " + in_quotes(plan.name) + " has no data yet; give it a grid");
+}
+
 Volume VolumeLoader::data_of(const VolumePlan& plan) const {
   if (!plan.analytic.empty()) return make(plan);
+  if (plan.request.files.empty()) return given(plan);
   return plan.frame_period_s ? read_series(plan.request, *plan.frame_period_s, plan.between_frames, read_volume_)
                              : read_volume_(plan.request);
 }

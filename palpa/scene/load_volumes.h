@@ -35,10 +35,12 @@ class VolumeLoader {
 
  private:
   VolumePlan plan_volume(const std::string& name, const toml::table& table) const;
+  void check_given() const;
   void find_data(const Section& section, VolumePlan& plan) const;
   std::vector<std::filesystem::path> candidates_of(const std::filesystem::path& path) const;
   std::filesystem::path find_file(const std::string& file, const Section& section) const;
   std::vector<std::filesystem::path> find_files(const std::string& pattern, const Section& section) const;
+  const Volume& given(const VolumePlan& plan) const;
   Volume data_of(const VolumePlan& plan) const;
   void open(const VolumePlan& plan, Scene& scene, std::vector<std::string>& warnings) const;
 

@@ -192,7 +192,8 @@ void visit_part(detail::VolumePart& part, ParameterVisitor& visitor) {
   each(
       part, visitor,
       param("file", &V::file,
-            "the file, several that belong together (PLOT3D), the folder of a case (OpenFOAM), or an array in a file "
+            "the file, several that belong together (PLOT3D), the folder of a case (OpenFOAM) or of a store (Zarr), the web "
+            "address of a store, or an array in a file "
             "(\"flow.h5:/velocity\"); a relative path is looked for beside the scene, then in each --data folder, "
             "then in $PALPA_DATA")
           .written("path, or [path, …]"),
@@ -239,31 +240,36 @@ void visit_part(detail::VolumePart& part, ParameterVisitor& visitor) {
 
 void visit_part(VolumeRequest& part, ParameterVisitor& visitor) {
   using R = VolumeRequest;
-  each(part, visitor,
-       param("length_unit", &R::length_unit, "unit of length of a file that says none, or one that is unknown",
-             Words(detail::proposed_length_units))
-           .written(
-               "\"m\", \"cm\", \"mm\", \"um\", \"nm\", \"km\", \"angstrom\", \"in\", \"ft\" or another, in any usual spelling")
-           .left_out("the file's; else mm for medical formats, m for others"),
-       named_list_param("fields", &R::fields, "which arrays of the file are fields, and what they are called")
-           .written("{array = text, arrays = [x, y, z], unit = text}")
-           .left_out("all, under the file's names"),
-       param("frame", &R::frame, "which frame of a file that holds several, counted from 0", Range{0, 1e6}),
-       param("as", &R::as, "takes a file of three frames as one vector field", Words(vector_word)),
-       param("series", &R::series, "which series of a DICOM folder that holds several; `palpa info` lists them")
-           .written("UID")
-           .left_out("the largest"),
-       param("components_along", &R::components_along,
-             "the axes that the components of vectors are along: those of the file's space, or those of its grid (FSL's "
-             "directions)",
-             Words(components_along))
-           .left_out("\"file\""),
-       param("memory_mb", &R::memory_mb,
-             "a store (OME-Zarr) whose finest octave takes more memory is felt through windows about the proxy", Range{0, 1e6})
-           .left_out("512"),
-       param("time", &R::time_s, "which moment of a case that holds several", Range{0, unbounded}, Words(latest))
-           .written("\"latest\", or number [s]")
-           .left_out("\"latest\""));
+  each(
+      part, visitor,
+      param("length_unit", &R::length_unit, "unit of length of a file that says none, or one that is unknown",
+            Words(detail::proposed_length_units))
+          .written(
+              "\"m\", \"cm\", \"mm\", \"um\", \"nm\", \"km\", \"angstrom\", \"in\", \"ft\" or another, in any usual spelling")
+          .left_out("the file's; else mm for medical formats, m for others"),
+      named_list_param("fields", &R::fields, "which arrays of the file are fields, and what they are called")
+          .written("{array = text, arrays = [x, y, z], unit = text}")
+          .left_out("all, under the file's names"),
+      param("frame", &R::frame, "which frame of a file that holds several, counted from 0", Range{0, 1e6}),
+      param("as", &R::as, "takes a file of three frames as one vector field", Words(vector_word)),
+      param("series", &R::series, "which series of a DICOM folder that holds several; `palpa info` lists them")
+          .written("UID")
+          .left_out("the largest"),
+      param("components_along", &R::components_along,
+            "the axes that the components of vectors are along: those of the file's space, or those of its grid (FSL's "
+            "directions)",
+            Words(components_along))
+          .left_out("\"file\""),
+      param("memory_mb", &R::memory_mb,
+            "a store (OME-Zarr) whose finest octave takes more memory is felt through windows about the proxy", Range{0, 1e6})
+          .left_out("512"),
+      param("coarsest_mm", &R::coarsest_mm,
+            "width [mm, in the file's frame] of the widest voxels that are felt; strengths fade where octaves would be coarser",
+            positive)
+          .left_out("any width"),
+      param("time", &R::time_s, "which moment of a case that holds several", Range{0, unbounded}, Words(latest))
+          .written("\"latest\", or number [s]")
+          .left_out("\"latest\""));
   Crop crop;
   if (const auto& c = part.crop) crop.m = {c->low_m.x, c->low_m.y, c->low_m.z, c->high_m.x, c->high_m.y, c->high_m.z};
   each(crop, visitor,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/filter.h"
 #include "palpa/data/volume.h"
@@ -148,8 +149,7 @@ detail::PosePart part_of(const Similarity& pose) {
 detail::VolumePart part_of(const VolumeRequest& request) {
   detail::VolumePart part{.request = request};
   std::vector<std::string> files;
-  for (const std::filesystem::path& file : request.files)
-    files.push_back(std::filesystem::absolute(file).lexically_normal().string());
+  for (const std::filesystem::path& file : request.files) files.push_back(detail::absolute_place(file, true).string());
   if (files.size() == 1) {
     part.file = files.front();
   } else {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "palpa/mode/tick_work.h"
-#include "palpa/session/coulomb_friction.h"
 #include "palpa/session/directed_force_limiter.h"
 #include "palpa/session/level_estimate.h"
 #include "palpa/session/mode_runtime.h"
-#include "palpa/session/tool_law.h"
+#include "palpa/solver/coulomb_friction.h"
+#include "palpa/solver/tool_law.h"
 
 namespace palpa {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "palpa/mode/crossings.h"
-#include "palpa/mode/state_arena.h"
 #include "palpa/session/session.h"
+#include "palpa/solver/state_arena.h"
 
 namespace palpa {
 

@@ -1,9 +1,9 @@
 // Coupling force on the hand (Eq. 1), less the extension due to unprocessed probe motion.
 #pragma once
 
-#include "palpa/session/damper.h"
 #include "palpa/session/lag_compensator.h"
 #include "palpa/solver/coupling.h"
+#include "palpa/solver/damper.h"
 #include "palpa/solver/tool.h"
 
 namespace palpa {

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "palpa/data/octaves.h"
-#include "palpa/mode/state_arena.h"
 #include "palpa/scene/scene.h"
 #include "palpa/session/felt_octave.h"
 #include "palpa/session/mode_runtime.h"
 #include "palpa/session/session.h"
+#include "palpa/solver/state_arena.h"
 #include "palpa/solver/tool.h"
 
 namespace palpa {
@@ -38,9 +38,10 @@ class DataMoments {
   DataTime view() const noexcept { return at(state_.view_s, state_.view_octave); }
   /// Whether octaves fade: samples or proxy are not yet at the felt octave, or a mode whose level jumped fades.
   bool octaves_fade() const noexcept;
-  /// Way [m] that the proxy may go in `time_s` [s] while octaves fade and hand and data move by `moved_m` [m]. A level that is
-  /// lost, or slides out from under the proxy, is a step of the data and none of the hand: the proxy leaves it in many ticks.
-  static double fading_way_m(double moved_m, double time_s, double stiffness_n_per_m) noexcept;
+  /// Way [m] that the proxy may go in `time_s` [s] while octaves fade, the hand moves by `hand_m` and the data by `data_m` [m].
+  /// A level that is lost, or slides out from under the proxy, is a step of the data and none of the hand: the proxy leaves it
+  /// in many ticks.
+  static double fading_way_m(double hand_m, double data_m, double time_s, double stiffness_n_per_m) noexcept;
   /// Moment up to which the proxy has followed the data.
   DataTime followed() const noexcept { return at(state_.followed_s, state_.followed_octave); }
 

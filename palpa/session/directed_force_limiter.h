@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "palpa/mode/state_arena.h"
-#include "palpa/session/tool_law.h"
+#include "palpa/solver/state_arena.h"
+#include "palpa/solver/tool_law.h"
 
 namespace palpa {
 

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "palpa/mode/crossings.h"
-#include "palpa/mode/state_arena.h"
 #include "palpa/scene/mode_inputs.h"
 #include "palpa/session/contact_fade.h"
 #include "palpa/session/contact_table.h"
 #include "palpa/session/sub_step.h"
+#include "palpa/solver/state_arena.h"
 #include "palpa/solver/tool.h"
 
 namespace palpa {

@@ -118,8 +118,10 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   path_m_ = queue_.push(probe, time_step_s, tool_);
   moments_.choose_octave(c.proxy, path_m_, time_step_s);
   if (moments_.can_change()) find_changes();
-  octaves_fade_ = changes_ && moments_.octaves_fade();
-  if (changes_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, moments_.followed(), moments_.now()));
+  const double data_way_m = changes_ ? modes_.motion_m(c.proxy, moments_.followed(), moments_.now()) : 0.0;
+  const bool is_limited = c.is_held_back || (changes_ && moments_.octaves_fade());
+  allowed_m_ = is_limited ? DataMoments::fading_way_m(path_m_, data_way_m, time_step_s, stiffness_n_per_m_) : unbounded;
+  path_m_ = std::max(path_m_, data_way_m);
 
   ProbeSegment& segment = segment_;
   for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
@@ -192,13 +194,6 @@ DataMoments::Step ProxyPath::advance_data(const ProbeSegment& segment) noexcept 
   return step;
 }
 
-// Sets the way that the proxy may go in a segment.
-void ProxyPath::allow_way(const ProbeSegment& segment) noexcept {
-  const double moved_m = tool_.way_m(segment.from, segment.to) + modes_.furthest_carried_m();
-  const bool is_limited = octaves_fade_ || state_.is_held_back;
-  state_.allowed_m = is_limited ? DataMoments::fading_way_m(moved_m, segment.time_s, stiffness_n_per_m_) : unbounded;
-}
-
 void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
   StepContext context{state_.proxy, segment.to, segment.time_s, stiffness_n_per_m_};
   const Pose& start = context.start;
@@ -207,7 +202,6 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
   step_m_ = step_share_ / refined_ * finest_m;
   context.spacing_m = spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
   const DataMoments::Step follows = changes_ ? advance_data(segment) : DataMoments::Step{};
-  if (segment.fresh) allow_way(segment);
   if (!settles) modes_.begin_step(state_.step_start = start);
   const Move made = move(segment, context, settles);
 
@@ -230,8 +224,8 @@ void ProxyPath::sub_step(ProbeSegment& segment) noexcept {
     // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, end, follows, is_settled && !lets_go);
-    state_.allowed_m -= went_m;
-    state_.is_held_back = !(state_.allowed_m > bound_m);
+    allowed_m_ -= went_m;
+    state_.is_held_back = !(allowed_m_ > bound_m);
     if (state_.is_held_back || (creeps && !lets_go)) leave_rest();
     accept(segment, made, context, settles);
     model_.end_move();
@@ -408,7 +402,8 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = tool_.way_m(start, segment.to) > longest && is_free();
   if (flies) longest = longest_flight_m();
-  longest = std::min({longest, flies ? moments_.reach_m(start, segment.to) : moments_.reach_m(start), state_.allowed_m});
+  longest =
+      std::min({longest, flies ? moments_.reach_m(start, segment.to) : moments_.reach_m(start), std::max(bound_m, allowed_m_)});
   const auto shorten = [&](Pose& end, const Motion& motion, double share) {
     if (share < 1.0) end = tool_.moved(start, share * motion);
   };

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "palpa/mode/crossings.h"
-#include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/contact_problem.h"
 #include "palpa/session/contact_table.h"
@@ -16,6 +15,7 @@
 #include "palpa/session/probe_queue.h"
 #include "palpa/session/session.h"
 #include "palpa/session/step_record.h"
+#include "palpa/solver/state_arena.h"
 
 namespace palpa {
 
@@ -104,8 +104,7 @@ class ProxyPath {
     Pose step_start;                     // of the moves that settle a step
     double max_move_m = 0.0;             // bound on this segment's moves; less after each turn back
     int turns = 0;                       // of this segment: turned back, or without end
-    double allowed_m = 0.0;              // left of the way that the proxy may go in this segment
-    bool is_held_back = false;           // stopped there
+    bool is_held_back = false;           // its way in a tick was limited, and it went that far
     double left_s = 0.0, whole_s = 0.0;  // of the segment: pending and whole time
     Pose followed;                       // pose of the probe's path that the proxy has followed to
   };
@@ -126,7 +125,6 @@ class ProxyPath {
     return moments_.elapsed_s() - queue_.time_behind_s(segment);
   }
   DataMoments::Step advance_data(const ProbeSegment& segment) noexcept;
-  void allow_way(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
   Pose stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
@@ -161,8 +159,8 @@ class ProxyPath {
 
   WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;
-  bool changes_ = false;       // the data change in this tick
-  bool octaves_fade_ = false;  // they do so because the felt octave changes
+  bool changes_ = false;    // the data change in this tick
+  double allowed_m_ = 0.0;  // left of the way that the proxy may go in this tick
   Tool tool_;
   ContactTable contacts_;
   ModeRuntime modes_;

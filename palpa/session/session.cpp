@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "palpa/baseline/law.h"
-#include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/coupling_force.h"
 #include "palpa/session/ledger.h"
 #include "palpa/session/proxy_path.h"
-#include "palpa/session/split.h"
 #include "palpa/solver/solver.h"
+#include "palpa/solver/split.h"
+#include "palpa/solver/state_arena.h"
 
 namespace palpa {
 

@@ -96,7 +96,8 @@ struct WindowNeed {
   std::span<const Vec3> ahead_m;
   double way_m = 0.0;       ///< [m, world] of a foot in the tick, as the probe moves
   Vec3 velocity_m_per_s{};  ///< [world] of the proxy, mean of the last 5 ms
-  DataTime time;            ///< at which the data are posed
+  DataTime time;            ///< at which the data are posed: at the end of the tick
+  DataTime from;            ///< up to which the proxy has followed the data: the tick samples those from there to `time`
 };
 
 /// A scene in use: its proxy, the modes' memories, the ledger. Holds a snapshot of the scene (voxels shared). Construction

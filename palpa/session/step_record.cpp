@@ -61,7 +61,12 @@ void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const Mode
     const PrimitiveState state =
         contact ? contact->state
                 : model.law().at_foot(step.balance, p.id, [&](const Balance& at) { return state_at(set.primitives(), i, at); });
-    placed_.emplace_back(p, set.captured(i), forces[i], state, carried_m, tool.lever_m(step.start_turn, p.id.foot));
+    const Friction& friction = set.friction_of(i);
+    const std::int32_t plane_slot = friction.any() ? set[set.row(static_cast<std::size_t>(friction.plane))].id.slot : -1;
+    const HeldLevel& level = set.captured(i);
+    const bool rides = level.any() ? level.goes_along : kind != PrimitiveKind::directed && p.position_m == modes.origin_m(p.id);
+    placed_.emplace_back(p, set.captured(i), forces[i], state, carried_m, tool.lever_m(step.start_turn, p.id.foot),
+                         friction.coefficient, plane_slot, rides);
     placed_.back().primitive.kind = kind;
     if (kind == PrimitiveKind::directed) step.directed_n += forces[i];
   }

@@ -116,8 +116,12 @@ struct PlacedPrimitive {
   HeldLevel captured;
   Vec3 force_n;  ///< in the law's split; other splits of a shared load are as valid
   PrimitiveState state = PrimitiveState::off;
-  Vec3 carried_m;  ///< motion of the proxy with moving data of its mode in the whole sub-step
-  Vec3 lever_m{};  ///< from the device's point of a tool to the foot, at the start of the sub-step; zero for a point
+  Vec3 carried_m;            ///< motion of the proxy with moving data of its mode in the whole sub-step
+  Vec3 lever_m{};            ///< from the device's point of a tool to the foot, at the start of the sub-step; zero for a point
+  double coefficient = 0.0;  ///< [1] of a Coulomb friction line, whose strength is that times the force of its plane
+  std::int32_t plane_slot = -1;  ///< of a Coulomb friction line: slot of its plane or corner, of this mode and foot; -1: none
+  bool rides = false;  ///< lies at the start of the foot, carried by moving data, or is a material's: in the next sub-step it
+                       ///< lies elsewhere
 };
 
 /// Way [m] of a primitive's foot in a sub-step, linear in the turn; of a point that of the proxy.

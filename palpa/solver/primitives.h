@@ -86,6 +86,7 @@ struct HeldLevel {
   double value = 0.0;         ///< in the field's own unit
   double pressed_to = value;  ///< in the field's own unit: position of the plane, deeper than `value` after yielding
   bool limited = false;       ///< data end nearby: the strength is reduced
+  bool goes_along = false;    ///< of a material: the level of the foot, wherever it gets to
   bool any() const noexcept { return field >= 0; }
   /// Ignores `pressed_to`.
   friend bool operator==(const HeldLevel& a, const HeldLevel& b) noexcept { return a.field == b.field && a.value == b.value; }

@@ -9,6 +9,7 @@
 #include "palpa/study/check_judge.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/released_device.h"
+#include "palpa/trace/windows.h"
 
 namespace palpa {
 namespace {
@@ -172,6 +173,36 @@ CheckReport detail::judged(const Scene& scene, const DevicePlant& plant, std::ve
   return report;
 }
 
+namespace {
+
+/// Octaves to expect of the volumes that modes feel through windows. One loader makes those of all fields, and of the frames
+/// of a series that are needed together.
+std::vector<CheckedOctaves> expected_of(const Scene& scene, const ReadOptions& read) {
+  constexpr int slots = 16;  // [1] More: more memory; fewer: slow disks are used less
+  std::vector<CheckedOctaves> octaves;
+  const std::vector<TracedField> fields = traced_fields(scene);
+  if (fields.empty()) return octaves;
+  const Session session(scene);
+  const Stock& stock = session.stock();
+  int loaded = 0;
+  stock.for_each_needed_live(scene.time().at(0.0), [&](std::size_t, double) { ++loaded; });
+  for (const TracedField& field : fields) {
+    const auto& request = scene.find_volume(field.volume)->volume.request;
+    bool is_felt = false;
+    for (std::size_t n = 0; n < stock.size(); ++n) is_felt = is_felt || &stock.octaves(n) == field.octaves;
+    if (!is_felt || !request || (!octaves.empty() && octaves.back().volume == field.volume)) continue;
+    StoreReader reader(request->files.front(), read, slots);
+    // A derived field, a store of its own, may have more octaves.
+    const int count = std::min(field.octaves->count(), static_cast<int>(reader.contents().octaves.size()));
+    octaves.push_back(
+        {field.volume, expected_octaves(reader.contents(), count, field.posed->spacing_m() / scene.hand_to_world().scale,
+                                        measured_chunk_s(reader), loaded)});
+  }
+  return octaves;
+}
+
+}  // namespace
+
 CheckReport check(const Scene& asked, const DevicePlant& asked_plant, const CheckOptions& options) {
   constexpr double spacing_m = 0.01;
   const DevicePlant plant = checked_plant(asked_plant);
@@ -186,6 +217,7 @@ CheckReport check(const Scene& asked, const DevicePlant& asked_plant, const Chec
     own_up(asked.coupling(), scene.coupling(), report);
     own_up_to_turning(asked, scene, report);
   }
+  report.octaves = expected_of(scene, options.read);
   if (options.map) detail::draw_map(scene, report, part(0.9, 1.0));
   return report;
 }

@@ -9,6 +9,7 @@
 
 #include "palpa/study/bounds.h"
 #include "palpa/study/check_trial.h"
+#include "palpa/study/expected_octaves.h"
 
 namespace palpa {
 
@@ -67,6 +68,12 @@ struct MarginPoint {
   Grade grade = Grade::fine;  ///< rests, hums, shakes
 };
 
+/// Octaves to expect of a volume larger than memory, in the scene's zoom.
+struct CheckedOctaves {
+  std::string volume;  ///< its name in the scene
+  OctaveExpectation expected;
+};
+
 struct CheckReport {
   DevicePlant plant;
   CouplingOptions coupling;  ///< as felt on the device
@@ -85,9 +92,11 @@ struct CheckReport {
   std::vector<double> injected_j, dissipated_j;  ///< by mode, the largest of a trial
   std::vector<Change>
       changes;  ///< proposed changes; empty: none helps, or is needed. The search improves the report (`detail::is_better`)
-  std::vector<std::string> advice;     ///< sentences beyond changes of numbers
-  Grade grade_after = Grade::fine;     ///< the gravest finding with `changes`
-  std::string verdict_after;           ///< that finding in a line; empty without changes
+  std::vector<std::string> advice;  ///< sentences beyond changes of numbers
+  Grade grade_after = Grade::fine;  ///< the gravest finding with `changes`
+  std::string verdict_after;        ///< that finding in a line; empty without changes
+  /// Of the felt volumes that are larger than memory. The verdict is of the device alone.
+  std::vector<CheckedOctaves> octaves;
   std::vector<StableStiffness> curve;  ///< for the picture, D ascending
   std::vector<MarginPoint> map;
 };
@@ -95,6 +104,7 @@ struct CheckReport {
 struct CheckOptions {
   bool advise = true;                    ///< searches for improvements, and checks them
   bool map = false;                      ///< computes `curve` and `map`
+  ReadOptions read;                      ///< of stores, for the time of their chunks
   std::function<void(double)> progress;  ///< called with the share done, from this thread; may be empty
 };
 

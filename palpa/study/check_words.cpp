@@ -52,6 +52,8 @@ std::string to_table(const CheckReport& report) {
     out += text("  place      %-12s (%+.0f, %+.0f, %+.0f mm): %.2f N, changes direction by %.2f N in a millimetre\n",
                 place.why.c_str(), 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z, place.force_n,
                 place.turn_n);
+  for (const CheckedOctaves& octaves : report.octaves)
+    out += "  octaves    " + octaves.volume + ": " + words_of(octaves.expected) + "\n";
   out += "\n";
   for (const CheckFinding& finding : report.findings)
     out += text("  %-5s%-12s", name_of(finding.grade), finding.key.c_str()) + finding.words +
@@ -105,6 +107,8 @@ std::string to_json(const CheckReport& report) {
             {"verdict_after_changes", name_of(report.grade_after)},
             {"reason_after_changes", report.verdict_after.empty() ? report.verdict : report.verdict_after},
             {"advice", report.advice}};
+  for (const CheckedOctaves& octaves : report.octaves)
+    json["felt_live"][octaves.volume] = Json::parse(to_json(octaves.expected));
   if (report.turning_radius_m > 0.0) {
     json["turn_stiffness_nm_per_rad"] = turn_stiffness_of(report);
     json["turning_radius_m"] = report.turning_radius_m;

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <limits>
 
+#include "palpa/loop/window_policy.h"
+
 namespace palpa::detail {
 
-int octave_to_search(const Stock& stock) {
+void feel_octave_of_search(Session& session) {
+  Stock& stock = session.stock();
   constexpr std::int64_t most_voxels = 256;  // along an axis. More: a slower start of runs; fewer: places are rougher
   int octave = 0;
   for (std::size_t n = 0; n < stock.size(); ++n) {
@@ -14,7 +17,12 @@ int octave_to_search(const Stock& stock) {
     while (own < octaves.count() - 1 && std::ranges::max(octaves.dims(own)) > most_voxels) ++own;
     octave = std::max(octave, own);
   }
-  return octave;
+  stock.set_finest(octave);
+  for (std::size_t n = 0; n < stock.size(); ++n) {
+    const Octaves& octaves = stock.octaves(n);
+    const WindowPlace all{&octaves, octave, {}, octaves.sampled_grid(octave).dims};
+    if (can_be_felt_live(all)) stock.lay(n, octave, octaves.window(octave, all.first, all.dims));
+  }
 }
 
 std::vector<std::unique_ptr<Feeler>> feelers(const Scene& scene) {

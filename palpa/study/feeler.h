@@ -50,17 +50,18 @@ struct Way {
   double deepened_m(double arm_stiffness_n_per_m) const { return 0.5 * bears_m + half_force_n / arm_stiffness_n_per_m; }
 };
 
-/// Finest octave of volumes larger than memory with at most 256 voxels along each axis, or the coarsest: all of it is read in a
-/// moment, as a search of places does.
-int octave_to_search(const Stock& stock);
+/// Prepares a session for a search of places: of volumes larger than memory it feels the finest octave with at most 256 voxels
+/// along each axis, or the coarsest, with all of it in memory. Reads it: blocks. Throws LoadError if the source of voxels
+/// fails.
+void feel_octave_of_search(Session& session);
 
-/// Samples paths, each with a fresh session: no level is broken, no state of other paths. A tool is upright; volumes larger than
-/// memory are felt in `octave_to_search`. One thread each.
+/// Samples paths, each with a fresh session: no level is broken, no state of other paths. A tool is upright; volumes larger
+/// than memory are felt as `feel_octave_of_search` prepares them. One thread each.
 class Feeler {
  public:
   explicit Feeler(const Scene& scene)
       : scene_(scene), fresh_(scene), session_(scene), reach_m_(Tool(scene.tool(), scene.coupling()).reach_m()) {
-    session_.stock().set_finest(octave_to_search(session_.stock()));
+    feel_octave_of_search(session_);
   }
 
   /// \param until  stop at the end of the first contact, of the first level, or of the path

@@ -7,42 +7,15 @@
 #include <utility>
 
 #include "palpa/base/printed.h"
-#include "palpa/base/wording.h"
 #include "palpa/device/blocked_signals.h"
 
 namespace palpa {
 namespace {
 
-/// Clamps the scene to the device's limits; reports the changes, and sets them in the trace's scene as well.
-void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
-  const Scene scene = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits));
-  const CouplingOptions& asked = scene.coupling();
-  const auto tell = [&](double wanted, double taken, const std::string& key, const char* unit) {
-    if (wanted == taken) return;
-    const std::string text = detail::text("%s: the scene has %g %s, the device allows %g %s, which is used.", key.c_str(),
-                                          wanted, unit, taken, unit);
-    header.sets.emplace_back(key, detail::toml_number(taken));
-    prepared.notes.push_back(text);
-    header.notes.push_back(text);
-  };
-  const CouplingOptions& held = prepared.loaded.scene.coupling();
-  const std::string of_tool = scene.hands().empty() ? "tool." : "hand." + scene.hands().front().name + ".tool.";
-  tell(asked.stiffness_n_per_m, held.stiffness_n_per_m, "coupling.stiffness_n_per_m", "N/m");
-  tell(asked.damping_ns_per_m, held.damping_ns_per_m, "coupling.damping_ns_per_m", "N·s/m");
-  if (scene.tool() != prepared.loaded.scene.tool())
-    tell(Tool(scene.tool(), asked).turning_radius_m(), *prepared.loaded.scene.tool().turning_radius_m,
-         of_tool + "turning_radius_m", "m");
-  if (asked.turn_damping_nms_per_rad != held.turn_damping_nms_per_rad) {
-    const double radius_m = Tool(scene.tool(), asked).turning_radius_m();
-    tell(asked.turn_damping_nms_per_rad.value_or(asked.damping_ns_per_m * radius_m * radius_m), *held.turn_damping_nms_per_rad,
-         "coupling.turn_damping_nms_per_rad", "N·m·s/rad");
-  }
-}
-
 /// Header of a live run's trace, with the scene clamped to the device's limits.
 TraceHeader live_header(const RunOptions& options, PreparedRun& prepared, const DeviceLimits& limits) {
   TraceHeader header = detail::header_of(options, prepared, limits);
-  hold_to(limits, prepared, header);
+  detail::hold_to(limits, prepared, header);
   header.motors = true;
   header.device_continuous_force_n = limits.continuous_force_n;
   header.device_max_damping_ns_per_m = limits.max_damping_ns_per_m;

@@ -2,7 +2,11 @@
 
 #include <charconv>
 #include <cmath>
+#include <utility>
 
+#include "palpa/base/printed.h"
+#include "palpa/base/web_address.h"
+#include "palpa/base/wording.h"
 #include "palpa/data/volume.h"
 #include "palpa/trace/windows.h"
 #include "palpa/version.h"
@@ -28,7 +32,7 @@ std::vector<SourceFile> data_files(const Scene& scene) {
   std::vector<SourceFile> files;
   for (const SceneVolume& volume : scene.volumes()) {
     for (SourceFile file : volume.volume.files) {
-      file.path = std::filesystem::absolute(file.path).string();
+      file.path = absolute_place(file.path).string();
       files.push_back(std::move(file));
     }
   }
@@ -68,6 +72,15 @@ TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, co
   header.primitives = options.primitives;
   header.notes = prepared.notes;
   return header;
+}
+
+void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
+  const Scene scene = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits));
+  for (const TakenLimit& limit : taken_limits(scene, prepared.loaded.scene)) {
+    header.sets.emplace_back(limit.path, toml_number(limit.value));
+    prepared.notes.push_back(limit.sentence);
+    header.notes.push_back(limit.sentence);
+  }
 }
 
 Recording::Recording(const RunOptions& options, const TraceHeader& header, const LoadedScene& loaded) {

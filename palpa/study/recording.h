@@ -24,6 +24,10 @@ std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, cons
 /// Trace header of this run. \param limits  of the device
 TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits);
 
+/// Clamps the scene to the device's limits (`clamped_to`); reports the changes in `prepared.notes` and the header's, and sets
+/// them in the trace's scene as well.
+void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header);
+
 /// Trace of a run in progress; empty without recording.
 class Recording {
  public:

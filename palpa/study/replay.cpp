@@ -48,8 +48,9 @@ class Windows {
     if (session.stock().empty()) return;
     const std::vector<TracedField> fields = traced_fields(scene);
     const auto named = [&](const auto& row) {
-      const auto found = std::ranges::find_if(
-          fields, [&](const TracedField& field) { return field.volume == row.volume && field.field == row.field; });
+      const auto found = std::ranges::find_if(fields, [&](const TracedField& field) {
+        return field.volume == row.volume && field.field == row.field && field.frame == row.frame;
+      });
       if (found == fields.end())
         throw LoadError(trace.string() + ": has windows of " + row.volume + "." + row.field +
                         ", a field that its scene has not in a volume larger than memory; record it again");

@@ -106,7 +106,11 @@ std::vector<RunResult> run_live(std::span<const RunOptions> options, std::span<P
     hands.push_back({&options[h], &prepared[h], device});
     telling.push_back(std::make_unique<Telling>(options[h], prepared[h]));
   }
-  LiveRun live(hands, [&](std::size_t hand, const TickFrame& frame, const Session& felt) { telling[hand]->add(frame, felt); });
+  const HandObserver& observer = options.front().live->observer;
+  LiveRun live(hands, [&](std::size_t hand, const TickFrame& frame, const Session& felt) {
+    telling[hand]->add(frame, felt);
+    if (observer) observer(hand, frame, felt);
+  });
   std::vector<LiveScene*> scenes;
   for (std::size_t h = 0; h < options.size(); ++h) scenes.push_back(&live.scene(h));
   const auto& watch = options.front().live->watch;
@@ -140,6 +144,16 @@ double loop_duration_s(const PreparedRun& prepared, double rate_hz) {
   return (std::floor(prepared.duration_s * rate_hz + rounding_ticks) + 1.0) / rate_hz;
 }
 
+/// Sentences about chunks that are lost or damaged, of all fields of a store once.
+std::vector<std::string> problems_of(const Stock& stock) {
+  std::vector<std::string> all;
+  for (std::size_t n = 0; n < stock.size(); ++n) {
+    for (const std::string& sentence : stock.octaves(n).shape().source->problems_from(0))
+      if (std::ranges::find(all, sentence) == all.end()) all.push_back(sentence);
+  }
+  return all;
+}
+
 std::vector<RunResult> run_on_simulated_clock(std::span<const RunOptions> options, std::span<PreparedRun> prepared,
                                               const std::atomic<bool>* stop) {
   std::vector<std::unique_ptr<Session>> sessions;
@@ -162,7 +176,12 @@ std::vector<RunResult> run_on_simulated_clock(std::span<const RunOptions> option
   std::vector<RunResult> results(options.size());
   for (std::size_t h = 0; h < options.size(); ++h) {
     recordings[h].finish_ticks();
-    results[h].summary = telling[h]->finish(wall.count(), recordings[h].writer());
+    TraceWriter* const writer = recordings[h].writer();
+    results[h].summary = telling[h]->finish(wall.count(), writer);
+    for (const std::string& problem : problems_of(sessions[h]->stock())) {
+      results[h].warnings.push_back(problem);
+      if (writer) writer->add_note(problem);
+    }
     recordings[h].finish();
   }
   return results;

@@ -31,6 +31,8 @@ struct LiveRunOptions {
   /// Called some fifty times a second on the caller's thread, for display and control, with the scene of each hand; false ends
   /// the run. May be empty.
   std::function<bool(LiveLoop&, std::span<LiveScene* const>)> watch;
+  /// Called after every tick of each hand, on the loop's thread: it must neither allocate nor block. May be empty.
+  HandObserver observer;
 };
 
 /// Placement of a recorded hand in the workspace.

@@ -11,7 +11,7 @@ namespace palpa::detail {
 Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hold, double longest_s) {
   const double duration_s = std::min(longest_s, target->duration_s());
   Session session(scene);
-  session.stock().set_finest(detail::octave_to_search(session.stock()));
+  feel_octave_of_search(session);
   SummaryBuilder builder(scene);
   const auto hand = hand_device(std::move(target), hold);
   run_simulated(session, *hand, {.duration_s = duration_s, .time_ticks = false}, nullptr,

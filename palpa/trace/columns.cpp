@@ -14,22 +14,6 @@ const char* name_in(std::initializer_list<const char*> names, std::size_t i) noe
 }
 }  // namespace
 
-const char* name_of(GuardState state) noexcept {
-  return name_in({"pass", "limited", "fault", "waiting", "ramp", "damped", "falling", "off"}, static_cast<std::size_t>(state));
-}
-const char* name_of(GuardCause cause) noexcept {
-  return name_in({"none", "start", "not_finite", "no_position", "device_fault", "link_lost", "late", "speed", "view_moves",
-                  "dead_man", "panic", "stops", "other_hand"},
-                 static_cast<std::size_t>(cause));
-}
-const char* format_cause(GuardCause cause) noexcept {
-  return name_in({"", "the session begins: keep the hand where nothing is felt", "the force is not finite",
-                  "the device does not know where the hand is", "the device says that something is wrong",
-                  "the device did not take the force", "ticks were missed", "the hand is too fast",
-                  "the view, the map or the clutch moves", "the button that has to be held is not", "a person said stop",
-                  "the program is being stopped", "the other hand has a fault"},
-                 static_cast<std::size_t>(cause));
-}
 const char* name_of(TickStatus status) noexcept {
   return name_in({"resting", "waiting", "capped", "bad_input"}, static_cast<std::size_t>(status));
 }
@@ -64,7 +48,7 @@ void put(std::string& line, const Value& value) {
     line += value ? '1' : '0';
   } else if constexpr (std::is_same_v<Value, std::string_view>) {
     put_text(line, value);
-  } else if constexpr (std::is_same_v<Value, std::optional<double>>) {
+  } else if constexpr (std::is_same_v<Value, std::optional<double>> || std::is_same_v<Value, std::optional<std::int64_t>>) {
     if (value) put_number(line, *value);
   } else if constexpr (Named<Value>) {
     line += name_of(value);
@@ -268,6 +252,11 @@ const Table<PrimitiveRow>& primitives_table() {
       COLUMN(PrimitiveRow, "force", "n", placed.force_n, "on the proxy; the law's split, where several share one of many"),
       COLUMN(PrimitiveRow, "state", "", placed.state, "stick, slip or off"),
       COLUMN(PrimitiveRow, "stiffness_n_per_m", "", stiffness_n_per_m, "of an elastic level; empty: rigid"),
+      COLUMN(PrimitiveRow, "friction_coefficient", "", friction_coefficient,
+             "of Coulomb friction: strength_n is that times the force of its plane; empty: none"),
+      COLUMN(PrimitiveRow, "friction_plane", "", friction_plane, "slot of that plane, of the same mode and foot; empty: none"),
+      COLUMN(PrimitiveRow, "rides", "", placed.rides,
+             "1: it lies where its foot began the sub-step, carried along by moving data, and so goes with the proxy"),
       of_tool(COLUMN(PrimitiveRow, "foot", "", placed.primitive.id.foot, "number of the foot on which it acts, from 0")),
       of_tool(COLUMN(PrimitiveRow, "lever", "m", placed.lever_m, "from the proxy to that foot, at the start of the sub-step")),
   };
@@ -345,6 +334,7 @@ const Table<WindowRow>& windows_table() {
       COLUMN(WindowRow, "voxels_i", "", place.dims[0], "number of its voxels"),
       COLUMN(WindowRow, "voxels_j", "", place.dims[1], ""),
       COLUMN(WindowRow, "voxels_k", "", place.dims[2], ""),
+      COLUMN(WindowRow, "frame", "", frame, "number of the frame of a series, else 0"),
   };
   static const Table<WindowRow> table{"windows.csv",
                                       "Of volumes larger than memory, felt live: one row for each window that came.", columns};
@@ -360,6 +350,7 @@ const Table<ChunkRow>& chunks_table() {
       COLUMN(ChunkRow, "crc32", "", sum.crc32, "of its voxels within the octave, when it was first read"),
       COLUMN(ChunkRow, "volume", "", volume, "name of the volume in the scene"),
       COLUMN(ChunkRow, "field", "", field, "name of its field"),
+      COLUMN(ChunkRow, "frame", "", frame, "number of the frame of a series, else 0"),
   };
   static const Table<ChunkRow> table{
       "chunks.csv",

@@ -33,6 +33,8 @@ struct PrimitiveRow {
   const PlacedPrimitive& placed;
   std::optional<double> captured_value;
   std::optional<double> stiffness_n_per_m;
+  std::optional<double> friction_coefficient;
+  std::optional<std::int64_t> friction_plane;
 };
 
 struct WorkRow {
@@ -62,11 +64,13 @@ struct WindowRow {
   std::int64_t tick;
   std::string_view volume, field;
   const WindowPlace& place;
+  int frame;
 };
 
 struct ChunkRow {
   std::string_view volume, field;
   const ChunkSum& sum;
+  int frame;
 };
 
 /// Kinds of traces that have columns which others lack.

@@ -13,58 +13,12 @@
 #include <vector>
 
 #include "palpa/data/volume.h"
+#include "palpa/guard/guard_state.h"
 #include "palpa/session/session.h"
 
 namespace palpa {
 
-/// Effect of the guard on a tick's force (docs/safety.md).
-enum class GuardState : std::uint8_t {
-  pass,     ///< unchanged
-  limited,  ///< shortened to the limit, or limited in growth or rotation
-  fault,    ///< not finite: zero
-  waiting,  ///< zero until the force would be small
-  ramp,     ///< a growing share
-  damped,   ///< unchanged plus damping, by energy output beyond input
-  falling,  ///< the last command decreases to zero
-  off,      ///< zero until a person resumes
-};
-
-/// Cause of a reduced or zero force.
-enum class GuardCause : std::uint8_t {
-  none,
-  start,         ///< session start, or resumed by a person
-  not_finite,    ///< the force is not finite
-  no_position,   ///< the device has no position, or an invalid one
-  device_fault,  ///< the device reports a fault
-  link_lost,     ///< the device did not accept the last force
-  late,          ///< three ticks or more were missed while motors held the last force
-  speed,         ///< the hand is too fast
-  view_moves,    ///< the view, the map from hand to data, or the clutch moves
-  dead_man,      ///< the dead-man button is released
-  panic,         ///< stopped by a person
-  stops,         ///< the program stops or ends
-  other_hand,    ///< another hand of the loop has a fault, or was stopped by a person
-};
-
-/// Inputs of a tick from the loop besides the probe; each a bit of `TickFrame::circumstances`.
-enum class Circumstance : std::uint8_t {
-  device_fault,
-  link_lost,
-  late,
-  view_moves,
-  panic,
-  resume,
-  new_scene,
-  stops,
-  other_hand
-};
-constexpr std::uint32_t bit_of(Circumstance circumstance) noexcept { return 1u << static_cast<unsigned>(circumstance); }
-
 /// Names in files.
-const char* name_of(GuardState state) noexcept;
-const char* name_of(GuardCause cause) noexcept;
-/// Formats the cause as half a sentence.
-const char* format_cause(GuardCause cause) noexcept;
 const char* name_of(TickStatus status) noexcept;
 const char* name_of(Stop stop) noexcept;
 const char* name_of(SessionEventKind kind) noexcept;

@@ -18,8 +18,9 @@ struct TracedField {
   std::string field;   ///< its name in the volume
   FieldPtr posed;      ///< keeps the octaves
   const Octaves* octaves = nullptr;
+  int frame = 0;  ///< [1] of a series
 };
-/// Fields of a scene that are larger than memory, in its order. Allocates; any thread.
+/// Fields of a scene that are larger than memory, and frames of these, in its order. Allocates; any thread.
 std::vector<TracedField> traced_fields(const Scene& scene);
 
 /// Window that was laid in a recorded live run, for a field of `traced_fields`.
@@ -27,6 +28,7 @@ struct TracedWindow {
   std::int64_t tick = 0;  ///< before which it was laid
   std::string volume, field;
   WindowPlace place{};  ///< without the octaves
+  int frame = 0;        ///< [1] of a series
 };
 /// Windows in the trace of a live run, in the order of ticks; none in other traces. Throws as `TraceReader::ticks`.
 std::vector<TracedWindow> traced_windows(const std::filesystem::path& trace);
@@ -35,8 +37,9 @@ std::vector<TracedWindow> traced_windows(const std::filesystem::path& trace);
 struct TracedChunks {
   std::string volume, field;
   std::vector<ChunkSum> sums{};
+  int frame = 0;  ///< [1] of a series
 };
-/// Chunks in a trace, by field. Throws as `TraceReader::ticks`.
+/// Chunks in a trace, by field and frame. Throws as `TraceReader::ticks`.
 std::vector<TracedChunks> traced_chunks(const std::filesystem::path& trace);
 
 }  // namespace palpa

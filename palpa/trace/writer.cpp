@@ -171,13 +171,14 @@ class TraceWriter::Files {
 
   void put_window(const TickFrame& frame) {
     const auto of = std::ranges::find(octaves, frame.laid.of, &TracedField::octaves);
-    if (of != octaves.end()) add_to(windows, detail::windows_table(), {frame.tick, of->volume, of->field, frame.laid});
+    if (of != octaves.end())
+      add_to(windows, detail::windows_table(), {frame.tick, of->volume, of->field, frame.laid, of->frame});
   }
   // Chunks read since the last call.
   void put_chunks() {
     for (std::size_t n = 0; n < octaves.size(); ++n) {
       for (const ChunkSum& sum : octaves[n].octaves->shape().source->sums_from(sums_written[n])) {
-        add_to(chunks, detail::chunks_table(), {octaves[n].volume, octaves[n].field, sum});
+        add_to(chunks, detail::chunks_table(), {octaves[n].volume, octaves[n].field, sum, octaves[n].frame});
         ++sums_written[n];
       }
     }
@@ -214,7 +215,10 @@ class TraceWriter::Files {
         const auto stiffness = row.is_elastic() ? std::optional(row.stiffness_n_per_m) : std::nullopt;
         const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
         const std::string_view mode = mode_name(one.primitive.id.mode);
-        add(*primitives, detail::primitives_table(), {tick, number, mode, one, captured, stiffness});
+        const bool is_friction = one.plane_slot >= 0;
+        const auto coefficient = is_friction ? std::optional(one.coefficient) : std::nullopt;
+        const auto plane = is_friction ? std::optional(std::int64_t{one.plane_slot}) : std::nullopt;
+        add(*primitives, detail::primitives_table(), {tick, number, mode, one, captured, stiffness, coefficient, plane});
         if (one.carried_m == Vec3{}) continue;
         add_to(works, detail::works_table(), {tick, number, mode, one, work_j(step, one)});
       }

@@ -1,19 +1,24 @@
 // palpa in real time: ends, gaps of the recording, keys.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <pty.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
+#include "devices/igtl_messages.h"
 #include "palpa/trace/trace.h"
 #include "program.h"
+#include "tests/devices/igtl_stand_in.h"
 
 namespace palpa {
 namespace live_run_test {
@@ -142,18 +147,70 @@ TEST_F(LiveRun, RefusesInALineWhatCannotBe) {
   EXPECT_THAT(refusal({"run", "scene.toml", "--device", "force-dimension,library=/nowhere.so"}), HasSubstr("/nowhere.so"));
   EXPECT_THAT(refusal(run({"--rate-hz", "50"})), HasSubstr("between 100 and 20000"));
   EXPECT_THAT(refusal({"run", "scene.toml", "--hand", "sim:press", "--dead-man-button", "1"}), HasSubstr("--realtime"));
+  EXPECT_THAT(refusal({"run", "scene.toml", "--device", "igtl,host=192.0.2.1"}), HasSubstr("remote=yes"));
+  EXPECT_THAT(refusal({"run", "scene.toml", "--hand", "sim:press", "--igtl", "18944"}), HasSubstr("--realtime"));
+  EXPECT_THAT(refusal(run({"--igtl", "70000"})), HasSubstr("--igtl"));
   EXPECT_THAT(refusal({"devices", "inverse4"}), HasSubstr("inverse4"));
   EXPECT_THAT(refusal({"devices", "--setup"}), HasSubstr("name"));
   EXPECT_THAT(refusal({"devices", "inverse3", "--setup"}), HasSubstr("terminal"));
 }
 
+// Contents of the messages: tests/app/igtl_view_test.cpp.
+TEST_F(LiveRun, IsShownToClientsOfOpenIGTLinkWithEqualTicks) {
+  const Ended shown = palpa(run({"--duration-s", "0.3", "--igtl", "0", "--json"}));
+  ASSERT_EQ(shown.code, 0) << shown.err;
+  EXPECT_THAT(shown.err, HasSubstr("OpenIGTLink at 127.0.0.1:"));
+  EXPECT_EQ(json::parse(shown.out)["ticks"].get<int>() + json::parse(shown.out)["loop"]["missed"].get<int>(), 300);
+}
+
+/// The place [mm, RAS] of a TRANSFORM that a run shows at this port; none within 20 s.
+std::optional<Vec3> place_shown(std::uint16_t port, const std::string& name) {
+  std::optional<Vec3> place_mm;
+  igtl::MessageStream stream;
+  const auto take = [&](const igtl::Head& head, std::span<const std::byte> body) {
+    if (igtl::word_of(head.type) != "TRANSFORM" || igtl::word_of(head.name) != name) return;
+    if (const auto pose = igtl::pose_of(body)) place_mm = pose->place_mm;
+  };
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  for (const auto end = Clock::now() + std::chrono::seconds(20); !place_mm && Clock::now() < end;) {
+    const int client = ::socket(AF_INET, SOCK_STREAM, 0);
+    if (::connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) {
+      std::byte bytes[4096];
+      for (ssize_t length; !place_mm && (length = ::recv(client, bytes, sizeof bytes, 0)) > 0;)
+        stream.take(std::span(bytes).first(static_cast<std::size_t>(length)), take);
+    }
+    ::close(client);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return place_mm;
+}
+
+TEST_F(LiveRun, ATrackerIsShownWhereItIsInTheScan) {
+  test::IgtlStandIn server;
+  const Vec3 place_mm{12, -34, 156};  // above the ball
+  server.hold("Stylus", {.rotation = Mat3::identity(), .place_mm = place_mm});
+  const std::uint16_t port = test::IgtlStandIn().port();  // free again
+  const pid_t process =
+      start({"run", "scene.toml", "--device", "igtl,name=Stylus,port=" + std::to_string(server.port()), "--igtl",
+             std::to_string(port), "--duration-s", "1000", "--set", "workspace.scale=1", "--set", "workspace.center=[0, 0, 0]",
+             "--set", "workspace.towards_user='-y'", "--set", "workspace.up='+z'"});
+  const std::optional<Vec3> shown_mm = place_shown(port, "PalpaProbe");
+  ::kill(process, SIGINT);
+  const Ended ended = wait(process);
+  ASSERT_TRUE(shown_mm) << ended.err;
+  EXPECT_LT(distance(*shown_mm, place_mm), 1e-3);
+}
+
 TEST_F(LiveRun, ListsEveryKindOfDeviceWithWhatIsMissing) {
   const Ended list = palpa({"devices"});
   EXPECT_EQ(list.code, 0) << list.err;
-  for (const char* kind : {"inverse3", "force-dimension", "openhaptics", "spacemouse", "controller"})
+  for (const char* kind : {"inverse3", "force-dimension", "igtl", "openhaptics", "spacemouse", "controller"})
     EXPECT_THAT(list.out, HasSubstr(std::string(kind) + ": "));
   const json all = json::parse(palpa({"devices", "--json"}).out);
-  EXPECT_EQ(all["devices"].size(), 5u);
+  EXPECT_EQ(all["devices"].size(), 6u);
   for (const json& kind : all["devices"]) {
     EXPECT_FALSE(kind["axes"].get<std::string>().empty());
     EXPECT_FALSE(kind["found"].empty() && kind["missing"].empty());

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -31,6 +32,7 @@ class Pyramid final : public VoxelSource {
     }
     return true;
   }
+  std::shared_ptr<VoxelSource> beside() const override { return std::make_shared<Pyramid>(*this); }
   int count() const { return static_cast<int>(levels_.size()); }
 
  private:
@@ -67,8 +69,9 @@ class Pyramid final : public VoxelSource {
   std::vector<Voxels> levels_;
 };
 
-/// The field of a grid as octaves, with its filter, scale and offset.
-inline std::shared_ptr<const Octaves> in_octaves(const Field& field, int count) {
+/// The field of a grid as octaves, with its filter, scale and offset, of voxels up to `coarsest_m` [m].
+inline std::shared_ptr<const Octaves> in_octaves(const Field& field, int count,
+                                                 double coarsest_m = std::numeric_limits<double>::infinity()) {
   const GridView& view = *grid_behind(field);
   Octaves::Shape shape{view.geometry,
                        count,
@@ -78,7 +81,8 @@ inline std::shared_ptr<const Octaves> in_octaves(const Field& field, int count) 
                        view.scale,
                        view.offset,
                        field.value_ranges(),
-                       std::make_shared<Pyramid>(view.geometry, view.voxels, count)};
+                       std::make_shared<Pyramid>(view.geometry, view.voxels, count),
+                       coarsest_m};
   return std::make_shared<const Octaves>(std::move(shape));
 }
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/session/damper.h"
+#include "palpa/solver/damper.h"
 
 namespace palpa::test {
 namespace {

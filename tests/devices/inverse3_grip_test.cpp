@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "devices/grip_turn.h"
-#include "devices/inverse3_messages.h"
+#include "palpa/device/grip_turn.h"
+#include "palpa/device/inverse3_messages.h"
 #include "tests/devices/inverse3_fixture.h"
 #include "tests/solver/random_problems.h"
 
@@ -78,7 +78,7 @@ TEST(GripTurn, NeverStepsFurtherThanItsReadingsWhateverTheirTimes) {
 
 TEST(Inverse3Messages, TurnAGripsQuaternionIntoTheHandsAxes) {
   const auto turn_of_text = [](const std::string& orientation) {
-    inverse3::View view;
+    inverse3::ServiceView view;
     const bool is_read = inverse3::read_message(
         R"({"wireless_verse_grip":[{"device_id":"7","state":{"orientation":)" + orientation + R"(}}]})", "", view);
     EXPECT_TRUE(is_read) << orientation;
@@ -94,7 +94,7 @@ TEST(Inverse3Messages, TurnAGripsQuaternionIntoTheHandsAxes) {
   EXPECT_FALSE(turn_of_text(R"({"w":1,"x":1,"y":0,"z":0})")) << "no rotation";
   for (const char* wrong :
        {R"({"w":1,"x":0,"y":0})", R"({"w":"1","x":0,"y":0,"z":0})", "[1,0,0,0]", R"({"w":1e300,"x":0,"y":0,"z":0})"}) {
-    inverse3::View view;
+    inverse3::ServiceView view;
     EXPECT_FALSE(inverse3::read_message(
         R"({"verse_grip":[{"device_id":"7","state":{"orientation":)" + std::string(wrong) + "}}]}", "", view))
         << wrong;

@@ -35,6 +35,7 @@ using std::chrono::milliseconds;
 // The service's: lifetime of a force without a further message.
 constexpr milliseconds force_lifetime{50};
 constexpr milliseconds slow_by{40};
+constexpr std::chrono::microseconds pace{1000};
 // Of a grip's orientation.
 constexpr milliseconds grip_interval{20};
 constexpr milliseconds drip_interval{5};
@@ -94,7 +95,7 @@ json without_repeats(const json& now, const json& before) {
 
 class Inverse3StandIn::Server {
  public:
-  Server() : listener_(context_, tcp::endpoint(boost::asio::ip::address_v4::loopback(), 0)) {
+  explicit Server(std::uint16_t port) : listener_(context_, tcp::endpoint(boost::asio::ip::address_v4::loopback(), port)) {
     port_ = listener_.local_endpoint().port();
     listen();
     thread_ = std::thread([this] {
@@ -198,6 +199,7 @@ class Inverse3StandIn::Server {
   std::vector<std::string> first_messages;
   std::deque<std::string> last_messages;
   std::int64_t messages = 0, good_byes = 0;
+  std::function<void(const Received&)> watch;
 
  private:
   void listen();
@@ -261,6 +263,8 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
     server_.last_messages.push_back(text);
     if (server_.last_messages.size() > most_kept_messages) server_.last_messages.pop_front();
     obey(json::parse(text));
+    if (server_.watch)
+      server_.watch({server_.commanded_n, std::chrono::duration<double>(server_.last_message - put_at_).count()});
     answer();
   }
 
@@ -305,7 +309,8 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
       case Manner::fragments: return put(fragments(text, true));
       case Manner::pings:
         return put(frame(last | ping_frame, "a") + frame(last | text_frame, text) + frame(last | ping_frame, ""));
-      case Manner::slow: return later(slow_by, frame(last | text_frame, text));
+      case Manner::paced: return later(put_at_ + pace, frame(last | text_frame, text));
+      case Manner::slow: return later(Clock::now() + slow_by, frame(last | text_frame, text));
       case Manner::drip: return drip(frame(last | text_frame, text), 0);
       case Manner::silent: return;
       case Manner::flood: return flood(frame(last | text_frame, text));
@@ -321,6 +326,7 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
 
   /// Queues bytes of all callers for writing in order.
   void put(std::string bytes) {
+    put_at_ = Clock::now();
     waiting_.push_back(std::move(bytes));
     if (waiting_.size() == 1) put_next();
   }
@@ -332,8 +338,8 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
                                if (!self->waiting_.empty()) self->put_next();
                              });
   }
-  void later(milliseconds time, std::string bytes) {
-    timer_.expires_after(time);
+  void later(Clock::time_point time, std::string bytes) {
+    timer_.expires_at(time);
     timer_.async_wait([self = shared_from_this(), bytes = std::move(bytes)](error_code error) {
       if (!error) self->put(bytes);
     });
@@ -360,6 +366,7 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
   http::request<http::string_body> request_;
   http::response<http::string_body> page_;
   std::deque<std::string> waiting_;
+  Clock::time_point put_at_;
   json told_;
   bool has_sent_ = false;
 };
@@ -379,7 +386,7 @@ void Inverse3StandIn::Server::close_all() {
   for (const auto& session : all) session->end();
 }
 
-Inverse3StandIn::Inverse3StandIn() : server_(std::make_unique<Server>()) {}
+Inverse3StandIn::Inverse3StandIn(std::uint16_t port) : server_(std::make_unique<Server>(port)) {}
 Inverse3StandIn::~Inverse3StandIn() = default;
 std::uint16_t Inverse3StandIn::port() const { return server_->port_; }
 
@@ -460,6 +467,9 @@ void Inverse3StandIn::stop() {
 }
 void Inverse3StandIn::start() {
   server_->in_thread([&] { server_->start(); });
+}
+void Inverse3StandIn::watch(std::function<void(const Received&)> watch) {
+  server_->in_thread([&] { server_->watch = std::move(watch); });
 }
 std::vector<std::string> Inverse3StandIn::first_messages() {
   std::vector<std::string> out;

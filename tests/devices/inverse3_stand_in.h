@@ -21,6 +21,7 @@ class Inverse3StandIn {
     whole,
     fragments,    ///< of seven bytes
     pings,        ///< a ping before and behind each answer
+    paced,        ///< 1 ms after the last answer, if that is later
     slow,         ///< after 40 ms
     drip,         ///< a byte each 5 ms
     silent,       ///< not at all
@@ -33,12 +34,13 @@ class Inverse3StandIn {
     goes_away,    ///< a close frame with the code 1001 instead
     hangs_up,     ///< the end of the connection instead
   };
-  Inverse3StandIn();
+  /// \param port  0: chosen by the system
+  explicit Inverse3StandIn(std::uint16_t port = 0);
   ~Inverse3StandIn();
   Inverse3StandIn(const Inverse3StandIn&) = delete;
   Inverse3StandIn& operator=(const Inverse3StandIn&) = delete;
 
-  std::uint16_t port() const;  ///< chosen by the system; kept across `start`
+  std::uint16_t port() const;  ///< kept across `start`
 
   // ---- the device ----
 
@@ -71,6 +73,12 @@ class Inverse3StandIn {
 
   // ---- received ----
 
+  struct Received {
+    Vec3 force_n;       ///< zero: none
+    double reaction_s;  ///< since the last bytes were sent to this connection
+  };
+  /// Calls `watch` in its own thread for every message.
+  void watch(std::function<void(const Received&)> watch);
   std::vector<std::string> first_messages();  ///< of each connection that sent one
   std::vector<std::string> last_messages(std::size_t most);
   std::int64_t messages();

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "devices/inverse3_messages.h"
+#include "palpa/device/inverse3_messages.h"
 #include "tests/devices/inverse3_fixture.h"
 
 namespace palpa {
@@ -193,7 +193,7 @@ TEST(Inverse3Messages, WhateverIsChangedInThemIsReadOrRefused) {
       const std::size_t at = random() % changed.size(), bytes = random() % 4;
       changed.replace(at, bytes, pieces[random() % std::size(pieces)]);
     }
-    inverse3::View view{.device_ids = {"before"}, .arm = inverse3::Arm{.position_m = Vec3{1, 2, 3}}};
+    inverse3::ServiceView view{.device_ids = {"before"}, .arm = inverse3::ServiceArm{.position_m = Vec3{1, 2, 3}}};
     if (!inverse3::read_message(changed, "", view)) {
       EXPECT_THAT(view.device_ids, ElementsAre("before"));
       EXPECT_EQ(view.arm->position_m, (Vec3{1, 2, 3}));

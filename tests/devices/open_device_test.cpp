@@ -44,7 +44,7 @@ TEST(DeviceDescription, IsANameAndSettings) {
 TEST(DeviceBackends, AreAllThere) {
   std::vector<std::string> names;
   for (const DeviceBackend* backend : device_backends()) names.emplace_back(backend->name);
-  EXPECT_THAT(names, ElementsAre("controller", "force-dimension", "inverse3", "openhaptics", "spacemouse"));
+  EXPECT_THAT(names, ElementsAre("controller", "force-dimension", "igtl", "inverse3", "openhaptics", "spacemouse"));
   EXPECT_THAT(message_of([] { device_backend("inverse4"); }), AllOf(HasSubstr("inverse4"), HasSubstr("inverse3")));
   EXPECT_THAT(message_of([] { device_backend("foo"); }), AllOf(HasSubstr("inverse3"), HasSubstr("spacemouse")));
 }

@@ -31,6 +31,7 @@ class Rig {
   /// Likewise their torque [N·m, hand frame].
   virtual Vec3 torque_nm() { return {}; }
   virtual void press_button(int number, bool down) = 0;
+  virtual bool has_buttons() const { return true; }
   virtual void unplug() = 0;
   virtual void plug() = 0;
 

@@ -1,4 +1,5 @@
 #include "palpa/device/open_device.h"
+#include "tests/devices/igtl_rig.h"
 #include "tests/devices/inverse3_rig.h"
 #include "tests/devices/rig.h"
 #include "tests/devices/steered_rigs.h"
@@ -18,6 +19,7 @@ std::vector<NamedRig> rigs() {
           {"OpenHaptics", "openhaptics", [] { return std::unique_ptr<Rig>(openhaptics_rig()); }},
           {"SpaceMouse", "spacemouse", spacemouse_rig, true},
           {"Controller", "controller", [] { return std::unique_ptr<Rig>(controller_rig()); }, true},
+          {"Tracker", "igtl", igtl_rig, true, true},
           {"MouseHand", "", pointer_rig, true, true}};
 }
 

@@ -75,7 +75,9 @@ TEST(Protocol, MessagesOfStoresComeBackAsTheyWere) {
   EXPECT_EQ(std::get<StoreContents>(*back), contents);
   const StoreChunk chunk{1, 4, 1, true, {-1, 1LL << 40, 3}};
   for (const Message& message : {Message(StoreRoom{16, 65536}), Message(ChunkRequest{chunk, 7}),
-                                 Message(ChunkAnswer{chunk, 7, ChunkState::damaged, 99, "'0/1': is cut"})}) {
+                                 Message(ChunkAnswer{chunk, 7, ChunkState::damaged, 99, "'0/1': is cut"}),
+                                 Message(FetchRequest{3, "0/1/2/3", 64, 1 << 20, true, 1 << 26}),
+                                 Message(FetchAnswer{3, FetchState::failed, 64, 1 << 27, true, "its server answers 403"})}) {
     const auto bytes = packed(message);
     const auto again = unpacked(bytes.data(), bytes.size());
     ASSERT_TRUE(again);
@@ -83,6 +85,8 @@ TEST(Protocol, MessagesOfStoresComeBackAsTheyWere) {
     EXPECT_EQ(packed(*again), bytes);
   }
   auto bytes = packed(ChunkAnswer{chunk, 7, static_cast<ChunkState>(3), 99, ""});
+  EXPECT_FALSE(unpacked(bytes.data(), bytes.size()));
+  bytes = packed(FetchAnswer{3, static_cast<FetchState>(3), 0, 0, false, ""});
   EXPECT_FALSE(unpacked(bytes.data(), bytes.size()));
 }
 

@@ -7,6 +7,8 @@ namespace palpa::fuzz {
 
 void add_ticks(std::vector<Campaign>& to);
 void add_guard(std::vector<Campaign>& to);
+void add_c_calls(std::vector<Campaign>& to);
+void add_messages(std::vector<Campaign>& to);
 void add_texts(std::vector<Campaign>& to);
 void add_files(std::vector<Campaign>& to);
 void add_protocol(std::vector<Campaign>& to);
@@ -16,6 +18,8 @@ inline std::vector<Campaign> all_campaigns() {
   std::vector<Campaign> all;
   add_ticks(all);
   add_guard(all);
+  add_c_calls(all);
+  add_messages(all);
   add_texts(all);
 #if PALPA_HAS_READER
   add_files(all);

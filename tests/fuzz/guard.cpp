@@ -1,6 +1,6 @@
 // Random hands against the limiter's promises (docs/safety.md).
 #include "tests/fuzz/campaigns.h"
-#include "tests/loop/guard_laws.h"
+#include "tests/guard/guard_laws.h"
 
 namespace palpa::fuzz {
 namespace {

@@ -104,7 +104,9 @@ std::vector<std::string> seeds_of_packets() {
                                       contents,
                                       StoreRoom{4, 65536},
                                       ChunkRequest{{.octave = 1}, 2},
-                                      ChunkAnswer{{.octave = 1}, 2, ChunkState::damaged, 99, "'0/1': is cut"}};
+                                      ChunkAnswer{{.octave = 1}, 2, ChunkState::damaged, 99, "'0/1': is cut"},
+                                      FetchRequest{3, "0/1/2/3", 64, 1 << 20, true, 1 << 26},
+                                      FetchAnswer{3, FetchState::failed, 64, 1 << 27, true, "its server answers 403"}};
   std::vector<std::string> seeds;
   for (const Message& message : messages) seeds.push_back(bytes_of(message));
   return seeds;

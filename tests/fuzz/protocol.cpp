@@ -99,11 +99,14 @@ ChunkAnswer any_answer(Choices& choices) {
 }
 
 Message any_message(Choices& choices) {
-  switch (choices.below(9)) {
+  switch (choices.below(11)) {
     case 5: return any_contents(choices);
     case 6: return StoreRoom{static_cast<std::int32_t>(choices.below(9)) - 2, UINT64_MAX >> choices.below(64)};
     case 7: return ChunkRequest{any_chunk(choices), static_cast<std::int32_t>(choices.below(9)) - 2};
     case 8: return any_answer(choices);
+    case 9: return FetchRequest{.name = choices.bytes(choices.below(30)), .bytes = UINT64_MAX >> choices.below(64)};
+    case 10:
+      return FetchAnswer{.state = static_cast<FetchState>(choices.below(5)), .sentence = choices.bytes(choices.below(30))};
     case 0: return any_header(choices);
     case 1: return Done{{{"a file", choices.below(100), "00"}}, {choices.bytes(choices.below(10))}, {}, choices.one_in(3)};
     case 2: return Failure{choices.bytes(choices.below(60))};

@@ -80,12 +80,24 @@ g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" "$work/all.cpp"
 while read -r line; do
   g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" -x c++ - <<<"$line" || fail "$line does not compile alone"
 done <"$work/all.cpp"
-[ "$(wc -l <"$work/all.cpp")" -le 32 ] || fail "$(wc -l <"$work/all.cpp") headers are installed"
+[ "$(wc -l <"$work/all.cpp")" -le 34 ] || fail "$(wc -l <"$work/all.cpp") headers are installed"
 
 step "a program and a plug-in outside of the tree"
 build_outside program "$source/examples/05_own_program"
 "$work/program/feel" | grep -q "touched the surface in [1-9]" || fail "the program felt nothing"
 build_outside plugin "$source/examples/04_mode_plugin"
+
+step "a program in C, by CMake and by pkg-config"
+build_outside in_c "$source/examples/10_c"
+"$work/in_c/feel_in_c" | grep -q "force 0.760 N" || fail "the program in C felt nothing"
+pkg_config() { PKG_CONFIG_PATH=$(dirname "$(find "$moved" -name palpa.pc)") pkg-config "$@" palpa; }
+[ "$(pkg_config --modversion)" = "$(sed -n 's/^project(palpa VERSION \([0-9.]*\).*/\1/p' "$source/CMakeLists.txt")" ] || fail "palpa.pc has another version"
+eval "cc -std=c99 -pedantic -Werror '$source/examples/10_c/feel.c' -o '$work/by_pkg_config' $(pkg_config --cflags --libs)"
+LD_LIBRARY_PATH=$(dirname "$(find "$moved" -name libpalpa.so)") "$work/by_pkg_config" | grep -q "force 0.760 N" || fail "nothing was felt"
+
+by_hand=$(PKG_CONFIG_PATH=$(dirname "$(find "$moved" -name palpa-hand.pc)") pkg-config --cflags --libs palpa-hand)
+eval "cc -std=c99 -pedantic -Werror '$source/tests/c/hand.c' -o '$work/hand' $by_hand -lm"
+LD_LIBRARY_PATH=$(dirname "$(find "$moved" -name libpalpa-hand.so)") "$work/hand" | grep -q "a floor was felt" || fail "the hand felt nothing"
 
 if [ -n "$(find "$moved" -name palpa-view-targets.cmake)" ]; then  # built with VTK
   step "a program that has VTK"
@@ -137,7 +149,7 @@ foreach(component IN LISTS COMPONENTS)
   endif()
 endforeach()
 TXT
-refused unknown "no component 'soup'; there are core, palpa, view, report and vtk" -DCOMPONENTS=soup
+refused unknown "no component 'soup'; there are core, palpa, hand, view, report and vtk" -DCOMPONENTS=soup
 refused newer 'requested version "0.2"' -DVERSION=0.2 -DCOMPONENTS=core
 configure optional "$work/finder" -DCOMPONENTS=palpa -DOPTIONAL=soup || fail "an optional component is not needed"
 grep -q "soup is found: FALSE" "$work/optional.log" || fail "an optional component that is not there was found"

@@ -1,5 +1,5 @@
 // Fade of a level at break-through; levels stronger than the output limit.
-#include "palpa/loop/break_through_filter.h"
+#include "palpa/guard/break_through_filter.h"
 
 #include <gtest/gtest.h>
 

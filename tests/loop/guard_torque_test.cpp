@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "palpa/loop/clutch_mapping.h"
-#include "palpa/loop/guard.h"
+#include "palpa/guard/guard.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {

@@ -1,5 +1,5 @@
 // Impact: pulse of a contact on hard material, which grows with its speed.
-#include "palpa/loop/impact.h"
+#include "palpa/guard/impact.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "palpa/data/analytic.h"
-#include "palpa/loop/break_through_filter.h"
-#include "palpa/loop/guard.h"
+#include "palpa/guard/break_through_filter.h"
+#include "palpa/guard/guard.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "tests/solver/random_problems.h"

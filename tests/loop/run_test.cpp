@@ -202,5 +202,22 @@ TEST_F(Run, TimesAreMeasuredWhereAskedFor) {
   EXPECT_GT(sum_us, 0.0);
 }
 
+// A limit that is none lets nothing through, for any scene.
+TEST(GuardedSession, WithALimitThatIsNoneLetsNothingThrough) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double bad : {nan, -1.0, 0.0}) {
+    EXPECT_FALSE(guard_options_for({.max_force_n = bad}, 3.3).max_force_n > 0.0);
+    Session session(test::head_scene());
+    GuardedSession guarded(session, bad);
+    double most_n = 0.0;
+    for (int i = 0; i < 200; ++i) {
+      const TickFrame frame = guarded.tick(i, 1e-3 * i, 1e-3, {.position_m = {0, 0.09 - 2e-4 * i, 0}});
+      EXPECT_EQ(frame.command.force_n, Vec3{});
+      most_n = std::max(most_n, norm(frame.result.force_n));
+    }
+    EXPECT_GT(most_n, 0.5) << "the skin is felt";
+  }
+}
+
 }  // namespace run_test
 }  // namespace palpa

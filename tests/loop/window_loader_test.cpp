@@ -7,6 +7,7 @@
 #include <cstring>
 #include <mutex>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -197,6 +198,34 @@ TEST_P(LiveOctaves, AreFeltAgainFromTheWindowsThatCame) {
 INSTANTIATE_TEST_SUITE_P(Sources, LiveOctaves,
                          testing::Values(Troubled::Kind::quick, Troubled::Kind::sleeps, Troubled::Kind::loses,
                                          Troubled::Kind::dies, Troubled::Kind::hangs));
+
+// A series, too, whose windows come and are dropped as it plays.
+TEST(LiveOctavesOfASeries, AreFeltAgainFromTheWindowsThatCame) {
+  Head head(Troubled::Kind::quick);
+  std::vector<FieldPtr> frames{head.octaves};
+  while (frames.size() < 6) frames.push_back(std::make_shared<const Octaves>(head.octaves->shape()));
+  Volume series;
+  series.fields.push_back({"head", "", time_series(frames, 1.0)});
+  head.scene = Head::scene_of(series);
+  head.scene.set(TimeOptions{TimeOptions::Play::loop});
+  const Felt felt = felt_live(head, 1.6);
+
+  Session again(head.scene);
+  GuardedSession guarded(again, 10.0);
+  double finest = 9.0;
+  std::set<const Octaves*> laid_frames;
+  for (const TickFrame& frame : felt.frames) {
+    const WindowPlace& laid = frame.laid;
+    if (laid.of) laid_frames.insert(laid.of);
+    if (laid.of) again.stock().lay(*laid.of, laid.octave, laid.of->window(laid.octave, laid.first, laid.dims));
+    const TickFrame same = guarded.tick(frame.tick, frame.t_s, frame.dt_s, {.position_m = frame.result.probe_m});
+    ASSERT_EQ(same.result.felt_octave, frame.result.felt_octave) << frame.tick;
+    ASSERT_EQ(same.command.force_n, frame.command.force_n) << frame.tick;
+    finest = std::min(finest, frame.result.felt_octave);
+  }
+  EXPECT_LT(finest, 2.0);
+  EXPECT_GE(laid_frames.size(), 2u);
+}
 
 // Scenes that change on the way keep their windows: no change is felt as another volume.
 TEST(LiveOctavesOfChangedScenes, KeepTheirWindows) {

@@ -1,13 +1,10 @@
 """Stores larger than memory: written, prepared in parts, read by other programs."""
 
-import csv
-import functools
 import hashlib
 import json
 import os
 import pathlib
 import random
-import resource
 import shutil
 import signal
 import subprocess
@@ -20,93 +17,10 @@ import pytest
 
 zarr = pytest.importorskip("zarr", reason="python3-zarr is not installed")
 
+from stores import digest, felt, halved, how, octave_of, octaves_of, palpa_run, prepare, prepared, raw_store, run_on, shape, voxels_of
+
 root = pathlib.Path(__file__).resolve().parents[2]
-shape = (150, 200, 300)  # z, y, x: neither a multiple of a chunk nor even in every octave
-part = tuple(slice(length) for length in (60, 72, 300))  # of it, with as many octaves
-
-
-@functools.cache
-def voxels_of(kind):
-    k, j, i = np.ogrid[: shape[0], : shape[1], : shape[2]]
-    noise = np.random.default_rng(1).integers(0, 20, shape, np.uint8)
-    values = (128 + 60 * np.sin(i / 9) * np.cos(j / 7) + 40 * np.sin(k / 11) + noise).clip(0, 255)
-    if kind == "float32":
-        values = values.astype(np.float32) / 7
-        values[20:25, 30:40, 50:60] = np.nan
-    else:
-        values = values.astype(np.uint8) if kind == "uint8" else (values * 37 - 3000).astype(kind)
-    values.flags.writeable = False
-    return values
-
-
-@functools.cache
-def octave_of(kind, n):
-    return halved(octave_of(kind, n - 1)) if n else voxels_of(kind)
-
-
-def halved(fine):
-    """Means over the voxels that exist: of whole numbers rounded half up."""
-    whole = np.issubdtype(fine.dtype, np.integer)
-    sums, count = fine.astype(np.int64 if whole else np.float64), np.ones(fine.shape, np.int64)
-    for axis in range(3):
-        odd = sums.shape[axis] % 2
-        pad = [(0, odd if a == axis else 0) for a in range(3)]
-        sums, count = np.pad(sums, pad), np.pad(count, pad)
-        even = tuple(slice(0, None, 2) if a == axis else slice(None) for a in range(3))
-        other = tuple(slice(1, None, 2) if a == axis else slice(None) for a in range(3))
-        sums, count = sums[even] + sums[other], count[even] + count[other]
-    return ((2 * sums + count) // (2 * count) if whole else sums / count).astype(fine.dtype)
-
-
-def palpa_run(program, *arguments, **more):
-    return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, **more)
-
-
-def how(kind, shape=shape):
-    return ["--set", f"type={kind}", "--set", f"dims=[{shape[2]},{shape[1]},{shape[0]}]", "--set", "spacing_m=[1e-6,1e-6,2e-6]"]
-
-
-def raw_store(program, folder, kind, *more, name="v.zarr"):
-    """A store of octave 0 alone, written in two parts."""
-    voxels_of(kind).tofile(folder / "v.raw")
-    for part in ("2/2", "1/2"):
-        done = palpa_run(program, "convert", folder / "v.raw", folder / name, "--part", part, *how(kind), *more)
-        assert done.returncode == 0, done.stderr
-    return folder / name
-
-
-def digest(store):
-    """Names and bytes of all files."""
-    files = sorted(path for path in store.rglob("*") if path.is_file())
-    return {str(path.relative_to(store)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
-def prepare(program, store, *more, **also):
-    done = palpa_run(program, "prepare", store, *more, **also)
-    assert done.returncode == 0, done.stderr
-    return done
-
-
-def octaves_of(store):
-    group = zarr.open(str(store), "r")
-    paths = [each["path"] for each in group.attrs["multiscales"][0]["datasets"]]
-    return [group[path] for path in paths]
-
-
-@pytest.fixture(scope="module")
-def prepared(tmp_path_factory):
-    """Prepared stores by kind of voxel and options of `convert`, each made once: not to be written."""
-    program = pathlib.Path(os.environ["PALPA_BIN"]) / "palpa"
-    if not program.exists():
-        pytest.skip("the program palpa is not built")
-
-    @functools.cache
-    def made(kind, *more):
-        store = raw_store(program, tmp_path_factory.mktemp(kind), kind, *more)
-        prepare(program, store)
-        return store
-
-    return made
+part = tuple(slice(length) for length in (60, 72, 300))  # of the voxels, with as many octaves
 
 
 @pytest.mark.parametrize("kind", ["uint8", "int16", "uint16", "int32", "float32"])
@@ -138,19 +52,32 @@ def test_facts_are_those_of_each_chunk(kind, prepared):
             assert found[3] == zlib.crc32(np.ascontiguousarray(chunk).tobytes())
 
 
-@pytest.mark.parametrize("kind", ["uint8", "int16", "float32"])
-def test_histograms_are_those_of_numpy(kind, prepared, palpa_program):
-    store, values = prepared(kind), voxels_of(kind)
-    (field,) = json.loads(palpa_run(palpa_program, "info", store, "--json").stdout)["store"]["fields"]
+def expect_histogram_of(values, store, program):
+    """Exact over all values, in at most 256 classes whose width is a power of two."""
+    (field,) = json.loads(palpa_run(program, "info", store, "--json").stdout)["store"]["fields"]
     found = field["histogram"]
     values = values[np.isfinite(values)].astype(float)
-    if kind == "uint8":
-        np.testing.assert_array_equal(found["counts"], np.bincount(values.astype(int))[int(values.min()):])
-        assert (found["low"], found["high"]) == (values.min() - 0.5, values.max() + 0.5)
-    else:
-        expected, edges = np.histogram(values, bins=256)
-        assert (found["low"], found["high"]) == (edges[0], edges[-1])
-        assert np.abs(np.cumsum(found["counts"]) - np.cumsum(expected)).max() <= 1e-4 * values.size  # values at edges, rounded
+    edges = np.linspace(found["low"], found["high"], len(found["counts"]) + 1)
+    np.testing.assert_array_equal(found["counts"], np.histogram(values, bins=edges)[0])
+    assert 128 <= len(found["counts"]) <= 256 and sum(found["counts"]) == values.size
+    assert np.frexp(edges[1] - edges[0])[0] == 0.5 and found["counts"][0] > 0 and found["counts"][-1] > 0
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int16", "int32", "float32"])
+def test_histograms_are_those_of_numpy(kind, prepared, palpa_program):
+    expect_histogram_of(voxels_of(kind), prepared(kind), palpa_program)
+
+
+def test_histograms_of_many_chunks_leave_none_out(tmp_path, palpa_program):
+    values = np.random.default_rng(7).normal(0, 50, (136, 136, 136)).astype(np.float32)
+    values[77, 5, 99] = -4000  # in one chunk of 4913
+    group = zarr.open_group(str(tmp_path / "v.zarr"), "w")
+    array = group.create_dataset("0", data=values, chunks=(8, 8, 8), dimension_separator="/")
+    assert array.nchunks == 4913
+    group.attrs["multiscales"] = [{"version": "0.4", "axes": [{"name": axis, "type": "space"} for axis in "zyx"],
+                                   "datasets": [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1]}]}]}]
+    prepare(palpa_program, tmp_path / "v.zarr")
+    expect_histogram_of(values, tmp_path / "v.zarr", palpa_program)
 
 
 def test_octaves_lie_half_a_voxel_further_in(prepared):
@@ -220,6 +147,16 @@ def test_prepared_twice_nothing_changes(reference, tmp_path, palpa_program):
     assert digest(store) == expected
 
 
+def test_a_store_without_histograms_of_units_keeps_its_own_until_it_is_prepared_again(reference, tmp_path, palpa_program):
+    store, expected = copied(reference, tmp_path)
+    prepare(palpa_program, store)
+    shutil.rmtree(store / "palpa/histograms")
+    (field,) = json.loads(palpa_run(palpa_program, "info", store, "--json").stdout)["store"]["fields"]
+    assert sum(field["histogram"]["counts"]) == 4200 * 40 * 33
+    prepare(palpa_program, store)
+    assert digest(store) == expected
+
+
 def test_two_calls_at_once_give_the_same_bytes(reference, tmp_path, palpa_program):
     store, expected = copied(reference, tmp_path)
     both = [subprocess.Popen([palpa_program, "prepare", store], stderr=subprocess.DEVNULL) for _ in range(2)]
@@ -282,10 +219,13 @@ def test_check_names_what_is_wrong(reference, tmp_path, palpa_program):
     whole = (store / "1/0/0/4").read_bytes()
     (store / "1/0/0/4").write_bytes(whole[: len(whole) // 2])  # cut
     shutil.copy(store / "3/0/0/0", store / "3/0/0/2")  # exchanged
+    for unit, numbers in ((2, 258), (3, 257)):
+        np.arange(numbers, dtype="<f8").tofile(store / f"palpa/histograms/0/0/0/0/{unit}/0")
     bad = palpa_run(palpa_program, "prepare", store, "--check")
     assert bad.returncode == 1
     for words in ("octave 0, chunk 0/1/5 is lost", "octave 2, chunk 0/0/3 is missing", "octave 1, chunk 0/0/4 is damaged",
-                  "octave 3, chunk 0/0/2 is not the mean"):
+                  "octave 3, chunk 0/0/2 is not the mean", "the histogram of unit 0/0/2 of frame 0, field 0 is wrong",
+                  "palpa/histograms/0/0/0/0/3/0: is no histogram that palpa wrote"):
         assert words in bad.stdout, bad.stdout
 
 
@@ -335,6 +275,46 @@ def test_chunks_of_others(tmp_path, palpa_program):
             np.testing.assert_array_equal(octave[:], expected)
             expected = halved(expected)
         assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+
+
+turned = [[1, 0, 0], [0, 0.8, 0.6], [0, -0.6, 0.8]]
+
+
+@pytest.mark.parametrize("reference", ["object", "text"])
+@pytest.mark.parametrize("parts", [
+    [{"type": "scale", "scale": [3, 2, 1]}],
+    [{"type": "scale", "scale": [3, 2, 1]}, {"type": "translation", "translation": [5, 6, 7]}],
+    [{"type": "translation", "translation": [5, 6, 7]}, {"type": "scale", "scale": [3, 2, 1]}, {"type": "rotation", "rotation": turned}]])
+def test_octaves_of_version_06_lie_in_its_coordinate_systems(parts, reference, tmp_path, palpa_program):
+    store = raw_store(palpa_program, tmp_path, "uint8", "--zarr", "3")
+    whole = json.loads((store / "zarr.json").read_text())
+    image = whole["attributes"]["ome"]["multiscales"][0]
+    axes = [{"name": axis, "type": "space", "unit": "micrometer"} for axis in "zyx"]
+    image["coordinateSystems"] = [{"name": "array", "axes": axes[::-1]}, {"name": "physical", "axes": axes}]
+    del image["axes"]
+    refer = (lambda kind, name: {kind: name}) if reference == "object" else (lambda kind, name: name)
+    one = parts[0] if len(parts) == 1 else {"type": "sequence", "transformations": parts}
+    image["datasets"] = [{"path": "0", "coordinateTransformations": [one | {"input": refer("path", "0"), "output": refer("name", "physical")}]}]
+    whole["attributes"]["ome"]["version"] = "0.6"
+    (store / "zarr.json").write_text(json.dumps(whole))
+    prepare(palpa_program, store)
+    assert palpa_run(palpa_program, "prepare", store, "--check").returncode == 0
+
+    image = json.loads((store / "zarr.json").read_text())["attributes"]["ome"]["multiscales"][0]
+    assert "axes" not in image and [dataset["path"] for dataset in image["datasets"]] == ["0", "1", "2"]
+    for dataset in image["datasets"][1:]:
+        (each,) = dataset["coordinateTransformations"]  # one, as the schema of 0.6 has it
+        assert (each["input"], each["output"]) == (refer("path", dataset["path"]), refer("name", "physical"))
+        assert [part["type"] for part in each["transformations"]][:2] == ["scale", "translation"]
+        assert len(each["transformations"]) == 2 or "rotation" in str(parts)
+    info = json.loads(palpa_run(palpa_program, "info", store, "--json").stdout)["store"]
+    finest = info["octaves"][0]
+    for n, octave in enumerate(info["octaves"]):
+        matrix, origin = np.array(octave["index_to_world_m"]), np.array(octave["origin_m"])
+        np.testing.assert_allclose(matrix, 2**n * np.array(finest["index_to_world_m"]), rtol=1e-12, atol=1e-18)
+        first = np.array(finest["index_to_world_m"]) @ np.full(3, (2**n - 1) / 2) + finest["origin_m"]
+        np.testing.assert_allclose(origin, first, rtol=1e-12, atol=1e-18)
+    assert info["octaves_made_by"] == "means" and len(info["octaves"]) == 3
 
 
 def test_arrays_of_python_are_those_of_zarr(tmp_path, palpa_program):
@@ -591,142 +571,3 @@ def test_octaves_of_types_that_only_files_have(kind, coarser, tmp_path, palpa_pr
     whole = run_on(palpa_program, tmp_path, store, 1000, "whole", value=float(np.median(values)))
     windows = run_on(palpa_program, tmp_path, store, 1, "windows", tmp_path / "whole" / "ticks.csv", value=float(np.median(values)))
     assert windows.keys() == whole.keys()
-
-
-felt = """palpa = 1
-[coupling]
-stiffness_n_per_m = 400
-[volume.v]
-file = "{store}"
-memory_mb = {memory_mb}
-filter = "smooth"
-[workspace]
-fit = "v"
-[[mode]]
-name = "surface"
-type = "surface_and_friction"
-field = "v"
-[[mode.level]]
-name = "wall"
-value = {value}
-strength_n = 2
-friction_coefficient = 0.3
-"""
-
-
-def run_on(program, folder, store, memory_mb, out, hand="sim:stroke", value=140):
-    scene = folder / f"{out}.toml"
-    scene.write_text(felt.format(store=store, memory_mb=memory_mb, value=value))
-    done = palpa_run(program, "run", scene, "--hand", hand, "--duration-s", "1", "--primitives", "--out", folder / out)
-    assert done.returncode == 0, done.stderr
-    kept = {path.name: path.read_text() for path in (folder / out).glob("*.csv") if path.name not in ("timing.csv", "chunks.csv")}
-    kept["ticks.csv"] = without_octaves(kept["ticks.csv"])
-    return kept
-
-
-def without_octaves(ticks):
-    """The columns that a trace of a volume in memory has as well."""
-    rows = list(csv.reader(ticks.splitlines()))
-    columns = [n for n, name in enumerate(rows[0]) if name not in ("felt_octave", "forced_octave")]
-    return "\n".join(",".join(row[n] for n in columns) for row in rows)
-
-
-@pytest.fixture(scope="module")
-def hand(prepared, tmp_path_factory):
-    """A simulated hand as it was placed by octave 0: by a store larger than memory it would be by the coarsest."""
-    folder = tmp_path_factory.mktemp("hand")
-    run_on(pathlib.Path(os.environ["PALPA_BIN"]) / "palpa", folder, prepared("uint8"), 1000, "placed")
-    return folder / "placed" / "ticks.csv"
-
-
-@pytest.mark.parametrize("version", "23")
-def test_felt_through_windows_to_the_bit(version, prepared, hand, tmp_path, palpa_program):
-    store = prepared("uint8", *(["--zarr", "3"] if version == "3" else []))
-    windows = run_on(palpa_program, tmp_path, store, 1, "windows", hand)
-    whole = run_on(palpa_program, tmp_path, store, 1000, "whole", hand)
-    assert windows == whole and len(windows["ticks.csv"].splitlines()) > 900
-    again = palpa_run(palpa_program, "replay", tmp_path / "windows")
-    assert again.returncode == 0 and "identical in all 1000 ticks" in again.stdout, again.stdout + again.stderr
-
-
-def test_a_damaged_chunk_leaves_the_coarser_octave_there(prepared, hand, tmp_path, palpa_program):
-    store = tmp_path / "v.zarr"
-    shutil.copytree(prepared("uint8"), store)
-    whole = run_on(palpa_program, tmp_path, store, 1, "whole", hand)
-    for chunk in (path for path in (store / "0").rglob("*") if path.is_file() and path.name.isdigit()):
-        chunk.write_bytes(b"damage" + chunk.read_bytes()[6:])
-    coarser = run_on(palpa_program, tmp_path, store, 1, "coarser", hand)
-    assert coarser.keys() == whole.keys() and coarser["ticks.csv"] != whole["ticks.csv"]
-
-
-def test_a_replay_ends_where_a_chunk_has_changed(prepared, tmp_path, palpa_program):
-    store = prepared("uint8")
-    run_on(palpa_program, tmp_path, store, 1, "felt")
-    columns = (tmp_path / "felt" / "chunks.csv").read_text().splitlines()
-    assert columns[0] == "octave,i,j,k,crc32,volume,field" and len(columns) > 1
-    octave, i, j, k, crc = columns[1].split(",")[:5]
-    assert int(crc) < 2**32
-    (tmp_path / "felt" / "chunks.csv").write_text("\n".join([columns[0], columns[1].replace(crc, str(int(crc) ^ 1))]) + "\n")
-    again = palpa_run(palpa_program, "replay", tmp_path / "felt")
-    assert again.returncode != 0 and again.stderr.count("\n") == 1, again.stderr
-    assert f"chunk {i}, {j}, {k} of octave {octave}" in again.stderr
-
-
-def live_run(program, folder, store, out, seconds="1.5", hand="sim:stroke"):
-    scene = folder / f"{out}.toml"
-    scene.write_text(felt.format(store=store, memory_mb=1, value=140))
-    arguments = ("run", scene, "--realtime", "--hand", hand, "--duration-s", seconds, "--out", folder / out, "--json")
-    done = palpa_run(program, *arguments)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout), done.stderr
-
-
-def test_a_live_run_is_felt_again_to_the_bit(prepared, tmp_path, palpa_program):
-    store = prepared("uint8")
-    felt_live, _ = live_run(palpa_program, tmp_path, store, "live")
-    assert felt_live["loop"]["windows"]["made"] > 0 and felt_live["felt_octaves"]["finest_share"] > 0.1
-    windows = list(csv.DictReader((tmp_path / "live" / "windows.csv").open()))
-    assert {window["octave"] for window in windows} == {"0", "1"} and {window["volume"] for window in windows} == {"v"}
-    again = palpa_run(palpa_program, "replay", tmp_path / "live")
-    assert again.returncode == 0 and "identical in all" in again.stdout, again.stdout + again.stderr
-
-
-def test_a_live_run_says_which_chunk_is_damaged_and_goes_on(tmp_path, palpa_program):
-    store = raw_store(palpa_program, tmp_path, "uint8")
-    prepare(palpa_program, store)
-    for chunk in (path for path in (store / "0").rglob("*") if path.is_file() and path.name.isdigit()):
-        chunk.write_bytes(b"damage" + chunk.read_bytes()[6:])
-    felt_live, said = live_run(palpa_program, tmp_path, store, "live")
-    assert felt_live["felt_octaves"]["finest_share"] == 0.0 and felt_live["loop"]["windows"]["made"] > 0
-    assert "of octave 0 is damaged" in said and str(store) in said
-    again = palpa_run(palpa_program, "replay", tmp_path / "live")
-    assert again.returncode == 0 and "identical in all" in again.stdout, again.stdout + again.stderr
-
-
-def test_a_reader_that_is_killed_is_started_once_more(prepared, tmp_path, palpa_program):
-    store = prepared("uint8")
-    scene = tmp_path / "s.toml"
-    scene.write_text(felt.format(store=store, memory_mb=1, value=140))
-    arguments = ["run", scene, "--realtime", "--hand", "sim:stroke", "--duration-s", "6", "--out", tmp_path / "live", "--json"]
-    run = subprocess.Popen([palpa_program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    killed = 0
-    for wait_s in (2.0, 1.5):
-        time.sleep(wait_s)
-        children = subprocess.run(["pgrep", "-P", str(run.pid), "palpa-read"], capture_output=True, text=True).stdout.split()
-        for child in children:
-            os.kill(int(child), signal.SIGKILL)
-            killed += 1
-    out, said = run.communicate(timeout=60)
-    assert run.returncode == 0, said
-    assert killed >= 1 and json.loads(out)["ticks"] > 1000
-    again = palpa_run(palpa_program, "replay", tmp_path / "live")
-    assert again.returncode == 0 and "identical in all" in again.stdout, again.stdout + again.stderr
-
-
-def test_octaves_that_are_missing_are_made_by_prepare(tmp_path, palpa_program):
-    large = np.zeros((40, 40, 600), np.uint8)
-    array = zarr.open(str(tmp_path / "one.zarr"), mode="w", shape=large.shape, chunks=(32, 32, 32), dtype="u1")
-    array[:] = large
-    (tmp_path / "s.toml").write_text(felt.format(store=tmp_path / "one.zarr", memory_mb=0.1, value=1))
-    done = palpa_run(palpa_program, "run", tmp_path / "s.toml", "--hand", "sim:stroke", "--duration-s", "0.1")
-    assert done.returncode != 0 and "palpa prepare" in done.stderr and done.stderr.count("\n") == 1, done.stderr

@@ -111,8 +111,7 @@ const std::map<std::string, std::function<int()>>& escapes() {
        }},
       {"fill the caller's output",
        [] {
-         struct stat before {
-         }, after{};
+         struct stat before{}, after{};
          ::stat(outside("output").c_str(), &before);
          if (::write(STDOUT_FILENO, "filled", 6) < 0) return errno;
          ::stat(outside("output").c_str(), &after);
@@ -258,7 +257,9 @@ void escape(int socket) {
   using namespace palpa;
   const protocol::Request request = reader::receive_request(socket, true);
   std::string lacking;
-  if (variable("CAGE") != "none") {
+  if (variable("CAGE") == "network") {
+    lacking = reader::enter_cage_with_network();
+  } else if (variable("CAGE") != "none") {
     lacking = reader::enter_cage(request);
     reader::close_cage();
   }

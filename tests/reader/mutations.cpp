@@ -153,6 +153,14 @@ class DamagedSet::State {
       targets_.insert(targets_.end(), set.with.begin(), set.with.end());
     }
     MutationResult unused;
+    // Damage to the first bytes leaves a file of no format, which goes through all readers: their own memory is that of no
+    // file.
+    if (!is_folder) {
+      VolumeRequest formless;
+      formless.files = {work_.path() / ("formless" + original_.extension().string())};
+      std::ofstream(formless.files.front()) << std::string(1024, ' ');
+      look_at(formless, set_.frames, options_, unused, set_.chunks);
+    }
     undamaged_ = look_at(request_, set_.frames, options_, unused, set_.chunks);
     true_peak_bytes_ = peak_bytes_of(RUSAGE_CHILDREN);
   }

@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -99,6 +101,20 @@ TEST_F(StoreReaderTest, OutlivesTheThreadThatOpenedIt) {
   std::thread([&] { reader = std::make_unique<StoreReader>(at("a"), options_, 4); }).join();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the program would be ended
   expect_voxels(*reader, {}, ramp);
+}
+
+TEST_F(StoreReaderTest, HasThePriorityOfTheThreadThatOpensIt) {
+  write_zarr_image(at("a"), 32, 2, "raw", ramp);
+  const int before = ::getpriority(PRIO_PROCESS, 0), lower = std::min(before + 3, 19);
+  std::unique_ptr<StoreReader> reader;
+  std::thread([&] {
+    ::setpriority(PRIO_PROCESS, 0, lower);  // of this thread alone
+    reader = std::make_unique<StoreReader>(at("a"), options_, 4);
+  }).join();
+  EXPECT_EQ(::getpriority(PRIO_PROCESS, static_cast<id_t>(child())), lower);
+  expect_voxels(*reader, {}, ramp);
+  reader = std::make_unique<StoreReader>(at("a"), options_, 4);
+  EXPECT_EQ(::getpriority(PRIO_PROCESS, static_cast<id_t>(child())), before);
 }
 
 TEST_F(StoreReaderTest, AProgramThatIsKilledIsSaidInOneLineForEver) {
@@ -275,6 +291,11 @@ TEST_F(Survey, OfAPreparedStoreIsOfItsFacts) {
   EXPECT_EQ(found.lost, 1);
   EXPECT_EQ(found.damaged, 1);
   EXPECT_THAT(found.damage, HasSubstr("has changed since palpa prepare"));
+  StoreReader reader = open(at("a"));
+  found = survey(reader, 60.0, 60.0, true);  // facts alone
+  EXPECT_EQ(found.values[0].max, 250.0);
+  EXPECT_EQ(found.lost, 1);
+  EXPECT_EQ(found.looked_at, 0);
 }
 
 class Presence : public Survey, public testing::WithParamInterface<int> {

@@ -88,6 +88,78 @@ TEST_F(Tiff, SpacingIsFromResolutionTextOrRequest) {
   expect(spacing_um(), {0.5, 0.5, 2}, false);
 }
 
+TEST_F(Tiff, LargeStacksOfImageJLieBehindTheirOnlyListedImage) {
+  for (const bool big_endian : {false, true})
+    for (const auto& [bits, format] : {std::pair{8, 1}, {16, 1}, {32, 3}}) {
+      TiffToWrite tiff{.images = 1, .bits = bits, .format = format, .big_endian = big_endian, .rows_per_strip = 5};
+      tiff.description = "ImageJ=1.53t\nimages=4\nslices=4\n";
+      expect_values(read(folder_.write("large.tif", tiff.bytes_of_unlisted(4))));
+      if (HasFailure()) FAIL() << bits << " bits, big endian: " << big_endian;
+    }
+}
+
+// A voxel behind 4 GiB, in a sparse file.
+TEST_F(Tiff, OfMoreThanFourGigabytesImageJListsOneImage) {
+  TiffToWrite tiff{.columns = 256, .rows = 256, .images = 1, .big_endian = true, .rows_per_strip = 256};
+  tiff.description = "ImageJ=1.53t\nimages=33000\nslices=33000\n";
+  const std::uint64_t image_bytes = 256 * 256 * 2, offset = 8;  // of the first voxel
+  const fs::path file = folder_.write("large.tif", tiff.bytes());
+  fs::resize_file(file, offset + 33000 * image_bytes);
+  {
+    std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
+    out.seekp(static_cast<std::streamoff>(offset + 32999 * image_bytes + (3 * 256 + 5) * 2));
+    out.write("\x12\x34", 2);
+  }
+  VolumeRequest request;
+  request.files = {file};
+  const auto sliced = open_sliced_file(request, options_);
+  ASSERT_TRUE(sliced);
+  EXPECT_EQ(sliced->fields.at(0).grid.dims, (std::array<std::int64_t, 3>{256, 256, 33000}));
+  std::vector<std::uint16_t> row(256);
+  sliced->read(0, {.first_slice = 32999, .first_row = 3}, reinterpret_cast<std::byte*>(row.data()));
+  EXPECT_EQ(row[5], 0x1234);
+  EXPECT_EQ(std::ranges::count(row, 0), 255);
+}
+
+TEST_F(Tiff, HyperstacksOfImageJAreFieldsAndFrames) {
+  for (const bool is_listed : {true, false}) {
+    TiffToWrite tiff{.images = 24, .rows_per_strip = 5};
+    tiff.description = "ImageJ=1.53t\nimages=24\nchannels=2\nslices=4\nframes=3\nhyperstack=true\n";
+    if (!is_listed) tiff.images = 1;
+    const fs::path file = folder_.write("hyper.tif", is_listed ? tiff.bytes() : tiff.bytes_of_unlisted(24));
+    for (int frame = 0; frame < 3; ++frame) {
+      VolumeRequest request;
+      request.frame = frame;
+      const Volume volume = read(file, request);
+      EXPECT_EQ(volume.frames, 3);
+      ASSERT_EQ(volume.fields.size(), 2u);
+      request.files = {file};
+      const auto sliced = open_sliced_file(request, options_);
+      ASSERT_TRUE(sliced && sliced->fields.size() == 2);
+      for (std::int64_t channel = 0; channel < 2; ++channel) {
+        const auto& field = volume.fields[static_cast<std::size_t>(channel)];
+        EXPECT_EQ(field.name, "channel" + std::to_string(channel));
+        const GridGeometry& grid = grid_of(*field.field)->geometry;
+        ASSERT_EQ(grid.dims, (std::array<std::int64_t, 3>{6, 5, 4}));
+        for (std::int64_t k = 0; k < 4; ++k)
+          EXPECT_EQ(field.field->scalar(grid.to_world({4, 2, static_cast<double>(k)})).value,
+                    static_cast<double>(TiffToWrite::value(4, 2, (frame * 4 + k) * 2 + channel)));
+        std::uint16_t row[6] = {};
+        sliced->read(static_cast<std::size_t>(channel), {.first_slice = 3, .first_row = 2}, reinterpret_cast<std::byte*>(row));
+        EXPECT_EQ(row[4], TiffToWrite::value(4, 2, (frame * 4 + 3) * 2 + channel));
+      }
+    }
+    EXPECT_TRUE(warns(read(file), "holds 3 frames"));
+    VolumeRequest series;
+    series.frame = VolumeRequest::all_frames;
+    const FieldPtr moving = read(file, series).fields[1].field;
+    const Vec3 at_m = moving->bounds_m().centre_m();
+    const TimedField* const series_field = timed(*moving);
+    ASSERT_TRUE(series_field);
+    EXPECT_NEAR(series_field->scalar_at(at_m, {1.0}).value - series_field->scalar_at(at_m, {0.0}).value, 8 * 50, 1e-9);
+  }
+}
+
 TEST_F(Tiff, WrongFilesAreOneLine) {
   const auto expect = [&](const std::string& line, const std::string& words) {
     EXPECT_NE(line.find(words), std::string::npos) << line;
@@ -100,9 +172,11 @@ TEST_F(Tiff, WrongFilesAreOneLine) {
   expect(refusal({.also = {{257, 0}}}), "; ");
   expect(refusal({.also = {{259, 34712}}}), "compressed by a method");
   expect(refusal({.tile = 16, .also = {{322, 1 << 17}, {323, 1 << 17}}}), "; ");
-  expect(refusal({.description = "ImageJ=1\nimages=4\nchannels=2\n"}), "2 channels");
-  expect(refusal({.images = 1, .description = "ImageJ=1\nimages=900\nslices=900\n"}),
-         "--set dims=[6,5,900] --set header_bytes=8");
+  expect(refusal({.description = "ImageJ=1\nimages=4\nchannels=3\n"}), "3 channels and 1 moments, which 4 images cannot be");
+  expect(refusal({.description = "ImageJ=1\nimages=4\nchannels=1000000000\nframes=900000000\n"}), "4 images cannot be");
+  expect(refusal({.description = "<OME><Pixels SizeC=\"2\" SizeT=\"1\"/></OME>"}), "2 channels");
+  expect(refusal({.images = 1, .description = "ImageJ=1\nimages=900\nslices=900\n"}), "of 900 images");
+  expect(refusal({.images = 1, .deflated = true, .description = "ImageJ=1\nimages=4\nslices=4\n"}), "lacks 3 of 4 images");
   const std::string whole = TiffToWrite{}.bytes();
   for (std::size_t bytes = 1; bytes < whole.size(); bytes += 7) {
     const fs::path file = folder_.write("cut.tif", whole.substr(0, bytes));

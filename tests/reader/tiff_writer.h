@@ -22,6 +22,7 @@ struct TiffToWrite {
   double pixels_per_cm = 0.0;
   std::map<int, std::uint64_t> also{};  ///< further tags with one number, or other numbers of these
   std::int64_t first_image = 0;         ///< its k
+  std::string unlisted{};               ///< bytes behind the numbers of the first image
 
   static std::int64_t value(std::int64_t i, std::int64_t j, std::int64_t k) { return i + 10 * j + 50 * k; }
 
@@ -58,6 +59,15 @@ struct TiffToWrite {
     return all;
   }
 
+  /// The first image is listed; further ones lie behind its numbers, before its list, as ImageJ writes large stacks.
+  std::string bytes_of_unlisted(std::int64_t all) const {
+    TiffToWrite listed = *this;
+    listed.images = 1;
+    for (std::int64_t k = 1; k < all; ++k)
+      for (const std::string& piece : pieces(k)) listed.unlisted += piece;
+    return listed.bytes();
+  }
+
   std::string bytes() const {
     const int offset = is_bigtiff ? 8 : 4;
     std::string file = std::string(big_endian ? "MM" : "II") + number(is_bigtiff ? 43 : 42, 2);
@@ -71,6 +81,7 @@ struct TiffToWrite {
         offsets += number(file.size(), offset), counts += number(piece.size(), offset);
         file += piece;
       }
+      if (n == 0) file += unlisted;
       const std::uint64_t offsets_at = file.size(), counts_at = offsets_at + offsets.size(),
                           text_at = counts_at + counts.size();
       file += offsets + counts + description + std::string(1, '\0');
@@ -85,7 +96,7 @@ struct TiffToWrite {
       const auto list = [&](int tag, std::uint64_t at, const std::string& numbers) {
         const int type = is_bigtiff ? 16 : 4;
         if (parts.size() == 1) {
-          add(tag, type, 1, tag == 273 || tag == 324 ? at - parts[0].size() : parts[0].size(), offset);
+          add(tag, type, 1, tag == 273 || tag == 324 ? at - unlisted.size() - parts[0].size() : parts[0].size(), offset);
         } else {
           add(tag, type, numbers.size() / static_cast<std::size_t>(offset), at, offset);
         }

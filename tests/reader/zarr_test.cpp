@@ -176,6 +176,52 @@ TEST_F(StoreTest, CoordinateSystemsOfVersion06AreRead) {
   EXPECT_NEAR(norm(grid.origin_m - Vec3{7e-3, 6e-3, 5e-3}), 0.0, 1e-15);
 }
 
+/// Attributes of 0.6 whose dataset lies in "own", with further transformations of the image.
+std::string image_in_systems(const std::string& further) {
+  std::string systems;
+  for (const auto& [name, unit] :
+       {std::pair{"far", "meter"}, {"own", "micrometer"}, {"stage", "millimeter"}, {"other", "meter"}}) {
+    std::string axes;
+    for (const char* axis : {"z", "y", "x"})
+      axes +=
+          (axes.empty() ? "" : ",") + (R"({"name":")" + std::string(axis) + R"(","type":"space","unit":")" + unit + R"("})");
+    systems += (systems.empty() ? "" : ",") + (R"({"name":")" + std::string(name) + R"(","axes":[)" + axes + "]}");
+  }
+  return R"("multiscales":[{"version":"0.6","coordinateSystems":[)" + systems +
+         R"(],"datasets":[{"path":"0","coordinateTransformations":[{"type":"scale","scale":[3,2,1],"input":{"path":"0"},"output":{"name":"own"}}]}],)" +
+         R"("coordinateTransformations":[)" + further + "]}]";
+}
+
+std::string scale_between(const std::string& by, const std::string& input, const std::string& output) {
+  return R"({"type":"scale","scale":[)" + by + "," + by + "," + by + R"(],"input":{"name":")" + input + R"("},"output":)" +
+         output + "}";
+}
+
+TEST_F(StoreTest, AnImageLiesInTheOnlyCoordinateSystemThatItLeadsTo) {
+  int number = 0;
+  const auto expect_step = [&](const std::string& further, double z_step_m, bool is_warned) {
+    const StoreReader reader = open(write("s" + std::to_string(number++), {.format = 3, .shape = {8, 8, 8}, .chunk = {8, 8, 8}},
+                                          image_in_systems(further)));
+    EXPECT_NEAR(reader.contents().octaves[0].grid.index_to_world_m.row[2].z / z_step_m, 1.0, 1e-12) << further;
+    const auto& warnings = reader.contents().warnings;
+    EXPECT_EQ(std::ranges::any_of(warnings, [](const std::string& w) { return w.find("several") != std::string::npos; }),
+              is_warned);
+  };
+  const std::string to_stage = scale_between("10", "own", R"({"name":"stage"})");
+  const std::string to_far = scale_between("7", "stage", R"({"name":"far"})");
+  const std::string to_other = scale_between("5", "own", R"({"name":"other"})");
+  const std::string outside = scale_between("9", "own", R"({"name":"far","path":"elsewhere"})");
+  const std::string back = scale_between("1", "far", R"({"name":"own"})");
+  expect_step(to_stage, 30e-3, false);
+  expect_step(to_stage + "," + to_far, 210.0, false);
+  expect_step(to_far + "," + to_stage, 210.0, false);
+  expect_step(to_stage + "," + to_other, 3e-6, true);
+  expect_step(outside, 3e-6, false);
+  expect_step(scale_between("4", "far", R"({"name":"stage"})"), 3e-6, false);
+  open(write("cycle", {.format = 3, .shape = {8, 8, 8}, .chunk = {8, 8, 8}},
+             image_in_systems(to_stage + "," + to_far + "," + back)));
+}
+
 /// Attributes of an image of axes z, y, x in millimetres, with this transformation.
 std::string image_with(const std::string& transform) {
   std::string axes;

@@ -6,7 +6,9 @@
 #include <random>
 #include <regex>
 
+#include "palpa/data/derived.h"
 #include "palpa/data/octave_parts.h"
+#include "palpa/data/smooth_grid.h"
 #include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
 #include "palpa/scene/first_scene.h"
@@ -115,6 +117,38 @@ TEST(FirstSceneInOctaves, OfAFlowReadsNoFieldsOfAWholeGrid) {
   for (const char* part : {"curl(large", "q(large", "coherence(large", "sign ="}) EXPECT_THAT(text, Not(HasSubstr(part)));
   for (const char* part : {"type = \"follow\"", "type = \"vector_force\"", "type = \"viscosity\"", "magnitude(large"})
     EXPECT_THAT(text, HasSubstr(part));
+}
+
+/// A flow with its curl as `palpa prepare --derive curl=NAME` names it.
+Volume with_curl(Volume flow) {
+  const VolumeField& of = flow.fields[0];
+  const FieldPtr curl = derived(Derivation::curl, of.field);
+  const GridView& view = *smooth_grid_of(*curl);
+  flow.fields.push_back({"curl_" + of.name, "", grid_field(view.geometry, view.voxels, view.scale, view.offset)});
+  return flow;
+}
+
+TEST(FirstSceneInOctaves, OfAFlowWithItsCurlHasRailsWhereItTurns) {
+  Volume flow = sampled(ring_vortex(), 96);
+  flow.format = "zarr", flow.fields.resize(1);
+  const std::string name = flow.fields[0].name;
+  const std::string text = scene_of(in_octaves(with_curl(flow), 2)), expected = scene_of(flow);
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("type = \"follow\""), HasSubstr("magnitude(large.curl_" + name + ")"),
+                                   HasSubstr("rails where it turns"), Not(HasSubstr("--derive")), Not(HasSubstr("curl("))));
+  const auto turning_of = [](const std::string& scene, const std::string& curl) {
+    const std::size_t begin = scene.find("magnitude(" + curl);
+    EXPECT_NE(begin, std::string::npos);
+    const std::string points = scene.substr(scene.find("[[", begin));
+    const std::size_t second = points.find("[", 2);
+    return std::pair(std::stod(points.substr(2)), std::stod(points.substr(second + 1)));
+  };
+  const auto [from, full] = turning_of(text, "large.curl_" + name);
+  const auto [from_of_whole, full_of_whole] = turning_of(expected, "curl(");
+  EXPECT_NEAR(from, from_of_whole, 0.1 * from_of_whole);
+  EXPECT_NEAR(full, full_of_whole, 0.2 * full_of_whole);
+
+  EXPECT_THAT(scene_of(in_octaves(flow, 2)),
+              testing::AllOf(HasSubstr("# palpa prepare STORE --derive curl=" + name), HasSubstr("rails along it")));
 }
 
 TEST(FirstSceneInOctaves, OfDirectionsIsWithoutAKeyThatNeedsAWholeGrid) {

@@ -1,5 +1,5 @@
 // The damper's estimate under an encoder: ripple, delay, zeros.
-#include "palpa/session/damper.h"
+#include "palpa/solver/damper.h"
 
 #include <gtest/gtest.h>
 

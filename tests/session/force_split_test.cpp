@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "palpa/session/split.h"
+#include "palpa/solver/split.h"
 #include "tests/solver/counted_allocations.h"
 #include "tests/solver/random_problems.h"
 

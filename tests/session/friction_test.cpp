@@ -185,5 +185,42 @@ TEST(StaticFriction, IsOfMaterialAsOfLevels) {
   EXPECT_NEAR(norm(along(tick.force_n)), 0.3 + 2.0 * 0.05, 1e-6);
 }
 
+// Records hold what a balance elsewhere needs: a friction line its coefficient and its plane, which give its strength, and
+// whether a primitive goes with the proxy.
+TEST(FrictionRecords, GiveTheStrengthFromThePlaneTheyName) {
+  test::Random random(3);
+  const Volume formula = plane_field(0.2);
+  int lines = 0, planes = 0;
+  for (const double coefficient : {0.0, 0.3, 1.0}) {
+    Session session(scene_of(formula, level_with(coefficient > 0.0 ? 0.0 : 0.2, coefficient, 1.5, 0.4)));
+    const test::Wander hand(random, 0.02);
+    for (int tick = 0; tick < 2000; ++tick) {
+      session.tick({.position_m = hand.at(dt * tick)}, dt);
+      for (const SubStep& step : session.sub_steps()) {
+        const auto rows = session.primitives().subspan(step.first_primitive, step.primitives);
+        for (const PlacedPrimitive& row : rows) {
+          const bool is_line = row.primitive.kind == PrimitiveKind::line;
+          planes += !is_line;
+          EXPECT_EQ(row.rides, row.primitive.position_m == step.start_m);
+          EXPECT_TRUE(row.rides || !is_line);
+          EXPECT_EQ(row.plane_slot >= 0, is_line && coefficient > 0.0);
+          if (row.plane_slot < 0) continue;
+          ++lines;
+          double pressed_n = 0.0;
+          for (const PlacedPrimitive& other : rows) {
+            const bool is_its_plane = other.primitive.kind != PrimitiveKind::line &&
+                                      other.primitive.id.mode == row.primitive.id.mode &&
+                                      other.primitive.id.slot == row.plane_slot;
+            if (is_its_plane) pressed_n += norm(other.force_n);
+          }
+          EXPECT_NEAR(row.primitive.strength_n, row.coefficient * pressed_n, 1e-6 * (1.0 + pressed_n)) << tick;
+        }
+      }
+    }
+  }
+  EXPECT_GT(lines, 500);
+  EXPECT_GT(planes, 500);
+}
+
 }  // namespace friction_test
 }  // namespace palpa

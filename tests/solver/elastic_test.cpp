@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "palpa/session/coulomb_friction.h"
-#include "palpa/session/split.h"
+#include "palpa/solver/coulomb_friction.h"
+#include "palpa/solver/split.h"
 #include "tests/solver/solved.h"
 
 namespace palpa {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "palpa/session/damper.h"
+#include "palpa/solver/damper.h"
 #include "tests/solver/random_problems.h"
 
 namespace palpa {

@@ -106,7 +106,7 @@ TEST_F(ToolTrace, RowsOfBalancesAndPrimitives) {
   writer.append(turned_frame(0), {}, {&step, 1}, {&plane, 1}, {});
   writer.finish();
   EXPECT_THAT(text_of(folder() / "balances.csv"), EndsWith(",0,0,0.5,0.5,-0.5,0.5,0,1,0,0,0.25,0,-0.125,0,0,1,0,0.03\n"));
-  EXPECT_THAT(text_of(folder() / "primitives.csv"), EndsWith(",off,,7,0,0.01,-0.05\n"));
+  EXPECT_THAT(text_of(folder() / "primitives.csv"), EndsWith(",off,,,,0,7,0,0.01,-0.05\n"));
 }
 
 TEST_F(ToolTrace, IsComparedInEveryColumnThatItHas) {

@@ -99,7 +99,7 @@ TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
       first_line(folder() / "primitives.csv"),
       "tick,sub_step,mode,slot,kind,position_x_m,position_y_m,position_z_m,direction_x,direction_y,direction_z,strength_n,"
       "drag_ns_per_m,captured_value,force_x_n,force_y_n,force_z_n,state,"
-      "stiffness_n_per_m");
+      "stiffness_n_per_m,friction_coefficient,friction_plane,rides");
   EXPECT_EQ(first_line(folder() / "events.csv"), "tick,t_s,kind,subject,value");
   EXPECT_EQ(first_line(folder() / "timing.csv"), "tick,late_us,tick_us,device_us");
   EXPECT_EQ(text_of(folder() / "scene.toml"), scene);
@@ -177,8 +177,8 @@ TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
   writer.append_event(6, 0.006, "warning", "session", "two\nlines");
   writer.finish();
   EXPECT_THAT(text_of(folder() / "modes.csv"), HasSubstr("\n5,skin,0.25,0,-1,1e-05,0,2,0\n5,\"with,comma\",0,0,0,0,0,0,1\n"));
-  EXPECT_THAT(text_of(folder() / "primitives.csv"), HasSubstr("\n5,0,skin,3,plane,0,0,0.5,0,0,1,0.8,0,-300,0,0,0.5,stick,\n"
-                                                              "5,0,\"with,comma\",0,point,0,0,0,0,0,0,1,0,,0,0,0,off,\n"
+  EXPECT_THAT(text_of(folder() / "primitives.csv"), HasSubstr("\n5,0,skin,3,plane,0,0,0.5,0,0,1,0.8,0,-300,0,0,0.5,stick,,,,0\n"
+                                                              "5,0,\"with,comma\",0,point,0,0,0,0,0,0,1,0,,0,0,0,off,,,,0\n"
                                                               "5,1,skin,3,plane,"));
   EXPECT_THAT(text_of(folder() / "balances.csv"),
               AllOf(HasSubstr("\n5,0,0.001,"), HasSubstr("\n5,1,0.25,"), HasSubstr(",event,")));
@@ -199,7 +199,7 @@ TEST_F(Trace, ACornerIsTheRowsOfItsFacetsThatCarryForce) {
   TraceWriter writer(folder(), {.primitives = true}, scene, {"skin"});
   writer.append(plain_frame(5), {}, steps, placed, {});
   writer.finish();
-  const std::string row = "skin,3,facet,0,0,0,0,0,1,0.8,0,,0,0,0.5,stick,\n";
+  const std::string row = "skin,3,facet,0,0,0,0,0,1,0.8,0,,0,0,0.5,stick,,,,0\n";
   EXPECT_THAT(text_of(folder() / "primitives.csv"), EndsWith("\n5,0," + row + "5,0," + row + "5,1," + row));
   EXPECT_THAT(text_of(folder() / "balances.csv"), AllOf(HasSubstr(",exact,2,"), HasSubstr(",exact,1,")));
 }

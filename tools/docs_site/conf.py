@@ -53,11 +53,11 @@ html_theme_options = {
 # The navigation beside each page. A page of docs that is missing here is an error of the build: no reader would find it.
 navigation = [
     ("Begin", ["start", "concepts", "gallery", "glossary"]),
-    ("Feel", ["modes/README", "scene", "tools", "/scenes/README", "data", "large", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
-    ("Program", ["python", "embedding", "own-mode", "/api/index", "/api/python", "paraview", "slicer"]),
+    ("Feel", ["modes/README", "scene", "tools", "/scenes/README", "data", "large", "hands", "devices", "safety", "explorer", "browser", "trace", "check", "map"]),
+    ("Program", ["python", "embedding", "c", "own-mode", "/api/index", "/api/python", "paraview", "slicer"]),
     ("Theory", ["theory", "path", "laws"]),
     ("Study", ["felt", "beside", "reproduction", "benchmark", "/bench/haptics/README"]),
-    ("Within", ["design", "contracts/README", "security", "limits", "dependencies", "changes", "/CHANGELOG", "/CONTRIBUTING", "/SECURITY"]),
+    ("Within", ["design", "contracts/README", "far", "security", "limits", "dependencies", "changes", "/CHANGELOG", "/CONTRIBUTING", "/SECURITY"]),
 ]
 folders_of_pages = {"docs/modes/README": "docs/modes", "docs/contracts/README": "docs/contracts", "docs/design": "docs/design"}
 
@@ -68,7 +68,10 @@ def toctree(pages, caption=""):
 
 
 def add_navigation(app, docname, source):
-    """The pages' hierarchy, which the pages themselves do not contain."""
+    """The pages' hierarchy, which the pages themselves do not contain, and the way to the page for browsers, if it is there."""
+    way = os.environ.get("PALPA_TRY")
+    if way and docname in (root_doc, "docs/browser"):
+        source[0] += f'\n\n<p><a href="{posixpath.relpath(way, posixpath.dirname(docname) or ".")}"><strong>Try it</strong></a> in this browser.</p>\n'
     if docname == root_doc:
         for caption, pages in navigation:
             names = [page if page.startswith("/") else f"/docs/{page}" for page in pages]

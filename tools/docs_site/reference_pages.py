@@ -12,10 +12,10 @@ import xml.etree.ElementTree as ElementTree
 
 
 def public_headers(repository):
-    """The installed headers, and those of the component vtk."""
+    """The installed headers of C++, and those of the component vtk. The header for C is its own reference."""
     build_rules = (repository / "palpa/CMakeLists.txt").read_text(encoding="utf-8")
     lists = re.findall(r"palpa_install_headers\(([^)]*)\)|foreach\(header ([^)]*)\)", build_rules)
-    return [header for names in lists for header in " ".join(names).split()]
+    return [header for names in lists for header in " ".join(names).split() if header != "c.h"]
 
 
 def read_comments(repository, work, headers):
