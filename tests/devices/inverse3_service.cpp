@@ -124,6 +124,7 @@ class Service {
     json log = log_.text();
     log["force_n"] = norm(stand_in_.force_n());
     log["good_byes"] = stand_in_.good_byes();
+    log["connections"] = stand_in_.connections();
     return log;
   }
 

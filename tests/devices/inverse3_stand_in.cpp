@@ -247,8 +247,8 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
 
   void read() {
     stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error == websocket::error::closed && self->stream_.reason().code == websocket::close_code::normal)
-        ++self->server_.good_byes;
+      // With any error: the answer to a close frame fails where the browser has hung up by then.
+      if (error && self->stream_.reason().code == websocket::close_code::normal) ++self->server_.good_byes;
       if (error) return self->end();
       self->take(beast::buffers_to_string(self->buffer_.data()));
       self->buffer_.consume(self->buffer_.size());
@@ -492,6 +492,11 @@ std::int64_t Inverse3StandIn::messages() {
 std::int64_t Inverse3StandIn::good_byes() {
   std::int64_t count = 0;
   server_->in_thread([&] { count = server_->good_byes; });
+  return count;
+}
+std::int64_t Inverse3StandIn::connections() {
+  std::int64_t count = 0;
+  server_->in_thread([&] { count = static_cast<std::int64_t>(server_->sessions_.size()); });
   return count;
 }
 

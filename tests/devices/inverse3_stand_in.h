@@ -82,7 +82,8 @@ class Inverse3StandIn {
   std::vector<std::string> first_messages();  ///< of each connection that sent one
   std::vector<std::string> last_messages(std::size_t most);
   std::int64_t messages();
-  std::int64_t good_byes();  ///< close frames with the code 1000
+  std::int64_t good_byes();    ///< close frames with the code 1000
+  std::int64_t connections();  ///< open now
 
  private:
   class Server;

@@ -408,9 +408,15 @@ class Felt(Case):
             "a million rows": lambda n, t, p: [model(n, t, p, wall, count=65535)] + ([model(n, t, p, wall * 10**6, count=65535)] if n > 1000 else []),
         }
         for name, manner in manners.items():
+            least_n = 1.0 if "felt" in name else 0.0
             with self.subTest(name):
-                largest_n = self.feel_hostile(manner, 3.5 if "felt" in name else 2.0)
-                self.assertTrue((1.0 if "felt" in name else 0.0) <= largest_n <= 3.3, largest_n)
+                largest_n = -1.0
+                for _ in range(5):  # each pause of a busy machine costs the force, which then grows anew
+                    largest_n = max(largest_n, self.feel_hostile(manner, 3.5 if least_n else 2.0))
+                    self.assertLessEqual(largest_n, 3.3)
+                    if largest_n >= least_n:
+                        break
+                self.assertGreaterEqual(largest_n, least_n)
 
     def feel_hostile(self, manner, duration_s):
         listener = socket.create_server(("127.0.0.1", 0))

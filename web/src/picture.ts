@@ -2,6 +2,7 @@
 
 import type { Box, Camera } from './camera';
 import { surface_color } from './colors';
+import { number_words } from './dom';
 import { inverted, map_point } from './geometry';
 import type { FeltSurfaces, Hand } from './hand';
 import { field_named } from './panel';
@@ -92,7 +93,7 @@ export class Picture {
     }
     this.hand.surfaces = felt_surfaces(scene, this.fields);
     this.hand.is_ready = needed(scene).every((field) => this.fields.has(field.name));
-    this.on_legend(drawn.map(({ name, color }) => ({ name, color })));
+    this.on_legend(legend_of(drawn));
   }
 
   take(message: FieldMessage): void {
@@ -235,6 +236,14 @@ function of_layer(scene: SceneFacts, layer: LayerFacts, n: number): Drawn {
     color: /^#[0-9a-f]{6}$/i.test(layer.color) ? layer.color : surface_color(n),
     opacity: layer.opacity,
   };
+}
+
+/** Surfaces of one name have their level, too. */
+function legend_of(drawn: Drawn[]): LegendEntry[] {
+  return drawn.map(({ name, color, level }) => {
+    const is_alone = drawn.filter((one) => one.name === name).length === 1;
+    return { name: is_alone ? name : `${name} ${number_words(level)}`, color };
+  });
 }
 
 interface FeltLevel {
