@@ -8,21 +8,19 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
-#include <vtkQuadricDecimation.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
-#include <vtkStaticPointLocator.h>
-#include <vtkTriangleFilter.h>
 #include <vtkTubeFilter.h>
 #include <vtkVolumeCollection.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
+#include "palpa/data/parallel.h"
 #include "palpa/view/layers.h"
 #include "palpa/view/offscreen.h"
+#include "palpa/view/simplified.h"
 #include "palpa/view/streamlines.h"
 
 namespace palpa::detail {
@@ -45,92 +43,63 @@ vtkPolyData* data_of(vtkActor& actor, bool& lines) {
   return vtkPolyData::SafeDownCast(actor.GetMapper()->GetInput());
 }
 
-vtkSmartPointer<vtkPolyData> triangles_of(vtkPolyData* data) {
-  vtkNew<vtkTriangleFilter> triangles;
-  triangles->SetInputData(data);
-  triangles->PassVertsOff();
-  triangles->PassLinesOff();
-  triangles->Update();
-  return triangles->GetOutput();
+Vec3 point_of(vtkPolyData& data, vtkIdType i) {
+  double p[3];
+  data.GetPoint(i, p);
+  return {p[0], p[1], p[2]};
 }
 
-/// Surface with about `share` of the triangles.
-vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
-  vtkNew<vtkPolyData> bare;  // normals and colours are taken from the fine surface later
-  bare->SetPoints(surface->GetPoints());
-  bare->SetPolys(surface->GetPolys());
-  vtkNew<vtkQuadricDecimation> decimation;
-  decimation->SetInputData(bare);
-  decimation->SetTargetReduction(1.0 - share);
-  decimation->Update();
-  return decimation->GetOutput();
+/// Polygons are fans of triangles.
+Mesh triangles_of(vtkPolyData& data) {
+  Mesh mesh;
+  for (vtkIdType i = 0; i < data.GetNumberOfPoints(); ++i) mesh.points_m.push_back(point_of(data, i));
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  for (vtkIdType cell = 0; cell < data.GetPolys()->GetNumberOfCells(); ++cell) {
+    data.GetPolys()->GetCellAtId(cell, size, corners);
+    const auto corner = [&](vtkIdType i) { return static_cast<std::uint32_t>(corners[i]); };
+    for (vtkIdType i = 2; i < size; ++i) mesh.triangles.push_back({corner(0), corner(i - 1), corner(i)});
+  }
+  return mesh;
 }
 
 Vec3 vector_at(vtkDataArray& array, vtkIdType i) {
   return {array.GetComponent(i, 0), array.GetComponent(i, 1), array.GetComponent(i, 2)};
 }
 
-/// Copies the points that cells use, with normals and colours of the nearest point of `fine`.
-class PointCopy {
- public:
-  PointCopy(vtkPolyData& from, vtkPolyData& fine, Shape& to) : from_(from), fine_(fine), to_(to) {
-    if (&from != &fine) {
-      locator_->SetDataSet(&fine);
-      locator_->BuildLocator();
-    }
+/// Adds a point with the normal and, if they are seen from everywhere, the colour of point `like` of the data.
+void add_point(const Vec3& place_m, vtkPolyData& data, vtkIdType like, bool with_color, Shape& shape) {
+  shape.points_m.push_back(place_m);
+  if (vtkDataArray* normals = data.GetPointData()->GetNormals()) shape.normals.push_back(vector_at(*normals, like));
+  if (vtkDataArray* colors = data.GetPointData()->GetScalars(); with_color && colors && colors->GetNumberOfComponents() >= 3) {
+    const Vec3 bytes = vector_at(*colors, like);
+    shape.colors.push_back({bytes.x / 255.0, bytes.y / 255.0, bytes.z / 255.0});
   }
-  std::uint32_t number_of(vtkIdType i) {
-    const auto [known, fresh] = numbers_.try_emplace(i, static_cast<std::uint32_t>(to_.points_m.size()));
-    if (!fresh) return known->second;
-    double p[3];
-    from_.GetPoint(i, p);
-    to_.points_m.push_back({p[0], p[1], p[2]});
-    const vtkIdType like = &from_ == &fine_ ? i : locator_->FindClosestPoint(p);
-    if (vtkDataArray* normals = fine_.GetPointData()->GetNormals()) to_.normals.push_back(vector_at(*normals, like));
-    if (vtkDataArray* colors = fine_.GetPointData()->GetScalars(); colors && colors->GetNumberOfComponents() >= 3) {
-      const Vec3 bytes = vector_at(*colors, like);
-      to_.colors.push_back({bytes.x / 255.0, bytes.y / 255.0, bytes.z / 255.0});
-    }
-    return known->second;
-  }
-
- private:
-  vtkPolyData& from_;
-  vtkPolyData& fine_;
-  Shape& to_;
-  std::map<vtkIdType, std::uint32_t> numbers_;
-  vtkNew<vtkStaticPointLocator> locator_;
-};
+}
 
 void add_lines(vtkPolyData& data, Shape& shape) {
-  PointCopy copy(data, data, shape);
   vtkIdType size = 0;
   const vtkIdType* points = nullptr;
   for (vtkIdType line = 0; line < data.GetLines()->GetNumberOfCells(); ++line) {
     data.GetLines()->GetCellAtId(line, size, points);
-    for (vtkIdType i = 0; i < size; ++i) copy.number_of(points[i]);
+    for (vtkIdType i = 0; i < size; ++i) add_point(point_of(data, points[i]), data, points[i], true, shape);
     shape.line_points.push_back(static_cast<std::uint32_t>(size));
-  }
-}
-
-void add_triangles(vtkPolyData& data, vtkPolyData& fine, Shape& shape) {
-  PointCopy copy(data, fine, shape);
-  vtkIdType size = 0;
-  const vtkIdType* corners = nullptr;
-  for (vtkIdType cell = 0; cell < data.GetPolys()->GetNumberOfCells(); ++cell) {
-    data.GetPolys()->GetCellAtId(cell, size, corners);
-    if (size == 3)
-      shape.triangles.push_back({copy.number_of(corners[0]), copy.number_of(corners[1]), copy.number_of(corners[2])});
   }
 }
 
 /// Surface of a layer, drawn and as triangles.
 struct Surface {
   vtkPolyData* drawn;  // a shell is drawn twice
-  vtkSmartPointer<vtkPolyData> triangles;
+  Mesh triangles;
   Shape shape;
   bool is_level;
 };
+
+void add_triangles(const Surface& surface, const SimplerMesh& mesh, Shape& shape) {
+  for (std::size_t i = 0; i < mesh.points_m.size(); ++i)  // a shell's colours are opacities for one viewpoint
+    add_point(mesh.points_m[i], *surface.drawn, mesh.like[i], !surface.is_level, shape);
+  shape.triangles = mesh.triangles;
+}
 
 /// Shape without points, with its layer's attributes.
 Shape shape_of(const LayerActor& drawn) {
@@ -171,19 +140,23 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
       shapes.shapes.push_back(std::move(shape));
       continue;
     }
-    surfaces.push_back({data, triangles_of(data), std::move(shape), drawn.style.has_value()});
-    if (drawn.style)  // a shell's scalars are opacities for one viewpoint
-      surfaces.back().triangles->GetPointData()->SetScalars(nullptr);
-    all += static_cast<std::size_t>(surfaces.back().triangles->GetNumberOfPolys());
+    surfaces.push_back({data, triangles_of(*data), std::move(shape), drawn.style.has_value()});
+    all += surfaces.back().triangles.triangles.size();
   }
   const double share = std::min(1.0, static_cast<double>(most_triangles) / std::max(1.0, static_cast<double>(all)));
   std::stable_sort(surfaces.begin(), surfaces.end(), [](const Surface& a, const Surface& b) {
     return std::pair(a.is_level, a.shape.layer) < std::pair(b.is_level, b.shape.layer);
   });
-  for (Surface& surface : surfaces) {
-    const vtkSmartPointer<vtkPolyData> used = share < 1.0 ? coarser(surface.triangles, share) : surface.triangles;
-    add_triangles(*used, *surface.triangles, surface.shape);
-    shapes.shapes.push_back(std::move(surface.shape));
+  std::vector<SimplerMesh> simple(surfaces.size());
+  in_parts(static_cast<std::int64_t>(surfaces.size()), 1, [&](std::int64_t first, std::int64_t last) {
+    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+      const Mesh& mesh = surfaces[i].triangles;
+      simple[i] = simplified(mesh, static_cast<std::size_t>(std::ceil(share * static_cast<double>(mesh.triangles.size()))));
+    }
+  });
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    add_triangles(surfaces[i], simple[i], surfaces[i].shape);
+    shapes.shapes.push_back(std::move(surfaces[i].shape));
   }
   quiet.raise_error();
   return shapes;
