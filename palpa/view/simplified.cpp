@@ -1,8 +1,8 @@
 #include "palpa/view/simplified.h"
 
 #include <algorithm>
-#include <functional>
-#include <tuple>
+#include <bit>
+#include <optional>
 #include <utility>
 
 namespace palpa::detail {
@@ -15,7 +15,8 @@ constexpr double corner_weight = 1e-5;
 // [1] Least cosine between a triangle's normals before and after a collapse. More: fewer collapses; less: folds.
 constexpr double least_cosine = 0.2;
 
-/// Sum of squared distances [m⁴] of a position to planes and points, each weighted by an area: x·Ax − 2 b·x + c.
+/// Sum of squared distances [m⁴] of a position to planes and points, each weighted by an area: x·Ax − 2 b·x + c, with a
+/// symmetric A.
 struct Quadric {
   Mat3 a;
   Vec3 b;
@@ -36,6 +37,38 @@ struct Quadric {
     return *this;
   }
   double at(const Vec3& x_m) const noexcept { return dot(x_m, a * x_m) - 2.0 * dot(b, x_m) + c; }
+  /// Position with the least sum; not finite without one.
+  Vec3 least_m() const noexcept {
+    const Vec3 x = cross(a.row[1], a.row[2]), y = cross(a.row[2], a.row[0]), z = cross(a.row[0], a.row[1]);
+    return Vec3{dot(x, b), dot(y, b), dot(z, b)} / dot(a.row[0], x);
+  }
+};
+
+/// Edge that may be collapsed, unless one of its ends has changed since.
+struct Edge {
+  std::uint32_t a, b;
+  std::uint32_t changes;  // of both ends
+};
+
+/// Edges by their costs, to an eighth: the last one put in first.
+class Queue {
+ public:
+  void push(double cost, const Edge& edge) {
+    const std::size_t level = std::bit_cast<std::uint32_t>(static_cast<float>(std::max(cost, 0.0))) >> 20;
+    levels_[level].push_back(edge);
+    first_ = std::min(first_, level);
+  }
+  std::optional<Edge> pop() {
+    while (first_ < levels_.size() && levels_[first_].empty()) ++first_;
+    if (first_ == levels_.size()) return {};
+    const Edge edge = levels_[first_].back();
+    levels_[first_].pop_back();
+    return edge;
+  }
+
+ private:
+  std::vector<std::vector<Edge>> levels_ = std::vector<std::vector<Edge>>(1 << 11);  // by exponent and 3 bits of a float
+  std::size_t first_ = 0;                                                            // no edges below
 };
 
 class Simplifier {
@@ -48,7 +81,7 @@ class Simplifier {
         like_(points_m_.size()),
         first_(points_m_.size(), none),
         next_(3 * triangles_.size()),
-        stamp_(points_m_.size(), 0),
+        changes_(points_m_.size(), 0),
         mark_(points_m_.size(), 0) {
     for (std::uint32_t i = 0; i < like_.size(); ++i) like_[i] = i;
     for (std::uint32_t corner = 0; corner < next_.size(); ++corner)
@@ -58,11 +91,11 @@ class Simplifier {
   void reduce_to(std::size_t most) {
     if (left_ <= most) return;
     measure();
-    while (left_ > most && !edges_.empty()) {
-      std::ranges::pop_heap(edges_, later);
-      const Edge edge = edges_.back();
-      edges_.pop_back();
-      if (edge.stamp == stamp_[edge.a] + std::uint64_t{stamp_[edge.b]}) collapse(edge.a, edge.b);
+    while (left_ > most) {
+      const std::optional<Edge> edge = edges_.pop();
+      if (!edge) break;
+      if (edge->changes == changes_[edge->a] + changes_[edge->b] && !is_merged(edge->a) && !is_merged(edge->b))
+        collapse(edge->a, edge->b);
     }
   }
 
@@ -88,13 +121,6 @@ class Simplifier {
  private:
   using Triangle = std::array<std::uint32_t, 3>;
 
-  /// Edge that may be collapsed, unless one of its ends has changed since.
-  struct Edge {
-    double cost;
-    std::uint32_t a, b;
-    std::uint64_t stamp;
-  };
-  static bool later(const Edge& x, const Edge& y) noexcept { return std::tie(x.cost, x.a, x.b) > std::tie(y.cost, y.a, y.b); }
   static bool is_gone(const Triangle& triangle) noexcept { return triangle[0] == triangle[1]; }
 
   /// Triangles of a point; those that are gone are unlinked.
@@ -116,32 +142,24 @@ class Simplifier {
 
   void measure() {
     quadrics_.resize(points_m_.size());
-    std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> sides;  // ends in order, and triangle
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-      const Triangle& corner = triangles_[t];
-      const Vec3 twice_m2 = normal_m2(t);
-      const double area_m2 = 0.5 * norm(twice_m2);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3& p = points_m_[corner[k]];
-        Quadric& quadric = quadrics_[corner[k]];
-        quadric.add(normalized(twice_m2), p, area_m2);
-        for (const Vec3& axis : Mat3::identity().row) quadric.add(axis, p, corner_weight * area_m2);
-        const std::uint32_t other = corner[(k + 1) % 3];
-        sides.emplace_back(std::min(corner[k], other), std::max(corner[k], other), t);
+      const Vec3 normal = normal_m2(t);
+      const double area_m2 = 0.5 * norm(normal);
+      for (const std::uint32_t corner : triangles_[t]) {
+        quadrics_[corner].add(normalized(normal), points_m_[corner], area_m2);
+        for (const Vec3& axis : Mat3::identity().row) quadrics_[corner].add(axis, points_m_[corner], corner_weight * area_m2);
       }
     }
-    std::ranges::sort(sides);
-    for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
-      const auto& [a, b, t] = sides[i];
-      while (end < sides.size() && std::get<0>(sides[end]) == a && std::get<1>(sides[end]) == b) ++end;
-      if (end == i + 1) keep_border(a, b, t);
-    }
-    edges_.reserve(2 * sides.size());
-    for (std::size_t i = 0; i < sides.size(); ++i) {
-      const auto& [a, b, t] = sides[i];
-      if (i == 0 || std::get<0>(sides[i - 1]) != a || std::get<1>(sides[i - 1]) != b) edges_.push_back(edge_of(a, b));
-    }
-    std::ranges::make_heap(edges_, later);
+    std::vector<std::array<std::uint32_t, 2>> sides;
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = triangles_[t][k], b = triangles_[t][(k + 1) % 3];
+        bool is_border = true;
+        each_triangle(b, [&](const Triangle& other, std::uint32_t at) { is_border = is_border && other[(at + 1) % 3] != a; });
+        if (is_border) keep_border(a, b, t);
+        if (is_border || a < b) sides.push_back({a, b});
+      }
+    for (const auto& [a, b] : sides) enqueue(a, b);
   }
 
   Vec3 normal_m2(std::uint32_t t) const noexcept {
@@ -157,15 +175,16 @@ class Simplifier {
   }
 
   Quadric sum_of(std::uint32_t a, std::uint32_t b) const noexcept { return Quadric(quadrics_[a]) += quadrics_[b]; }
-  /// Position with the least sum; the middle where rounding leaves none.
+  /// Position with the least sum, or the middle where rounding leaves none near by.
   Vec3 best_m(const Quadric& quadric, std::uint32_t a, std::uint32_t b) const noexcept {
-    const Vec3 best_m = inverse(quadric.a) * quadric.b, middle_m = 0.5 * (points_m_[a] + points_m_[b]);
-    return distance(best_m, middle_m) <= 2.0 * distance(points_m_[a], points_m_[b]) ? best_m : middle_m;
+    const Vec3 best_m = quadric.least_m(), middle_m = 0.5 * (points_m_[a] + points_m_[b]);
+    return norm_squared(best_m - middle_m) <= 4.0 * norm_squared(points_m_[a] - points_m_[b]) ? best_m : middle_m;
   }
-  Edge edge_of(std::uint32_t a, std::uint32_t b) const noexcept {
+  void enqueue(std::uint32_t a, std::uint32_t b) {
     const Quadric quadric = sum_of(a, b);
-    return {quadric.at(best_m(quadric, a, b)), a, b, stamp_[a] + std::uint64_t{stamp_[b]}};
+    edges_.push(quadric.at(best_m(quadric, a, b)), {a, b, changes_[a] + changes_[b]});
   }
+  bool is_merged(std::uint32_t point) const noexcept { return first_[point] == none; }
 
   /// Whether a triangle of `point`, but none of `other`, would fold or vanish with its corner at `to_m`.
   bool folds(std::uint32_t point, std::uint32_t other, const Vec3& to_m) {
@@ -174,7 +193,8 @@ class Simplifier {
       if (any || has(triangle, other)) return;
       const Vec3 &b = points_m_[triangle[(corner + 1) % 3]], &c = points_m_[triangle[(corner + 2) % 3]];
       const Vec3 before = cross(b - points_m_[point], c - points_m_[point]), after = cross(b - to_m, c - to_m);
-      any = !(dot(before, after) >= least_cosine * norm(before) * norm(after)) || norm_squared(after) == 0.0;
+      const double both = dot(before, after), squares = norm_squared(before) * norm_squared(after);
+      any = !(both >= 0.0 && both * both >= least_cosine * least_cosine * squares) || norm_squared(after) == 0.0;
     });
     return any;
   }
@@ -210,15 +230,14 @@ class Simplifier {
       if (has(triangle, a)) triangle.fill(a), --left_;
       triangle[corner % 3] = a;
     }
-    ++stamp_[a];
-    stamp_[b] = none;
+    ++changes_[a];
+    first_[b] = none;
     ++round_;
     mark_[a] = round_;
     each_triangle(a, [&](const Triangle& triangle, std::uint32_t) {
       for (const std::uint32_t corner : triangle) {
         if (std::exchange(mark_[corner], round_) == round_) continue;
-        edges_.push_back(edge_of(a, corner));
-        std::ranges::push_heap(edges_, later);
+        enqueue(a, corner);
       }
     });
   }
@@ -228,13 +247,13 @@ class Simplifier {
   std::vector<Triangle> triangles_;  // all corners alike: gone
   std::size_t left_;                 // [1] triangles
   std::vector<std::uint32_t> like_;
-  std::vector<Quadric> quadrics_;     // by point
-  std::vector<std::uint32_t> first_;  // by point: a corner of its triangles, numbered 3 * triangle + corner
-  std::vector<std::uint32_t> next_;   // by corner: another one of its point
-  std::vector<std::uint32_t> stamp_;  // by point: changes; none: it is gone
-  std::vector<std::uint32_t> mark_;   // by point: last round that met it
+  std::vector<Quadric> quadrics_;       // by point
+  std::vector<std::uint32_t> first_;    // by point: a corner of its triangles, numbered 3 * triangle + corner
+  std::vector<std::uint32_t> next_;     // by corner: another one of its point
+  std::vector<std::uint32_t> changes_;  // by point: collapses into it
+  std::vector<std::uint32_t> mark_;     // by point: last round that met it
   std::uint32_t round_ = 0;
-  std::vector<Edge> edges_;  // heap
+  Queue edges_;
 };
 
 }  // namespace
