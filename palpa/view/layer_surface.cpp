@@ -13,11 +13,14 @@
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
+#include <vtkTypeInt64Array.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "palpa/view/shapes.h"
@@ -28,60 +31,60 @@ namespace {
 /// [1] Smallest component kept, in triangles of the largest. More: limbs are lost; less: tables and remains are drawn.
 constexpr double least_part = 0.3;
 
-Vec3 point_of(vtkPoints& points, vtkIdType i) {
-  double p[3];
-  points.GetPoint(i, p);
-  return {p[0], p[1], p[2]};
+/// Numbers of all points or normals of a surface, three each.
+std::span<float> numbers_of(vtkDataArray& array) {
+  auto& floats = *vtkFloatArray::FastDownCast(&array);
+  return {floats.GetPointer(0), static_cast<std::size_t>(floats.GetNumberOfValues())};
 }
 
-template <class Act>
-void each_polygon(vtkPolyData& surface, const Act& act) {
-  vtkIdType size = 0;
-  const vtkIdType* corners = nullptr;
-  for (vtkIdType cell = 0; cell < surface.GetPolys()->GetNumberOfCells(); ++cell) {
-    surface.GetPolys()->GetCellAtId(cell, size, corners);
-    act(size, corners);
-  }
+Vec3 vector_at(std::span<const float> numbers, vtkIdType i) {
+  const float* const v = &numbers[static_cast<std::size_t>(3 * i)];
+  return {v[0], v[1], v[2]};
+}
+
+void set_vector(std::span<float> numbers, std::size_t i, const Vec3& v) {
+  std::ranges::transform(std::array{v.x, v.y, v.z}, &numbers[3 * i], [](double part) { return static_cast<float>(part); });
+}
+
+using Triangle = std::array<vtkIdType, 3>;
+
+/// Triangles of a surface that has only these.
+std::span<const Triangle> triangles_of(vtkCellArray& cells) {
+  cells.ConvertTo64BitStorage();
+  return {reinterpret_cast<const Triangle*>(cells.GetConnectivityArray64()->GetPointer(0)),
+          static_cast<std::size_t>(cells.GetNumberOfCells())};
+}
+
+vtkSmartPointer<vtkPolyData> surface_with(vtkPoints* points, vtkDataArray* normals, const std::vector<Triangle>& triangles) {
+  vtkNew<vtkTypeInt64Array> corners;
+  corners->SetNumberOfValues(static_cast<vtkIdType>(3 * triangles.size()));
+  std::ranges::copy(triangles, reinterpret_cast<Triangle*>(corners->GetPointer(0)));
+  vtkNew<vtkCellArray> cells;
+  cells->SetData(3, corners);
+  auto surface = vtkSmartPointer<vtkPolyData>::New();
+  surface->SetPoints(points);
+  surface->SetPolys(cells);
+  surface->GetPointData()->SetNormals(normals);
+  return surface;
 }
 
 /// Smooths normals over adjacent triangles, a few times: gradients of a trilinear interpolant jump between cells, which would
 /// show as rings.
-void calm_normals(vtkPolyData& surface) {
-  if (surface.GetNumberOfPolys() == 0) return;
-  auto& normals = *vtkFloatArray::FastDownCast(surface.GetPointData()->GetNormals());
-  auto* n = normals.GetPointer(0);
-  const auto count = static_cast<std::size_t>(3 * normals.GetNumberOfTuples());
-  std::vector<float> sum(count);
-  vtkIdType size = 0;
-  const vtkIdType* corners = nullptr;
+void calm_normals(std::span<float> n, std::span<const Triangle> triangles) {
+  std::vector<float> sum(n.size());
   for (int round = 0; round < 8; ++round) {
     std::fill(sum.begin(), sum.end(), 0.0F);
-    for (vtkIdType cell = 0; cell < surface.GetPolys()->GetNumberOfCells(); ++cell) {
-      surface.GetPolys()->GetCellAtId(cell, size, corners);
-      for (int axis = 0; axis < 3; ++axis) {
+    for (const Triangle& corners : triangles) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
         float all = 0.0F;
-        for (vtkIdType i = 0; i < size; ++i) all += n[3 * corners[i] + axis];
-        for (vtkIdType i = 0; i < size; ++i) sum[static_cast<std::size_t>(3 * corners[i] + axis)] += all;
+        for (const vtkIdType i : corners) all += n[static_cast<std::size_t>(3 * i) + axis];
+        for (const vtkIdType i : corners) sum[static_cast<std::size_t>(3 * i) + axis] += all;
       }
     }
-    for (std::size_t i = 0; i < count; i += 3) {
-      const Vec3 unit = normalized({sum[i], sum[i + 1], sum[i + 2]});
-      if (norm_squared(unit) == 0.0) continue;
-      n[i] = static_cast<float>(unit.x);
-      n[i + 1] = static_cast<float>(unit.y);
-      n[i + 2] = static_cast<float>(unit.z);
+    for (std::size_t i = 0; i < n.size() / 3; ++i) {
+      const Vec3 unit = normalized({sum[3 * i], sum[3 * i + 1], sum[3 * i + 2]});
+      if (norm_squared(unit) > 0.0) set_vector(n, i, unit);
     }
-  }
-}
-
-void reverse(vtkPolyData& surface) {
-  surface.BuildCells();
-  for (vtkIdType cell = 0; cell < surface.GetNumberOfCells(); ++cell) surface.ReverseCell(cell);
-  vtkDataArray& normals = *surface.GetPointData()->GetNormals();
-  for (vtkIdType i = 0; i < normals.GetNumberOfTuples(); ++i) {
-    double n[3];
-    normals.GetTuple(i, n);
-    normals.SetTuple3(i, -n[0], -n[1], -n[2]);
   }
 }
 
@@ -95,93 +98,82 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
   contour->ComputeScalarsOff();
   contour->Update();
   vtkPolyData& raw = *contour->GetOutput();
-  auto surface = vtkSmartPointer<vtkPolyData>::New();
-  if (raw.GetNumberOfPoints() == 0) return surface;
+  if (raw.GetNumberOfPoints() == 0) return vtkSmartPointer<vtkPolyData>::New();
 
-  vtkPoints& points = *raw.GetPoints();
-  vtkDataArray& normals = *raw.GetPointData()->GetNormals();
-  const vtkIdType count = points.GetNumberOfPoints();
-  std::vector<char> usable(static_cast<std::size_t>(count), 1);
+  const std::span<float> places_m = numbers_of(*raw.GetPoints()->GetData());
+  vtkDataArray* const all_normals = raw.GetPointData()->GetNormals();
+  const std::span<float> normals = numbers_of(*all_normals);
+  std::vector<char> usable(places_m.size() / 3, 1);
   Vec3 middle;
   double used = 0.0;
-  for (vtkIdType i = 0; i < count; ++i) {
-    const Vec3 p = point_of(points, i);
-    usable[static_cast<std::size_t>(i)] = is_finite(p);
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    const Vec3 p = vector_at(places_m, static_cast<vtkIdType>(i));
+    usable[i] = is_finite(p);
     if (!is_finite(p)) {
-      points.SetPoint(i, 0.0, 0.0, 0.0);
-      normals.SetTuple3(i, 0.0, 0.0, 1.0);
+      set_vector(places_m, i, {});
+      set_vector(normals, i, {0.0, 0.0, 1.0});
       continue;
     }
     middle += p;
     used += 1.0;
-    double n[3];
-    normals.GetTuple(i, n);
-    if (is_finite(Vec3{n[0], n[1], n[2]})) continue;
-    const Vec3 down = -normalized(field.scalar(p).gradient);  // beside a position without data
-    normals.SetTuple3(i, down.x, down.y, down.z);
+    if (!is_finite(vector_at(normals, static_cast<vtkIdType>(i))))  // beside a position without data
+      set_vector(normals, i, -normalized(field.scalar(p).gradient));
   }
-  if (used == 0.0) return surface;
+  if (used == 0.0) return vtkSmartPointer<vtkPolyData>::New();
   middle = middle / used;
 
-  vtkNew<vtkCellArray> cells;
+  std::vector<Triangle> triangles;
   double outward = 0.0;
-  vtkIdType size = 0;
-  const vtkIdType* corners = nullptr;
-  for (vtkIdType cell = 0; cell < raw.GetPolys()->GetNumberOfCells(); ++cell) {
-    raw.GetPolys()->GetCellAtId(cell, size, corners);
-    if (!std::all_of(corners, corners + size, [&](vtkIdType i) { return usable[static_cast<std::size_t>(i)]; })) continue;
-    cells->InsertNextCell(size, corners);
-    const Vec3 a = point_of(points, corners[0]) - middle;
-    const Vec3 b = point_of(points, corners[1]) - middle;
-    const Vec3 c = point_of(points, corners[2]) - middle;
-    outward += dot(a, cross(b, c));
+  for (const Triangle& corners : triangles_of(*raw.GetPolys())) {
+    if (!std::ranges::all_of(corners, [&](vtkIdType i) { return usable[static_cast<std::size_t>(i)]; })) continue;
+    triangles.push_back(corners);
+    const auto from_middle = [&](std::size_t k) { return vector_at(places_m, corners[k]) - middle; };
+    outward += dot(from_middle(0), cross(from_middle(1), from_middle(2)));
   }
-  surface->SetPoints(&points);
-  surface->SetPolys(cells);
-  surface->GetPointData()->SetNormals(&normals);
-  calm_normals(*surface);
-  if (outward < 0.0) reverse(*surface);
-  return surface;
+  calm_normals(normals, triangles);
+  if (outward < 0.0) {
+    for (Triangle& corners : triangles) std::ranges::reverse(corners);
+    for (float& part : normals) part = -part;
+  }
+  return surface_with(raw.GetPoints(), all_normals, triangles);
 }
 
 vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface) {
   // Disjoint sets of points, each with the triangles of a part: in a tenth of the time of VTK's connectivity filter.
-  const vtkIdType points = surface->GetNumberOfPoints();
-  std::vector<vtkIdType> parent(static_cast<std::size_t>(points)), size(parent.size(), 0), kept(parent.size(), -1);
+  const std::span<const Triangle> all = triangles_of(*surface->GetPolys());
+  const auto points = static_cast<std::size_t>(surface->GetNumberOfPoints());
+  std::vector<vtkIdType> parent(points), size(points, 0), kept(points, -1);
   std::iota(parent.begin(), parent.end(), vtkIdType{0});
   const auto root = [&](vtkIdType i) {
     for (vtkIdType above; (above = parent[static_cast<std::size_t>(i)]) != i; i = above)
       parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(above)];
     return static_cast<std::size_t>(i);
   };
-  each_polygon(*surface, [&](vtkIdType corners, const vtkIdType* corner) {
-    for (vtkIdType i = 1; i < corners; ++i) parent[root(corner[i])] = static_cast<vtkIdType>(root(corner[0]));
-  });
-  each_polygon(*surface, [&](vtkIdType, const vtkIdType* corner) { ++size[root(corner[0])]; });
+  for (const auto& [a, b, c] : all)
+    for (const vtkIdType other : {b, c}) parent[root(other)] = static_cast<vtkIdType>(root(a));
+  for (const Triangle& corners : all) ++size[root(corners[0])];
   const auto least = static_cast<vtkIdType>(std::ceil(least_part * static_cast<double>(std::ranges::max(size))));
   if (std::ranges::all_of(size, [&](vtkIdType one) { return one == 0 || one >= least; })) return surface;
 
-  vtkNew<vtkPoints> places;
-  vtkNew<vtkFloatArray> normals;
-  vtkNew<vtkCellArray> cells;
-  normals->SetNumberOfComponents(3);
-  each_polygon(*surface, [&](vtkIdType corners, const vtkIdType* corner) {
-    if (size[root(corner[0])] < least) return;
-    cells->InsertNextCell(static_cast<int>(corners));
-    for (vtkIdType i = 0; i < corners; ++i) {
-      vtkIdType& at = kept[static_cast<std::size_t>(corner[i])];
+  const std::span<float> places_m = numbers_of(*surface->GetPoints()->GetData());
+  const std::span<float> normals = numbers_of(*surface->GetPointData()->GetNormals());
+  vtkNew<vtkPoints> kept_places;
+  vtkNew<vtkFloatArray> kept_normals;
+  kept_normals->SetNumberOfComponents(3);
+  std::vector<Triangle> triangles;
+  for (Triangle corners : all) {
+    if (size[root(corners[0])] < least) continue;
+    for (vtkIdType& corner : corners) {
+      vtkIdType& at = kept[static_cast<std::size_t>(corner)];
       if (at < 0) {
-        at = places->InsertNextPoint(surface->GetPoint(corner[i]));
-        normals->InsertNextTuple(surface->GetPointData()->GetNormals()->GetTuple(corner[i]));
+        at = kept_places->InsertNextPoint(&places_m[static_cast<std::size_t>(3 * corner)]);
+        kept_normals->InsertNextTypedTuple(&normals[static_cast<std::size_t>(3 * corner)]);
       }
-      cells->InsertCellPoint(at);
+      corner = at;
     }
-  });
-  auto large = vtkSmartPointer<vtkPolyData>::New();
-  large->SetPoints(places);
-  large->SetPolys(cells);
-  large->GetPointData()->SetNormals(normals);
-  return large;
+    triangles.push_back(corners);
+  }
+  return surface_with(kept_places, kept_normals, triangles);
 }
 
 vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color) {
