@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <optional>
 #include <system_error>
 
@@ -243,12 +244,13 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   const std::vector<PathPoint> path = path_of(recorded);
   const ScenePictureOptions look = scene ? overview(*scene, path) : ScenePictureOptions{};
   tell(options, 0.55);
+  std::future<std::string> json;  // made beside the pictures
   if (!moments.empty()) {
     view += stage;
-    page.data("view-data", json_of_view(recorded, scene, moments, look.from));
-    tell(options, 0.7);
+    json = std::async(std::launch::async, [&] { return json_of_view(recorded, scene, moments, look.from); });
   }
   if (scene) view += "<div class=\"still still-view\">\n" + stills(recorded, *scene, path, look, moments, options) + "</div>\n";
+  if (json.valid()) page.data("view-data", json.get());
   page.section("view", "Scene and path", view);
   if (!recorded.ticks.empty()) {
     const std::vector<TimePlot> over_time = time_plots(recorded);

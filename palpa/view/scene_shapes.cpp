@@ -9,12 +9,14 @@
 #include <vtkPolyData.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
-#include <vtkSmartPointer.h>
 #include <vtkTubeFilter.h>
 #include <vtkVolumeCollection.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <set>
+#include <type_traits>
 #include <utility>
 
 #include "palpa/data/parallel.h"
@@ -43,36 +45,18 @@ vtkPolyData* data_of(vtkActor& actor, bool& lines) {
   return vtkPolyData::SafeDownCast(actor.GetMapper()->GetInput());
 }
 
-Vec3 point_of(vtkPolyData& data, vtkIdType i) {
-  double p[3];
-  data.GetPoint(i, p);
-  return {p[0], p[1], p[2]};
-}
-
-/// Polygons are fans of triangles.
-Mesh triangles_of(vtkPolyData& data) {
-  Mesh mesh;
-  for (vtkIdType i = 0; i < data.GetNumberOfPoints(); ++i) mesh.points_m.push_back(point_of(data, i));
-  vtkIdType size = 0;
-  const vtkIdType* corners = nullptr;
-  for (vtkIdType cell = 0; cell < data.GetPolys()->GetNumberOfCells(); ++cell) {
-    data.GetPolys()->GetCellAtId(cell, size, corners);
-    const auto corner = [&](vtkIdType i) { return static_cast<std::uint32_t>(corners[i]); };
-    for (vtkIdType i = 2; i < size; ++i) mesh.triangles.push_back({corner(0), corner(i - 1), corner(i)});
-  }
-  return mesh;
-}
-
 Vec3 vector_at(vtkDataArray& array, vtkIdType i) {
   return {array.GetComponent(i, 0), array.GetComponent(i, 1), array.GetComponent(i, 2)};
 }
 
-/// Adds a point with the normal and, if they are seen from everywhere, the colour of point `like` of the data.
-void add_point(const Vec3& place_m, vtkPolyData& data, vtkIdType like, bool with_color, Shape& shape) {
-  shape.points_m.push_back(place_m);
-  if (vtkDataArray* normals = data.GetPointData()->GetNormals()) shape.normals.push_back(vector_at(*normals, like));
+/// Adds a point with its normal and, if the colours are those of any viewpoint, its colour.
+void add_point(vtkPolyData& data, vtkIdType i, bool with_color, Shape& shape) {
+  double p[3];
+  data.GetPoint(i, p);
+  shape.points_m.push_back({p[0], p[1], p[2]});
+  if (vtkDataArray* normals = data.GetPointData()->GetNormals()) shape.normals.push_back(vector_at(*normals, i));
   if (vtkDataArray* colors = data.GetPointData()->GetScalars(); with_color && colors && colors->GetNumberOfComponents() >= 3) {
-    const Vec3 bytes = vector_at(*colors, like);
+    const Vec3 bytes = vector_at(*colors, i);
     shape.colors.push_back({bytes.x / 255.0, bytes.y / 255.0, bytes.z / 255.0});
   }
 }
@@ -82,23 +66,35 @@ void add_lines(vtkPolyData& data, Shape& shape) {
   const vtkIdType* points = nullptr;
   for (vtkIdType line = 0; line < data.GetLines()->GetNumberOfCells(); ++line) {
     data.GetLines()->GetCellAtId(line, size, points);
-    for (vtkIdType i = 0; i < size; ++i) add_point(point_of(data, points[i]), data, points[i], true, shape);
+    for (vtkIdType i = 0; i < size; ++i) add_point(data, points[i], true, shape);
     shape.line_points.push_back(static_cast<std::uint32_t>(size));
   }
 }
 
-/// Surface of a layer, drawn and as triangles.
-struct Surface {
-  vtkPolyData* drawn;  // a shell is drawn twice
-  Mesh triangles;
-  Shape shape;
-  bool is_level;
-};
+/// Polygons are fans of triangles.
+void add_triangles(vtkPolyData& data, bool with_color, Shape& shape) {
+  for (vtkIdType i = 0; i < data.GetNumberOfPoints(); ++i) add_point(data, i, with_color, shape);
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  for (vtkIdType cell = 0; cell < data.GetPolys()->GetNumberOfCells(); ++cell) {
+    data.GetPolys()->GetCellAtId(cell, size, corners);
+    const auto corner = [&](vtkIdType i) { return static_cast<std::uint32_t>(corners[i]); };
+    for (vtkIdType i = 2; i < size; ++i) shape.triangles.push_back({corner(0), corner(i - 1), corner(i)});
+  }
+}
 
-void add_triangles(const Surface& surface, const SimplerMesh& mesh, Shape& shape) {
-  for (std::size_t i = 0; i < mesh.points_m.size(); ++i)  // a shell's colours are opacities for one viewpoint
-    add_point(mesh.points_m[i], *surface.drawn, mesh.like[i], !surface.is_level, shape);
-  shape.triangles = mesh.triangles;
+/// Simplifies a surface; its points have normals and colours of original ones near by.
+void simplify(Shape& surface, std::size_t most_triangles) {
+  SimplerMesh mesh = simplified({std::move(surface.points_m), std::move(surface.triangles)}, most_triangles);
+  const auto keep = [&](auto& all) {
+    std::remove_reference_t<decltype(all)> kept;
+    if (!all.empty()) std::ranges::transform(mesh.like, std::back_inserter(kept), [&](std::uint32_t i) { return all[i]; });
+    all = std::move(kept);
+  };
+  keep(surface.normals);
+  keep(surface.colors);
+  surface.points_m = std::move(mesh.points_m);
+  surface.triangles = std::move(mesh.triangles);
 }
 
 /// Shape without points, with its layer's attributes.
@@ -114,9 +110,8 @@ Shape shape_of(const LayerActor& drawn) {
   return shape;
 }
 
-}  // namespace
-
-SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles) {
+/// The layers as they are drawn; surfaces last.
+SceneShapes drawn_shapes(const Scene& scene, const Box& near, DataTime at) {
   QuietVtk quiet;
   vtkNew<vtkRenderer> solid, shells;
   const std::vector<ViewLayer> layers = layers_of(scene);
@@ -127,38 +122,39 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
   shapes.bars = std::move(signs.bars);
   shapes.has_cloud = solid->GetVolumes()->GetNumberOfItems() > 0;
 
-  std::vector<Surface> surfaces;
-  std::size_t all = 0;
+  std::vector<std::pair<bool, Shape>> surfaces;  // whether of a level
+  std::set<vtkPolyData*> known;                  // a shell is drawn twice
   for (const LayerActor& drawn : signs.actors) {
     bool lines = false;
     vtkPolyData* const data = data_of(*drawn.actor, lines);
     if (!data || data->GetNumberOfPoints() == 0) continue;
-    if (std::any_of(surfaces.begin(), surfaces.end(), [&](const Surface& s) { return s.drawn == data; })) continue;
-    Shape shape = shape_of(drawn);
     if (lines) {
-      add_lines(*data, shape);
-      shapes.shapes.push_back(std::move(shape));
-      continue;
+      add_lines(*data, shapes.shapes.emplace_back(shape_of(drawn)));
+    } else if (known.insert(data).second) {
+      // Colours of a shell are opacities for one viewpoint.
+      add_triangles(*data, !drawn.style, surfaces.emplace_back(drawn.style.has_value(), shape_of(drawn)).second);
     }
-    surfaces.push_back({data, triangles_of(*data), std::move(shape), drawn.style.has_value()});
-    all += surfaces.back().triangles.triangles.size();
   }
-  const double share = std::min(1.0, static_cast<double>(most_triangles) / std::max(1.0, static_cast<double>(all)));
-  std::stable_sort(surfaces.begin(), surfaces.end(), [](const Surface& a, const Surface& b) {
-    return std::pair(a.is_level, a.shape.layer) < std::pair(b.is_level, b.shape.layer);
-  });
-  std::vector<SimplerMesh> simple(surfaces.size());
-  in_parts(static_cast<std::int64_t>(surfaces.size()), 1, [&](std::int64_t first, std::int64_t last) {
-    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
-      const Mesh& mesh = surfaces[i].triangles;
-      simple[i] = simplified(mesh, static_cast<std::size_t>(std::ceil(share * static_cast<double>(mesh.triangles.size()))));
-    }
-  });
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    add_triangles(surfaces[i], simple[i], surfaces[i].shape);
-    shapes.shapes.push_back(std::move(surfaces[i].shape));
-  }
+  std::ranges::stable_sort(surfaces, {}, [](const auto& one) { return std::pair(one.first, one.second.layer); });
+  for (auto& [is_level, surface] : surfaces) shapes.shapes.push_back(std::move(surface));
   quiet.raise_error();
+  return shapes;
+}
+
+}  // namespace
+
+SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles) {
+  SceneShapes shapes = drawn_shapes(scene, near, at);
+  double all = 0.0;
+  for (const Shape& shape : shapes.shapes) all += static_cast<double>(shape.triangles.size());
+  const double share = std::min(1.0, static_cast<double>(most_triangles) / std::max(1.0, all));
+  in_parts(static_cast<std::int64_t>(shapes.shapes.size()), 1, [&](std::int64_t first, std::int64_t last) {
+    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+      Shape& shape = shapes.shapes[i];
+      if (shape.triangles.empty()) continue;  // lines
+      simplify(shape, static_cast<std::size_t>(std::ceil(share * static_cast<double>(shape.triangles.size()))));
+    }
+  });
   return shapes;
 }
 

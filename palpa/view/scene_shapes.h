@@ -36,7 +36,7 @@ struct SceneShapes {
 /// The scene's layers as `scene_picture` draws them, at time `at`; surfaces last, in the order of their layers.
 /// \param near            hand frame: the rest is cut off
 /// \param most_triangles  [triangles] of all surfaces together; above, they are simplified, > 0
-/// Throws LoadError on a layer of the wrong kind of field. One thread at a time; others block.
+/// Throws LoadError on a layer of the wrong kind of field. Any thread; while it draws, others that draw are blocked.
 SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles);
 
 /// Box to show, hand frame: the part of the scene's layers around the felt positions.
