@@ -1,5 +1,6 @@
 #include "palpa/view/scene_shapes.h"
 
+#include <meshoptimizer.h>
 #include <vtkActor.h>
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>
@@ -22,7 +23,6 @@
 #include "palpa/data/parallel.h"
 #include "palpa/view/layers.h"
 #include "palpa/view/offscreen.h"
-#include "palpa/view/simplified.h"
 #include "palpa/view/streamlines.h"
 
 namespace palpa::detail {
@@ -83,18 +83,32 @@ void add_triangles(vtkPolyData& data, bool with_color, Shape& shape) {
   }
 }
 
-/// Simplifies a surface; its points have normals and colours of original ones near by.
+/// Simplifies a surface to about `most_triangles`; the points that stay are original ones. Points that no triangle has go.
 void simplify(Shape& surface, std::size_t most_triangles) {
-  SimplerMesh mesh = simplified({std::move(surface.points_m), std::move(surface.triangles)}, most_triangles);
+  std::vector<std::array<float, 3>> positions_m;
+  for (const Vec3& p : surface.points_m)
+    positions_m.push_back({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+  std::vector<std::array<std::uint32_t, 3>> kept(surface.triangles.size());
+  constexpr float any_error = 1.0F;
+  const std::size_t corners =
+      meshopt_simplify(kept[0].data(), surface.triangles[0].data(), 3 * kept.size(), positions_m[0].data(), positions_m.size(),
+                       sizeof(positions_m[0]), 3 * most_triangles, any_error, 0, nullptr);
+  kept.resize(corners / 3);
+  std::vector<std::uint32_t> numbers(positions_m.size());
+  const std::size_t points = meshopt_optimizeVertexFetchRemap(numbers.data(), kept[0].data(), corners, numbers.size());
   const auto keep = [&](auto& all) {
-    std::remove_reference_t<decltype(all)> kept;
-    if (!all.empty()) std::ranges::transform(mesh.like, std::back_inserter(kept), [&](std::uint32_t i) { return all[i]; });
-    all = std::move(kept);
+    if (all.empty()) return;
+    std::remove_reference_t<decltype(all)> of_kept(points);
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      if (numbers[i] < points) of_kept[numbers[i]] = all[i];
+    all = std::move(of_kept);
   };
+  keep(surface.points_m);
   keep(surface.normals);
   keep(surface.colors);
-  surface.points_m = std::move(mesh.points_m);
-  surface.triangles = std::move(mesh.triangles);
+  for (auto& triangle : kept)
+    for (std::uint32_t& corner : triangle) corner = numbers[corner];
+  surface.triangles = std::move(kept);
 }
 
 /// Shape without points, with its layer's attributes.

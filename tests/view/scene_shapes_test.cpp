@@ -3,15 +3,30 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
 
 namespace palpa::detail {
 namespace scene_shapes_test {
+
+/// No hole: each edge has as many triangles at either side. No point without a triangle.
+void expect_closed(const Shape& shape) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  std::set<std::uint32_t> used;
+  for (const auto& corners : shape.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      ++edges[{corners[k], corners[(k + 1) % 3]}];
+      used.insert(corners[k]);
+    }
+  for (const auto& [edge, count] : edges) EXPECT_EQ((edges[{edge.second, edge.first}]), count);
+  EXPECT_EQ(used.size(), shape.points_m.size());
+}
 
 TEST(SceneShapes, ABallIsABallInFewTriangles) {
   constexpr double radius_m = 0.05;
@@ -26,6 +41,7 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
     EXPECT_EQ(ball.words, "skin");
     EXPECT_LE(ball.triangles.size(), most + most / 50);
     EXPECT_GT(ball.triangles.size(), most / 2);
+    expect_closed(ball);
     ASSERT_EQ(ball.normals.size(), ball.points_m.size());
     // A triangle of a ball covered by this many lies at most deep by the square of half its side over twice the radius.
     const double deep_m = 4.0 * radius_m / static_cast<double>(ball.triangles.size());
