@@ -44,7 +44,7 @@ export async function start_browser({ draws = true } = {}) {
   return chromium.launch({ executablePath: chromium_path, args: [...switches, ...(draws ? software_drawing : no_drawing)] });
 }
 
-const patience_ms = 60000; // a machine that builds meanwhile, without a graphics card
+const patience_ms = 180000; // a machine that builds meanwhile, without a graphics card
 
 /** One page, with the complaints and the foreign requests that it made. */
 export class Visit {

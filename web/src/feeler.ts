@@ -9,6 +9,7 @@ const reach_m = 0.4; // radius of the ball of palpa_steered's mouse
 const most_primitives = 256; // in a picture
 const most_events = 32; // of a tick
 const most_modes = 64; // in a picture
+const timed_ticks = 2000; // of their mean time. More: it follows late; fewer: steps of the browser's clock, of 0.1 ms, show
 const guards = ['pass', 'limited', 'fault', 'waiting', 'ramp', 'damped', 'falling', 'off'];
 const causes = [
   '', 'the session begins', 'the force is no number', 'the device has no position', 'the device has a fault',
@@ -62,7 +63,8 @@ export class Feeler {
   private said: string[] = [];
   private ticks = 0;
   private t_s = 0;
-  private spent_ms = 0;
+  private spent_ms = 0; // by so many last ticks
+  private spent_in = 0;
 
   constructor(readonly module: Module) {
     this.files = module.handle('palpa_files_new');
@@ -104,7 +106,7 @@ export class Feeler {
     module.call('palpa_scene_free', this.scene);
     [this.scene, this.loop] = [scene, loop];
     ++this.opened;
-    this.ticks = this.t_s = 0;
+    this.ticks = this.t_s = this.spent_ms = this.spent_in = 0;
     return this.facts;
   }
 
@@ -237,6 +239,7 @@ export class Feeler {
     module.call('palpa_loop_tick', this.loop, this.probe, time_step_s, bits, this.command, this.tick_at);
     this.spent_ms += performance.now() - from_ms;
     ++this.ticks;
+    ++this.spent_in;
     this.t_s += time_step_s;
     const force_n = command_layout.vector(module.view(), this.command, 'force_n');
     this.curve.push(Math.hypot(...force_n));
@@ -263,7 +266,6 @@ export class Feeler {
     const view = module.view();
     const command = (name: 'force_n' | 'coupling_n' | 'proxy_m') => command_layout.vector(view, this.command, name);
     const energy = (name: Parameters<typeof tick_layout.get>[2]) => tick_layout.get(view, this.tick_at, name);
-    const count = this.curve.length;
     const moment: Moment = {
       tick: this.ticks,
       t_s: this.t_s,
@@ -281,12 +283,15 @@ export class Feeler {
         stored: energy('stored_j'), dissipated: energy('dissipated_j'), injected: energy('injected_j'),
         released: energy('released_j'), damper: energy('damper_j'),
       },
-      tick_us: count > 0 ? (1e3 * this.spent_ms) / count : 0,
+      tick_us: (1e3 * this.spent_ms) / Math.max(1, this.spent_in),
       device,
     };
     this.curve = [];
     this.said = [];
-    this.spent_ms = 0;
+    if (this.spent_in > timed_ticks) {
+      this.spent_ms /= 2;
+      this.spent_in /= 2;
+    }
     return moment;
   }
 
@@ -323,7 +328,7 @@ export class Feeler {
       this.module.check('palpa_loop_record', this.loop, at, least_time_step_s, name),
     );
     this.folder = folder;
-    this.ticks = this.t_s = 0;
+    this.ticks = this.t_s = this.spent_ms = this.spent_in = 0;
   }
 
   /** Ends the recording; its files. */

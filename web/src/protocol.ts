@@ -120,7 +120,7 @@ export interface Moment {
   events: string[]; // since the last moment: 'onset skin', 'break-through bone'
   force_curve: Float32Array; // |command| [N] of each tick since the last moment
   energy_j: { stored: number; dissipated: number; injected: number; released: number; damper: number };
-  tick_us: number; // mean time of a tick since the last moment
+  tick_us: number; // mean time of the last thousands of ticks
   device: string; // its state in words: '' or 'the Inverse Service is not there'
 }
 

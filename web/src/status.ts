@@ -41,7 +41,7 @@ export class Status {
     const { stored, dissipated, injected, released, damper } = moment.energy_j;
     const mj = (energy_j: number) => number_words(1e3 * energy_j);
     put('energy', `stored ${mj(stored)} · lost ${mj(dissipated)} · damper ${mj(damper)} · released ${mj(released)} · by sampling ${mj(injected)} mJ`);
-    put('tick', `${moment.tick_us.toFixed(0)} µs a tick`);
+    put('tick', `${moment.tick_us.toFixed(1)} µs a tick`);
     put('device-state', moment.device);
   }
 }
