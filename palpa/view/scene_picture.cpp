@@ -317,7 +317,8 @@ Seen shown_part(const Extents& extents, bool close) {
   return shown;
 }
 
-/// Shows the renderers from back to front.
+/// Shows the renderers from back to front, with edges smoothed at the end: several samples of each pixel would double the time
+/// without a graphics card.
 void stack(vtkRenderWindow& window, std::initializer_list<vtkRenderer*> renderers, const View& view, double depth_m) {
   window.SetNumberOfLayers(static_cast<int>(renderers.size()));
   int number = 0;
@@ -327,6 +328,8 @@ void stack(vtkRenderWindow& window, std::initializer_list<vtkRenderer*> renderer
     look(*renderer, view, depth_m);
     window.AddRenderer(renderer);
   }
+  window.SetMultiSamples(0);
+  (*std::prev(renderers.end()))->UseFXAAOn();
 }
 
 void draw_directions(Canvas& canvas, const Layout& layout, const View& view, const Scene& scene) {
@@ -382,9 +385,6 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   // From back to front: opaque layers, translucent layers, moment and annotations.
   solid->SetBackground(detail::ground_color.red, detail::ground_color.green, detail::ground_color.blue);
   shells->PreserveDepthBufferOn();
-  // Once at the end: several samples of each pixel would take twice the time of the whole picture without a graphics card.
-  window.vtk()->SetMultiSamples(0);
-  front->UseFXAAOn();
   stack(*window.vtk(), {solid, shells, front}, view, 4.0 * reach_m);
 
   detail::draw_margins(canvas, layout, scene.title);
