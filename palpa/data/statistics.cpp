@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <mutex>
+#include <numbers>
 #include <numeric>
 #include <type_traits>
 
@@ -24,9 +25,22 @@ constexpr int places_without_voxels = 1 << 18;
 // each; fewer: idle cores.
 constexpr std::int64_t parts = 16;
 
-/// Values of rows of a grid, or of a list of places, in order.
+/// Numbers of samples, in order: of rows of a grid, places, stored numbers.
 struct Part {
-  std::int64_t first = 0, last = 0, step = 1;  ///< numbers of rows
+  std::int64_t first = 0, last = 0;
+};
+
+/// Samples of the rows of a grid: one row of each `step`.
+struct Rows {
+  std::int64_t all = 0, step = 1;  ///< numbers of rows
+
+  std::int64_t samples() const noexcept { return (all + step - 1) / step; }
+  /// At shares of the steps that no plane of the grid has in common: multiples of the golden ratio.
+  std::int64_t operator[](std::int64_t sample) const noexcept {
+    const double turns = static_cast<double>(sample) * std::numbers::phi;
+    const auto width = static_cast<double>(std::min(step, all - sample * step));
+    return sample * step + static_cast<std::int64_t>((turns - std::floor(turns)) * width);
+  }
 };
 
 /// Sums over the values of a part. The first pass finds the smallest and largest value; the second counts values in classes
@@ -56,10 +70,11 @@ struct Sums {
 
 /// Calls `each(value, index of the voxel, 1)` with every finite value of some rows of a grid.
 template <class T, class Each>
-void for_each_value(const GridView& grid, const T* voxels, const Part& part, Each&& each) {
+void for_each_value(const GridView& grid, const T* voxels, const Rows& rows, const Part& part, Each&& each) {
   const std::int64_t width = grid.geometry.dims[0];
-  for (std::int64_t row = part.first; row < part.last; row += part.step) {
-    for (std::int64_t at = row * width; at < (row + 1) * width; ++at) {
+  for (std::int64_t sample = part.first; sample < part.last; ++sample) {
+    const std::int64_t begin = rows[sample] * width;
+    for (std::int64_t at = begin; at < begin + width; ++at) {
       double value = 0.0;
       if (grid.voxels.components == 1) {
         value = static_cast<double>(voxels[at]) * grid.scale + grid.offset;
@@ -77,16 +92,16 @@ void for_each_value(const GridView& grid, const T* voxels, const Part& part, Eac
 /// Frequency of each stored number in rows of a grid, by the number minus the least of its type: short types have few, from
 /// which the statistics follow in a fraction of the time of visiting each value.
 template <class T>
-std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, const Part& all) {
+std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, const Rows& rows) {
   constexpr std::int64_t least_rows = 256;  // [1] for a thread of its own. More: idle cores; fewer: tables cost more
   constexpr auto numbers = std::size_t{1} << (8 * sizeof(T));
-  const std::int64_t width = grid.geometry.dims[0], steps = (all.last - all.first + all.step - 1) / all.step;
+  const std::int64_t width = grid.geometry.dims[0];
   std::vector<std::int64_t> times(numbers, 0);
   std::mutex mutex;
-  detail::in_parts(steps, least_rows, [&](std::int64_t first, std::int64_t last) {
+  detail::in_parts(rows.samples(), least_rows, [&](std::int64_t first, std::int64_t last) {
     std::vector<std::int64_t> here(numbers, 0);
-    for (std::int64_t row = first; row < last; ++row) {
-      const T* const begin = voxels + (all.first + row * all.step) * width;
+    for (std::int64_t sample = first; sample < last; ++sample) {
+      const T* const begin = voxels + rows[sample] * width;
       for (const T* v = begin; v != begin + width; ++v) ++here[static_cast<std::size_t>(*v - std::numeric_limits<T>::min())];
     }
     const std::lock_guard lock(mutex);
@@ -97,38 +112,35 @@ std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, co
 
 /// Index of the first voxel, in rows of a grid, that stores a number; it exists.
 template <class T>
-std::int64_t first_with(const GridView& grid, const T* voxels, const Part& all, T stored) {
+std::int64_t first_with(const GridView& grid, const T* voxels, const Rows& rows, T stored) {
   const std::int64_t width = grid.geometry.dims[0];
-  for (std::int64_t row = all.first; row < all.last; row += all.step) {
-    const T* const begin = voxels + row * width;
+  for (std::int64_t sample = 0; sample < rows.samples(); ++sample) {
+    const T* const begin = voxels + rows[sample] * width;
     if (const T* const found = std::find(begin, begin + width, stored); found != begin + width) return found - voxels;
   }
   return 0;
 }
 
-/// Calls `act(part, sums)` once for each of the `parts` parts of the rows, on all cores.
+/// Calls `act(part, sums)` once for each of the `parts` parts of the samples, on all cores.
 template <class Act>
-void in_all_parts(const Part& all, std::vector<Sums>& sums, const Act& act) {
-  const std::int64_t steps = (all.last - all.first + all.step - 1) / all.step;
-  const auto row = [&](std::int64_t part) { return std::min(all.last, all.first + steps * part / parts * all.step); };
+void in_all_parts(std::int64_t samples, std::vector<Sums>& sums, const Act& act) {
   detail::in_parts(parts, 1, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t part = first; part < last; ++part) {
-      act(Part{row(part), row(part + 1), all.step}, sums[static_cast<std::size_t>(part)]);
+      act(Part{samples * part / parts, samples * (part + 1) / parts}, sums[static_cast<std::size_t>(part)]);
     }
   });
 }
 
 /// Both passes over the values; `for_values(part, each)` calls `each` with the values of a part.
 template <class ForValues>
-Statistics looked_at(const Part& all, const ForValues& for_values) {
+Statistics looked_at(std::int64_t samples, const ForValues& for_values) {
   std::vector<Sums> sums(parts);
-  in_all_parts(all, sums, [&](const Part& part, Sums& to) {
+  in_all_parts(samples, sums, [&](const Part& part, Sums& to) {
     for_values(part, [&](double value, std::int64_t at, std::int64_t times) { to.look(value, at, times); });
   });
   Sums whole = sums.front();
   for (auto part = sums.begin() + 1; part != sums.end(); ++part) whole.join(*part);
   Statistics result;
-  result.one_in = all.step;
   if (whole.counted == 0) {
     result.histogram.counts.assign(1, 0);
     return result;
@@ -144,7 +156,7 @@ Statistics looked_at(const Part& all, const ForValues& for_values) {
   const double middle = 0.5 * whole.min + 0.5 * whole.max;
   const double per_unit = whole.max > whole.min ? static_cast<double>(histogram.counts.size()) / (whole.max - whole.min) : 0.0;
   const auto last = static_cast<double>(histogram.counts.size() - 1);
-  in_all_parts(all, sums, [&](const Part& part, Sums& to) {
+  in_all_parts(samples, sums, [&](const Part& part, Sums& to) {
     to.counts.assign(histogram.counts.size(), 0);
     double sum = 0.0, squares = 0.0;
     for_values(part, [&](double value, std::int64_t, std::int64_t times) {
@@ -169,17 +181,16 @@ Statistics looked_at(const Part& all, const ForValues& for_values) {
 
 /// `looked_at` from the frequencies of stored numbers.
 template <class T>
-Statistics of_stored(const GridView& grid, const T* voxels, const Part& all) {
-  const std::vector<std::int64_t> times = times_stored(grid, voxels, all);
-  Statistics found = looked_at({0, std::ssize(times), 1}, [&](const Part& part, const auto& each) {
+Statistics of_stored(const GridView& grid, const T* voxels, const Rows& rows) {
+  const std::vector<std::int64_t> times = times_stored(grid, voxels, rows);
+  Statistics found = looked_at(std::ssize(times), [&](const Part& part, const auto& each) {
     for (std::int64_t n = part.first; n < part.last; ++n) {
       const double value = static_cast<double>(n + std::numeric_limits<T>::min()) * grid.scale + grid.offset;
       if (const std::int64_t here = times[static_cast<std::size_t>(n)]; here > 0 && std::isfinite(value)) each(value, n, here);
     }
   });
-  found.one_in = all.step;
   const auto largest = static_cast<std::int64_t>(found.max_at.i) + std::numeric_limits<T>::min();
-  found.max_at.i = static_cast<double>(first_with(grid, voxels, all, static_cast<T>(largest)));
+  found.max_at.i = static_cast<double>(first_with(grid, voxels, rows, static_cast<T>(largest)));
   return found;
 }
 
@@ -261,20 +272,21 @@ Statistics statistics(const Field& field, std::int64_t most) {
         }
       }
     };
-    Statistics found = looked_at({0, places_without_voxels, 1}, for_places);
+    Statistics found = looked_at(places_without_voxels, for_places);
     found.max_at = {};
     return found;
   }
   const auto& dims = grid->geometry.dims;
-  const std::int64_t rows = dims[1] * dims[2];
   const std::int64_t step = std::max<std::int64_t>(1, (grid->geometry.voxels() + most - 1) / std::max<std::int64_t>(most, 1));
-  const Part all{0, rows, step};
+  const Rows rows{dims[1] * dims[2], step};
   Statistics found = detail::with_values_of(grid->voxels, [&]<class T>(const T* voxels) {
     if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
-      if (grid->voxels.components == 1) return of_stored(*grid, voxels, all);
+      if (grid->voxels.components == 1) return of_stored(*grid, voxels, rows);
     }
-    return looked_at(all, [&](const Part& part, const auto& each) { for_each_value(*grid, voxels, part, each); });
+    return looked_at(rows.samples(),
+                     [&](const Part& part, const auto& each) { for_each_value(*grid, voxels, rows, part, each); });
   });
+  found.one_in = step;
   const auto at = static_cast<std::int64_t>(found.max_at.i);
   found.max_at = {static_cast<double>(at % dims[0]), static_cast<double>(at / dims[0] % dims[1]),
                   static_cast<double>(at / dims[0] / dims[1])};
@@ -285,11 +297,11 @@ Statistics statistics(std::span<const FieldPtr> grids) {
   const auto for_grids = [&](const Part& part, const auto& each) {
     for (std::int64_t n = part.first; n < part.last; ++n) {
       const GridView& grid = *grid_behind(*grids[static_cast<std::size_t>(n)]);
-      const Part rows{0, grid.geometry.dims[1] * grid.geometry.dims[2], 1};
-      detail::with_values_of(grid.voxels, [&](const auto* voxels) { for_each_value(grid, voxels, rows, each); });
+      const Rows rows{grid.geometry.dims[1] * grid.geometry.dims[2]};
+      detail::with_values_of(grid.voxels, [&](const auto* voxels) { for_each_value(grid, voxels, rows, {0, rows.all}, each); });
     }
   };
-  Statistics found = looked_at({0, std::ssize(grids), 1}, for_grids);
+  Statistics found = looked_at(std::ssize(grids), for_grids);
   found.max_at = {};
   return found;
 }

@@ -93,6 +93,22 @@ TEST(Statistics, OfManyVoxelsAreThoseOfSomeRows) {
   EXPECT_NEAR(some.mean, all.mean, 3.0);
 }
 
+// Also where the number of rows in a slice is a multiple of the step: a constant one would stay within a plane of the grid.
+TEST(Statistics, OfSomeRowsKnowABallWhateverTheStep) {
+  constexpr int n = 64;
+  std::vector<std::uint8_t> raw;
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) raw.push_back(std::hypot(i - 31.5, j - 31.5, k - 31.5) < 28.0 ? 100 : 0);
+  const FieldPtr field = grid_of_values(raw, {n, n, n}, VoxelType::uint8);
+  const double mean = statistics(*field).mean;
+  for (const int step : {2, 3, 8, 13, 16, 32, 63, 64}) {
+    const Statistics some = statistics(*field, n * n * n / step);
+    EXPECT_NEAR(some.mean, mean, 0.15 * mean) << step;
+    EXPECT_EQ(some.max, 100.0) << step;
+  }
+}
+
 // For any storage: small types are counted in a table, others one by one.
 TEST(Statistics, AreTheSameOfTheSameNumbers) {
   std::mt19937 random(7);
