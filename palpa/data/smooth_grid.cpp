@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "palpa/data/grid_base.h"
@@ -45,6 +47,37 @@ struct Raw {
 
 /// Two doubles in a vector register, with the arithmetic of single ones.
 using Pair = double __attribute__((vector_size(16)));
+
+/// Four values of two rows, side by side.
+template <class T>
+void read_rows(const T* row, const T* beyond, Pair (&c)[4]) noexcept {
+  if constexpr (sizeof(T) == 2 || sizeof(T) == 4) {  // by way of 32-bit numbers, which hold all of them
+    using Wide = std::conditional_t<std::is_floating_point_v<T>, float, std::int32_t>;
+    typedef T Four __attribute__((vector_size(4 * sizeof(T))));  // g++ ignores the attribute of a `using`
+    typedef Wide WideFour __attribute__((vector_size(16)));
+    typedef Wide WideEight __attribute__((vector_size(32)));
+    typedef double Doubles __attribute__((vector_size(32)));
+    Four a, b;
+    std::memcpy(&a, row, sizeof a);
+    std::memcpy(&b, beyond, sizeof b);
+    WideFour first, last;
+    if constexpr (sizeof(T) == 2) {
+      const WideEight all = __builtin_convertvector(__builtin_shufflevector(a, b, 0, 4, 1, 5, 2, 6, 3, 7), WideEight);
+      first = __builtin_shufflevector(all, all, 0, 1, 2, 3);
+      last = __builtin_shufflevector(all, all, 4, 5, 6, 7);
+    } else {
+      first = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+      last = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    }
+    const auto low = __builtin_convertvector(first, Doubles), high = __builtin_convertvector(last, Doubles);
+    c[0] = Pair{low[0], low[1]};
+    c[1] = Pair{low[2], low[3]};
+    c[2] = Pair{high[0], high[1]};
+    c[3] = Pair{high[2], high[3]};
+  } else {
+    for (int n = 0; n < 4; ++n) c[n] = Pair{static_cast<double>(row[n]), static_cast<double>(beyond[n])};
+  }
+}
 
 /// Common base for all types of voxel.
 class SmoothGrid : public detail::GridBase {
@@ -142,8 +175,8 @@ class TypedSmoothGrid final : public SmoothGrid {
   struct CellCoefficients {
     const TypedSmoothGrid& grid;
     double c[4][4][4];  ///< [k][j][i]
-    double least = std::numeric_limits<double>::infinity(), greatest = -least;
-    double poison = 0.0;  ///< NaN if any is not finite
+    double least, greatest;
+    double poison;  ///< NaN if any is not finite
 
     CellCoefficients(const TypedSmoothGrid& of, int component, const Passage& cell) noexcept : grid(of) {
       std::int64_t at[3][4];
@@ -152,41 +185,97 @@ class TypedSmoothGrid final : public SmoothGrid {
           at[a][n] = std::clamp<std::int64_t>(cell.first[a] + n - 1, 0, of.view_.geometry.dims[a] - 1) * of.stride_[a];
         }
       }
+      constexpr double infinity = std::numeric_limits<double>::infinity();
+      Extremes range{Pair{infinity, infinity}, Pair{-infinity, -infinity}};
+      Pair spoilt{};
       for (int k = 0; k < 4; ++k) {
         for (int j = 0; j < 4; ++j) {
-          for (int i = 0; i < 4; ++i) {
-            const double v = static_cast<double>(of.data_[component + at[2][k] + at[1][j] + at[0][i] - of.before_window_]);
-            c[k][j][i] = v;
-            least = std::min(least, v);
-            greatest = std::max(greatest, v);
-            poison += v - v;
-          }
+          const T* const row = of.data_ + (component + at[2][k] + at[1][j] - of.before_window_);
+          for (int i = 0; i < 4; ++i) c[k][j][i] = static_cast<double>(row[at[0][i]]);
+          const Pair first{c[k][j][0], c[k][j][1]}, last{c[k][j][2], c[k][j][3]};
+          range.take(first);
+          range.take(last);
+          spoilt += (first - first) + (last - last);
         }
       }
+      least = std::min(range.least[0], range.least[1]);
+      greatest = std::max(range.greatest[0], range.greatest[1]);
+      poison = spoilt[0] + spoilt[1];
     }
 
-    /// Whether the value stays quiet on the piece: within the hull, or, for a short piece, near its start. An index derivative
-    /// is bounded by the width of the hull.
+    /// Whether the value stays quiet on the piece: within the hull; or, for a short piece, near its start: an index derivative
+    /// is bounded by the width of the hull; or near its chord.
     bool stays_quiet(const Passage& cell, const ValueRange& quiet) const noexcept {
       if (poison != 0.0 || !(quiet.min <= quiet.max)) return false;
       if (grid.is_quiet(least, greatest, quiet)) return true;
       double change = 0.0;
       for (int a = 0; a < 3; ++a) change += (greatest - least) * std::abs(cell.end[a] - cell.begin[a]);
-      const double value = at_begin(cell);
-      return grid.is_quiet(std::max(least, value - change), std::min(greatest, value + change), quiet);
+      const double value = value_at(cell.begin);
+      if (grid.is_quiet(std::max(least, value - change), std::min(greatest, value + change), quiet)) return true;
+      const double end = value_at(cell.end), off = off_chord(cell);
+      return grid.is_quiet(std::max(least, std::min(value, end) - off), std::min(greatest, std::max(value, end) + off), quiet);
     }
-    double at_begin(const Passage& cell) const noexcept {
-      const detail::SplineWeights in_i(cell.begin[0]), in_j(cell.begin[1]), in_k(cell.begin[2]);
-      double value = 0.0;
+    double value_at(const double (&at)[3]) const noexcept {
+      const detail::SplineWeights in_i(at[0]), in_j(at[1]), in_k(at[2]);
+      Pair low{}, high{};
       for (int k = 0; k < 4; ++k) {
         for (int j = 0; j < 4; ++j) {
-          const double* row = c[k][j];
-          value +=
-              in_k.w[k] * in_j.w[j] * ((in_i.w[0] * row[0] + in_i.w[1] * row[1]) + (in_i.w[2] * row[2] + in_i.w[3] * row[3]));
+          const double w = in_k.w[k] * in_j.w[j];
+          const double* const row = c[k][j];
+          low += w * Pair{row[0], row[1]};
+          high += w * Pair{row[2], row[3]};
         }
       }
-      return value;
+      return (in_i.w[0] * low[0] + in_i.w[1] * low[1]) + (in_i.w[2] * high[0] + in_i.w[3] * high[1]);
     }
+    /// Bound on the distance of the value from its chord along the piece: an eighth of its second derivative along it. Second
+    /// index derivatives are means of second differences of the coefficients, here bounded by the largest.
+    double off_chord(const Passage& cell) const noexcept {
+      Extremes bends;
+      for (int k = 0; k < 4; ++k) {
+        for (int j = 0; j < 4; ++j) {
+          const Run here(c[k][j]), by_i = here.differences();
+          bends.take(by_i.last - by_i.first);
+          if (k < 3) {
+            const Run by_k = Run(c[k + 1][j]) - here;
+            bends.take(by_k.differences());
+            if (k < 2) bends.take((Run(c[k + 2][j]) - Run(c[k + 1][j])) - by_k);
+            if (j < 3) bends.take((Run(c[k + 1][j + 1]) - Run(c[k][j + 1])) - by_k);
+          }
+          if (j < 3) {
+            const Run by_j = Run(c[k][j + 1]) - here;
+            bends.take(by_j.differences());
+            if (j < 2) bends.take((Run(c[k][j + 2]) - Run(c[k][j + 1])) - by_j);
+          }
+        }
+      }
+      double way = 0.0;
+      for (int a = 0; a < 3; ++a) way += std::abs(cell.end[a] - cell.begin[a]);
+      const double most = std::max(std::max(bends.greatest[0], bends.greatest[1]), -std::min(bends.least[0], bends.least[1]));
+      return 0.125 * way * way * most;
+    }
+
+   private:
+    /// Four numbers along i.
+    struct Run {
+      Pair first, last;
+      explicit Run(const double (&row)[4]) noexcept : first{row[0], row[1]}, last{row[2], row[3]} {}
+      Run(const Pair& low, const Pair& high) noexcept : first(low), last(high) {}
+      Run operator-(const Run& b) const noexcept { return {first - b.first, last - b.last}; }
+      /// Of neighbours; the middle one twice.
+      Run differences() const noexcept {
+        const Pair middle{first[1], last[0]};
+        return {middle - first, last - middle};
+      }
+    };
+    struct Extremes {
+      Pair least{}, greatest{};
+      void take(const Pair& values) noexcept {
+        least = values < least ? values : least;
+        greatest = values > greatest ? values : greatest;
+      }
+      void take(const Run& values) noexcept { take(values.first), take(values.last); }
+    };
   };
 
   bool is_scalar_at(const Place& place) const noexcept { return view_.voxels.components == 1 && place.inside; }
@@ -196,43 +285,56 @@ class TypedSmoothGrid final : public SmoothGrid {
     return std::isfinite(sample.value) && is_finite(sample.gradient) ? sample : ScalarSample{};
   }
 
+  /// The four coefficients of a row of a plane, in the first lane, and of the next plane, in the second.
+  void load(const detail::SplineStencil& at, const T* row, const T* row_beyond, Pair (&c)[4]) const noexcept {
+    const std::int64_t components = view_.voxels.components;
+    if (components == 1 && at.is_inside_row()) {
+      read_rows(row + at.at[0][0], row_beyond + at.at[0][0], c);
+      return;
+    }
+    for (int n = 0; n < 4; ++n) {
+      const std::int64_t voxel = components * at.at[0][n];
+      c[n] = Pair{static_cast<double>(row[voxel]), static_cast<double>(row_beyond[voxel])};
+    }
+  }
+
   /// A non-finite coefficient makes the value so at any weight (0·∞ is NaN).
   template <bool Second>
   Raw evaluate(const detail::SplineStencil& at, int component) const noexcept {
     const std::int64_t components = view_.voxels.components;
-    const std::int64_t first = component - before_window_;
-    Pair along_i[4];  // weights of the value and of its derivative
-    for (int n = 0; n < 4; ++n) along_i[n] = Pair{at.i.w[n], at.i.d[n]};
+    const T* const first = data_ + (component - before_window_);
+    const auto along_i = [](const double(&weights)[4], const Pair(&c)[4]) {
+      return (weights[0] * c[0] + weights[1] * c[1]) + (weights[2] * c[2] + weights[3] * c[3]);
+    };
     Pair value_i{}, j_ij{};  // value and derivative along i; derivative along j and i j
     Pair k_ik{};             // along k, and i k
     double ii = 0.0, jj = 0.0, kk = 0.0, jk = 0.0;
-    for (int k = 0; k < 4; ++k) {
-      Pair plane{}, slope_j{};  // sums over a plane
-      double bend_i = 0.0, bend_j = 0.0;
+    for (int k = 0; k < 4; k += 2) {
+      Pair value{}, by_i{}, by_j{}, by_ij{}, by_ii{}, by_jj{};  // sums over two planes
       for (int j = 0; j < 4; ++j) {
-        const std::int64_t row = first + components * (at.at[2][k] + at.at[1][j]);
         Pair c[4];
-        for (int n = 0; n < 4; ++n) {
-          const auto voxel = static_cast<double>(data_[row + components * at.at[0][n]]);
-          c[n] = Pair{voxel, voxel};
-        }
-        const Pair line = (along_i[0] * c[0] + along_i[1] * c[1]) + (along_i[2] * c[2] + along_i[3] * c[3]);
-        plane += at.j.w[j] * line;
-        slope_j += at.j.d[j] * line;
+        load(at, first + components * (at.at[2][k] + at.at[1][j]), first + components * (at.at[2][k + 1] + at.at[1][j]), c);
+        const Pair line = along_i(at.i.w, c), slope = along_i(at.i.d, c);
+        value += at.j.w[j] * line;
+        by_i += at.j.w[j] * slope;
+        by_j += at.j.d[j] * line;
+        by_ij += at.j.d[j] * slope;
         if constexpr (Second) {
-          const double bend = (at.i.e[0] * c[0][0] + at.i.e[1] * c[1][0]) + (at.i.e[2] * c[2][0] + at.i.e[3] * c[3][0]);
-          bend_i += at.j.w[j] * bend;
-          bend_j += at.j.e[j] * line[0];
+          by_ii += at.j.w[j] * along_i(at.i.e, c);
+          by_jj += at.j.e[j] * line;
         }
       }
-      value_i += at.k.w[k] * plane;
-      j_ij += at.k.w[k] * slope_j;
-      k_ik += at.k.d[k] * plane;
-      if constexpr (Second) {
-        ii += at.k.w[k] * bend_i;
-        jj += at.k.w[k] * bend_j;
-        kk += at.k.e[k] * plane[0];
-        jk += at.k.d[k] * slope_j[0];
+      for (int plane = 0; plane < 2; ++plane) {
+        const double w = at.k.w[k + plane], d = at.k.d[k + plane];
+        value_i += w * Pair{value[plane], by_i[plane]};
+        j_ij += w * Pair{by_j[plane], by_ij[plane]};
+        k_ik += d * Pair{value[plane], by_i[plane]};
+        if constexpr (Second) {
+          ii += w * by_ii[plane];
+          jj += w * by_jj[plane];
+          kk += at.k.e[k + plane] * value[plane];
+          jk += d * by_j[plane];
+        }
       }
     }
     return {value_i[0], {value_i[1], j_ij[0], k_ik[0]}, ii, jj, kk, j_ij[1], k_ik[1], jk};

@@ -16,7 +16,8 @@ struct SplineWeights {
   double d[4];  ///< [1/voxel]
   double e[4];  ///< [1/voxel²]
 
-  explicit SplineWeights(double t) noexcept {
+  /// Inlined: callers use a part of them.
+  [[gnu::always_inline]] explicit SplineWeights(double t) noexcept {
     const double s = 1.0 - t;
     w[0] = s * s * s / 6.0;
     w[1] = 2.0 / 3.0 - t * t * (1.0 - 0.5 * t);
@@ -46,10 +47,16 @@ struct SplineStencil {
       : i(f[0]), j(f[1]), k(f[2]) {
     std::int64_t stride = 1;
     for (std::size_t a = 0; a < 3; ++a) {
-      for (std::int64_t n = 0; n < 4; ++n) at[a][n] = std::clamp<std::int64_t>(first[a] + n - 1, 0, dims[a] - 1) * stride;
+      if (first[a] > 0 && first[a] + 2 < dims[a]) {
+        for (std::int64_t n = 0; n < 4; ++n) at[a][n] = (first[a] + n - 1) * stride;
+      } else {
+        for (std::int64_t n = 0; n < 4; ++n) at[a][n] = std::clamp<std::int64_t>(first[a] + n - 1, 0, dims[a] - 1) * stride;
+      }
       stride *= in_memory[a];
     }
   }
+  /// Whether the coefficients along i are neighbours: none is repeated beyond the border.
+  bool is_inside_row() const noexcept { return at[0][3] - at[0][0] == 3; }
 };
 
 /// Coefficients of the spline through `values` at the voxels of `geometry`, with edge coefficients repeated beyond the border

@@ -230,8 +230,12 @@ Event Crossings::event() const {
 }
 
 std::int32_t Crossings::index_of(const Threshold& watch) const noexcept {
-  const auto found = std::lower_bound(watches_.begin(), watches_.end(), watch, is_before);
-  return found != watches_.end() && *found == watch ? static_cast<std::int32_t>(found - watches_.begin()) : -1;
+  if (watch.field < 0 || static_cast<std::size_t>(watch.field) >= ranges_.size()) return -1;
+  const auto [first, last] = ranges_[watch.field];
+  const auto of_field = std::span(watches_).subspan(first, last - first);
+  const auto found = std::ranges::lower_bound(of_field, watch.value, {}, &Threshold::value);
+  return found != of_field.end() && found->value == watch.value ? first + static_cast<std::int32_t>(found - of_field.begin())
+                                                                : -1;
 }
 
 bool Crossings::has_sides(std::int32_t field, std::span<const Side> sides) const noexcept {
@@ -256,17 +260,28 @@ void Crossings::take_side(std::size_t foot, const Threshold& watch, bool above) 
   if (i >= 0 && sides[i] != Side::none) sides[i] = above ? Side::above : Side::below;
 }
 
-// Next watch of a field upwards or downwards; -1 if there is none. The system's byte search skips dozens of watches at once.
+// Next watch of a field upwards or downwards; -1 if there is none. Of many watches the system's byte search skips dozens at
+// once; of a few a call takes longer than they do.
 std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides,
                                bool up) const noexcept {
+  constexpr std::int32_t few = 16;
   const auto [first, last] = ranges_[field];
   if (policy.fields[field].is_ignored) return -1;
+  const Side side = up ? Side::below : Side::above;
+  const auto borders = [&](std::int32_t at) { return policy.passing[at] != EventPolicy::CrossingRule::held; };
+  if (last - first <= few) {
+    for (std::int32_t n = 0; n < last - first; ++n) {
+      const std::int32_t at = up ? first + n : last - 1 - n;
+      if (sides[at] == side && borders(at)) return at;
+    }
+    return -1;
+  }
   for (std::span<const Side> left = sides.subspan(first, last - first); !left.empty();) {
-    const void* const found = up ? std::memchr(left.data(), static_cast<int>(Side::below), left.size())
-                                 : ::memrchr(left.data(), static_cast<int>(Side::above), left.size());
+    const void* const found = up ? std::memchr(left.data(), static_cast<int>(side), left.size())
+                                 : ::memrchr(left.data(), static_cast<int>(side), left.size());
     if (!found) return -1;
     const auto at = static_cast<std::int32_t>(static_cast<const Side*>(found) - sides.data());
-    if (policy.passing[at] != EventPolicy::CrossingRule::held) return at;
+    if (borders(at)) return at;
     left = up ? sides.subspan(at + 1, last - at - 1) : sides.subspan(first, at - first);
   }
   return -1;
@@ -308,23 +323,21 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
 void Crossings::first_event(std::size_t foot, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy,
                             Samples& samples, WorkBudget& work, Event& event) const noexcept {
   const std::span<const Side> sides = sides_of(foot);
-  event.kind = Event::Kind::none;
-  event.crossings.clear();
-  event.on_way_.clear();
+  event.clear();
   const auto on_way = [&](std::int32_t field) {
     const Vec3 from_m = start_m + policy.fields[field].carried_m;
     return FieldOnWay{*this, policy, samples, field, event.sides_, from_m, end_m};
   };
+  const double way_m = distance(start_m, end_m);
   for (std::int32_t field = 0; field < static_cast<std::int32_t>(ranges_.size()); ++field) {
     const EventPolicy::OfField& of = policy.fields[field];
     if (ranges_[field].first == ranges_[field].last && !of.stops_at_edges && of.allowed == ValueRange{-infinity, infinity})
       continue;
     const Vec3 from_m = start_m + of.carried_m;
-    const double length_m = distance(from_m, end_m);
+    const double length_m = of.carried_m == Vec3{} ? way_m : distance(from_m, end_m);
     if (!(length_m > 0.0) || !std::isfinite(length_m)) continue;
     if (!is_safe(field, sides, from_m, end_m, policy, samples, event)) event.on_way_.push_back(field);
   }
-  event.share = 1.0;
   if (event.on_way_.empty()) return;
   event.share = 0.0;
   std::ranges::copy(sides, event.sides_.begin());

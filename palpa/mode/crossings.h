@@ -55,6 +55,14 @@ struct Event {
   double share = 1.0;               ///< [1] of the path
   std::vector<Crossing> crossings;  ///< up to there, in order
 
+  /// Where nothing can be met.
+  void clear() noexcept {
+    kind = Kind::none;
+    share = 1.0;
+    crossings.clear();
+    on_way_.clear();
+  }
+
  private:
   friend class Crossings;
   enum class Side : std::uint8_t { none, below, above };
@@ -85,6 +93,7 @@ class Crossings {
 
   /// Whether this value is watched: a shell's level is, the value at which a material was met is not.
   bool is_watched(const Threshold& watch) const noexcept { return index_of(watch) >= 0; }
+  bool any_watched() const noexcept { return !watches_.empty(); }
   /// Sets the rule of a watched value; of two planes on a level the holding plane decides.
   void configure_events(EventPolicy& policy, const Threshold& watch, EventPolicy::CrossingRule passing) const noexcept;
 

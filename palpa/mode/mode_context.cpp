@@ -23,7 +23,7 @@ struct Samples::Slot {
   int of = -1;                               // slot of its source field; -1: none
   int axis = 0;                              // component or magnitude of the source vector field
   const detail::FineDetail* fine = nullptr;  // set for the fine detail of a field
-  bool with_hessian = false;
+  bool with_hessian = false;                 // samples compute it: it was requested after one
   Memory<VectorSample> vector{};
   Memory<VectorSample> world_vector{};  // in the world frame
   Memory<Mat3> world_hessian{};
@@ -57,6 +57,11 @@ class Samples::Plan {
   }
 
   Slot& operator[](std::int32_t field) noexcept { return slots_[static_cast<std::size_t>(field)]; }
+  // A derived field has the depth of its source. So do grids of equal geometry, but for holes.
+  Slot& source_of(std::size_t field) noexcept {
+    const int of = slots_[field].of;
+    return slots_[of >= 0 ? static_cast<std::size_t>(of) : field];
+  }
   // Grids of equal geometry: a position looked up in one holds for all.
   struct Lattice {
     const detail::GridBase* grid;
@@ -139,6 +144,7 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     any_timed_ = any_timed_ || timed(*field);
   }
   moments_.resize(fields.size());
+  depths_.resize(fields.size());
   find_moments();
 }
 
@@ -148,6 +154,8 @@ void Samples::find_moments() noexcept {
   work_beyond_ = 0;
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const Slot& slot = (*plan_)[static_cast<std::int32_t>(i)];
+    Slot& source = plan_->source_of(i);
+    depths_[i] = source.grid && !source.grid->has_holes() ? &plan_->lattice_of(source).depth_m : &source.depth_m;
     if (slot.timed) {
       works_[i] = tick_work::of_sample(slot.now.values_per_sample());
       ++moments_[i];
@@ -182,24 +190,29 @@ void Samples::set_time(DataTime at, DataTime came_from) noexcept {
   }
 }
 
-// A derivative per hand metre can overflow where its world counterpart did not.
 const ScalarSample& Samples::take_scalar(std::size_t field, std::size_t place) noexcept {
-  ScalarSample sample = scalar_in_world((*plan_)[static_cast<std::int32_t>(field)], place);
+  return keep_scalar(field, place, scalar_in_world((*plan_)[static_cast<std::int32_t>(field)], place));
+}
+
+// A derivative per hand metre can overflow where its world counterpart did not.
+const ScalarSample& Samples::keep_scalar(std::size_t field, std::size_t place, const ScalarSample& world) noexcept {
+  ScalarSample& sample = scalars_[field].keep(place, places_[place].visit, world);
   sample.gradient = map_.gradient_to_hand(sample.gradient);
-  if (largest_component(sample.gradient) <= least_slopes_[field]) sample.gradient = {};
-  return scalars_[field].keep(place, places_[place].visit, is_finite(sample.gradient) ? sample : ScalarSample{});
+  if (is_within(sample.gradient, least_slopes_[field])) sample.gradient = {};
+  if (!is_finite(sample.gradient)) sample = {};
+  return sample;
 }
 
 ScalarSample Samples::scalar_in_world(Slot& slot, std::size_t place) noexcept {
-  const Vec3& world_m = places_[place].world_m;
-  if (slot.timed && !slot.grid && slot.of < 0) return slot.now.scalar(world_m);
   if (slot.fine) return slot.fine->scalar_in(plan_->lattice_of(slot).at(place, places_[place]));
   if (slot.of >= 0) return detail::taken_of(vector_in_world((*plan_)[slot.of], place), slot.axis);
-  if (!slot.grid) return slot.field->scalar(world_m);
+  if (!slot.grid) {
+    const Vec3& world_m = places_[place].world_m;
+    return slot.timed ? slot.now.scalar(world_m) : slot.field->scalar(world_m);
+  }
   detail::GridBase::Place& at = plan_->lattice_of(slot).at(place, places_[place]);
-  if (!slot.with_hessian) return slot.grid->scalar_in(at);
-  slot.world_hessian.visits[place] = places_[place].visit;
-  return slot.grid->scalar_in(at, slot.world_hessian.samples[place]);
+  return slot.with_hessian ? slot.grid->scalar_in(at, slot.world_hessian.keep(place, places_[place].visit, {}))
+                           : slot.grid->scalar_in(at);
 }
 
 const VectorSample& Samples::vector_in_world(Slot& slot, std::size_t place) noexcept {
@@ -231,10 +244,12 @@ Mat3 Samples::hessian(std::int32_t field, const Vec3& hand_m) noexcept {
   const std::size_t place = place_at(hand_m);
   const std::uint64_t visit = places_[place].visit;
   if (!slot.world_hessian.knows(place, visit)) {
-    slot.with_hessian = slot.grid && slot.grid->has_curvature();
     const Vec3& world_m = places_[place].world_m;
-    if (slot.with_hessian) {
-      take_scalar(static_cast<std::size_t>(field), place);
+    if (slot.grid && slot.of < 0 && slot.grid->has_curvature()) {
+      slot.with_hessian = slot.with_hessian || scalars_[static_cast<std::size_t>(field)].knows(place, visit);
+      Mat3& kept = slot.world_hessian.keep(place, visit, {});
+      keep_scalar(static_cast<std::size_t>(field), place,
+                  slot.grid->scalar_in(plan_->lattice_of(slot).at(place, places_[place]), kept));
     } else {
       slot.world_hessian.keep(place, visit, slot.timed ? slot.now.hessian(world_m) : slot.field->hessian(world_m));
     }
@@ -283,19 +298,13 @@ const ValueRange& Samples::range(std::int32_t field) const noexcept {
   return ranges_[static_cast<std::size_t>(field)];
 }
 
-double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
-  if (!is_field(field)) return 0.0;
-  // A derived field has the depth of its source. So do grids of equal geometry, but for holes.
-  Slot& slot = (*plan_)[(*plan_)[field].of >= 0 ? (*plan_)[field].of : field];
-  const std::size_t place = place_at(hand_m);
-  const std::uint64_t visit = places_[place].visit;
-  Memory<double>& known = slot.grid && !slot.grid->has_holes() ? plan_->lattice_of(slot).depth_m : slot.depth_m;
-  if (known.knows(place, visit)) return known.samples[place];
+double Samples::take_depth(std::size_t field, std::size_t place) noexcept {
+  Slot& slot = plan_->source_of(field);
   const Vec3& world_m = places_[place].world_m;
   const double depth = slot.grid    ? slot.grid->depth_in(plan_->lattice_of(slot).at(place, places_[place]))
                        : slot.timed ? slot.now.depth_m(world_m)
                                     : slot.field->depth_m(world_m);
-  return known.keep(place, visit, map_.length_to_hand(depth));
+  return depths_[field]->keep(place, places_[place].visit, map_.length_to_hand(depth));
 }
 
 Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) noexcept {

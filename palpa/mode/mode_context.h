@@ -19,8 +19,9 @@ namespace palpa {
 /// Allocates at construction only. One thread.
 ///
 /// Evaluation is shared, as planned at construction: a position is looked up once in all grids of equal geometry, with its
-/// spline weights, also for their `FineDetail`; a magnitude or a component reuses the sample of its vector; and a field whose
-/// second derivative has ever been requested computes it with the value, from the same voxels.
+/// spline weights, also for their `FineDetail`; a magnitude or a component reuses the sample of its vector; and a second
+/// derivative is computed with value and gradient, from the same voxels. A field of which it has been requested after a sample
+/// computes it with every sample.
 class Samples {
  public:
   /// \param fields  the session's fields, by index; must outlive this object
@@ -53,7 +54,13 @@ class Samples {
   /// Second derivative of a scalar field [unit per hand metre²]; zero outside.
   Mat3 hessian(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Depth within the field's data [hand m].
-  double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
+  double depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
+    if (!is_field(field)) return 0.0;
+    const auto index = static_cast<std::size_t>(field);
+    const std::size_t place = place_at(hand_m);
+    const Memory<double>& known = *depths_[index];
+    return known.knows(place, places_[place].visit) ? known.samples[place] : take_depth(index, place);
+  }
   /// Piece of the straight path between two positions in the hand frame [m] from the share `begin` [1] on (Field::piece_along).
   /// One piece without data if the index is no scalar field.
   PolynomialPiece piece_along(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
@@ -115,6 +122,8 @@ class Samples {
   }
   std::size_t find_place(const Vec3& hand_m) noexcept;
   const ScalarSample& take_scalar(std::size_t field, std::size_t place) noexcept;
+  const ScalarSample& keep_scalar(std::size_t field, std::size_t place, const ScalarSample& world) noexcept;
+  double take_depth(std::size_t field, std::size_t place) noexcept;
   ScalarSample scalar_in_world(Slot& slot, std::size_t place) noexcept;
   const VectorSample& vector_in_world(Slot& slot, std::size_t place) noexcept;
   void find_moments() noexcept;
@@ -129,6 +138,7 @@ class Samples {
   std::uint64_t visits_ = 0;
   std::uint64_t asked_ = 0;
   std::vector<Memory<ScalarSample>> scalars_;  // by field
+  std::vector<Memory<double>*> depths_;        // [hand m] by field: those of its source, or of all grids of its geometry
   std::vector<double> spacings_m_;             // [hand m]
   std::vector<double> least_slopes_;           // [unit per hand metre] gradients up to this are rounding
   std::vector<ValueRange> ranges_;
@@ -205,7 +215,7 @@ class ModeContext {
   /// Value of a scalar field, in its own unit, at `proxy_m`, where the sub-step starts: the level on which a material holds the
   /// proxy. Without data there, the value at `at_m`.
   double value_at_start(const FieldRef& field) const noexcept;
-  /// Second derivative of a scalar field at `at_m` [unit per hand metre²].
+  /// Second derivative of a scalar field at `at_m` [unit per hand metre²]. Request it before the field's sample.
   Mat3 hessian(const FieldRef& field) const noexcept { return samples_->hessian(number_of(field), at_m); }
   /// Range of a scalar field's values.
   const ValueRange& range(const FieldRef& field) const noexcept { return samples_->range(number_of(field)); }

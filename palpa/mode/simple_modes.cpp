@@ -18,10 +18,11 @@ void FrontShape::place(const ModeContext& here, PrimitiveSink out) const noexcep
 }
 
 void GradientForce::place(const ModeContext& here, PrimitiveSink out) const noexcept {
+  const Mat3 hessian = here.hessian(field);
   const ScalarSample sample = here.scalar(field);
   const double steepness = norm(sample.gradient);
   if (!sample.inside || !(steepness > 0.0)) return;
-  const double steady_n = detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field));
+  const double steady_n = detail::steady_strength_n(here.stiffness_n_per_m, steepness, hessian);
   const Vec3 uphill = normalized(sample.gradient);
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
   out.directed(0, towards == Towards::high ? uphill : -uphill, weight * std::min(here.newtons(strength_n), steady_n));
@@ -63,7 +64,8 @@ std::string VortexLine::problem() const {
 
 void VortexLine::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   const VectorSample u = here.companion_vector(field);
-  const detail::CoreLine core = direction == By::q ? detail::core_by_q(here.scalar(field), here.hessian(field), u)
+  const Mat3 hessian = direction == By::q ? here.hessian(field) : Mat3{};
+  const detail::CoreLine core = direction == By::q ? detail::core_by_q(here.scalar(field), hessian, u)
                                                    : detail::core_by_velocity(u, here.direction_to_hand(background));
   const double strength = core.trust * detail::in_vortex_n(here, field, !strength_n.is_constant(), here.newtons(strength_n));
   const Vec3 core_m = here.at_m + core.offset_m;

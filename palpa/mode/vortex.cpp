@@ -15,10 +15,11 @@ struct ToCore {
 };
 
 ToCore by_q(const ModeContext& here, const FieldRef& field) noexcept {
+  const Mat3 hessian = here.hessian(field);
   const ScalarSample q = here.scalar(field);
   const double steepness = norm(q.gradient);
   if (!q.inside || !(steepness > 0.0)) return {};
-  return {normalized(q.gradient), detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field))};
+  return {normalized(q.gradient), detail::steady_strength_n(here.stiffness_n_per_m, steepness, hessian)};
 }
 
 ToCore by_vorticity(const ModeContext& here, const VectorSample& u, const Vec3& background) noexcept {

@@ -90,19 +90,23 @@ void ContactProblem::find_contacts() noexcept {
   has_directions_ = false;
   for (std::size_t i = 0; i < set_.size(); ++i) {
     const Primitive& p = set_[i];
-    const auto rubs = std::find_if(contacts_.rbegin(), contacts_.rend(), [&](const LevelContact& contact) {
-      return p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && contact.id.foot == p.id.foot &&
-             set_[contact.plane].direction == p.direction;
-    });
+    const auto rubs = p.kind != PrimitiveKind::line
+                          ? contacts_.rend()
+                          : std::find_if(contacts_.rbegin(), contacts_.rend(), [&](const LevelContact& contact) {
+                              return contact.id.mode == p.id.mode && contact.id.foot == p.id.foot &&
+                                     set_[contact.plane].direction == p.direction;
+                            });
     if (rubs != contacts_.rend()) {
       rubs->line = static_cast<std::int32_t>(i);
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact& contact = contacts_.emplace_back(p.id, set_.captured(i), i);
       contact.plane_as_placed = p;
       const Vec3 from_m = foot_m(p.id, start_) + modes_.carried_m(p.id) + modes_.contacts().offset_m(p.id);
-      const ScalarSample& at = modes_.samples(p.id.foot).scalar(contact.level.field, from_m);
+      Samples& samples = modes_.samples(p.id.foot);
+      const ScalarSample& at = samples.scalar(contact.level.field, from_m);
+      work_.spend(samples.work_of_look(contact.level.field));
       contact.solid_is_high = dot(at.gradient, p.direction) < 0.0;
-      contact.start = contact.last = seen_from(contact, from_m);
+      contact.start = contact.last = estimate_level(at, contact.level, contact.solid_is_high, from_m, spacing_m_);
       contact.bounds = !modes_.fades(p.id);
       contact.can_break = !modes_.only_yields(p.id);
     } else {
@@ -154,6 +158,14 @@ const Balance& ContactProblem::balance(const Pose& probe, double time_step_s) no
   solve(probe, time_step_s);
   if (work_.any() && turn_friction()) solve(probe, time_step_s);
   return found_;
+}
+
+const Balance& ContactProblem::balance_of_nothing(const StepContext& context) noexcept {
+  set_.clear(context.start.position_m);
+  contacts_.clear();
+  law_.begin_move(start_ = context.start);
+  work_.spend(1);
+  return found_ = law_.solve(set_, context.probe, stiffness_n_per_m_, context.time_step_s);
 }
 
 bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {

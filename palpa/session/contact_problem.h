@@ -72,6 +72,8 @@ class ContactProblem {
   bool revert_prediction() noexcept;
   /// Valid until the next.
   const Balance& balance(const Pose& probe, double time_step_s) noexcept;
+  /// Of a whole move in which no mode places a primitive.
+  const Balance& balance_of_nothing(const StepContext& context) noexcept;
   const Balance& last_balance() const noexcept { return found_; }
   /// Pose of a balance of this move for the device at `probe` [m].
   Pose pose_of(const Balance& balance, const Pose& probe) const noexcept { return law_.pose_of(balance, probe); }
@@ -136,7 +138,7 @@ class ContactProblem {
   LevelEstimate seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
     Samples& samples = modes_.samples(contact.id.foot);
     work_.spend(samples.work_of_look(contact.level.field));
-    return estimate_level(samples, contact.level, contact.solid_is_high, x_m, spacing_m_);
+    return estimate_level(samples.scalar(contact.level.field, x_m), contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
   const Tool& tool() const noexcept { return law_.tool(); }
   Vec3 foot_m(const PrimitiveId& id, const Pose& proxy) const noexcept { return tool().foot_m(proxy, id.foot); }

@@ -70,9 +70,10 @@ void ContactTable::insert(const Contact& contact) noexcept {
 
 void ContactTable::update(const ContactProblem& problem, const Pose& proxy, const Balance& to, double depth_m,
                           Crossings& crossings) noexcept {
+  const PrimitiveSet& set = problem.set();
+  if (set.empty() && set.refused().empty() && all().empty()) return;
   before_.assign(all().begin(), all().end());
   firsts_.back() = 0;
-  const PrimitiveSet& set = problem.set();
   for (std::size_t i = 0; i < set.size(); ++i) {
     if (!problem.keeps_contact_at(i) || (i > 0 && set[i - 1].id == set[i].id)) continue;
     insert(problem.contact_at(i, proxy, to));

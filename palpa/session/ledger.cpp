@@ -14,6 +14,7 @@ void Ledger::begin(const Pose& proxy, const Pose& processed_up_to, std::span<con
   data_motion_j_ = elastic_j_ = elastic_before_j_ = 0.0;
   probe_ = processed_up_to;
   left_m2_ = released_m2_ = 0.0;
+  any_work_ = !contacts.empty();
   for (const Contact& contact : contacts) {
     works_j_[contact.id.mode] -= contact.held_j;
     elastic_before_j_ += contact.held_j;
@@ -22,6 +23,7 @@ void Ledger::begin(const Pose& proxy, const Pose& processed_up_to, std::span<con
 
 void Ledger::book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept {
   assert(mode < modes_);
+  any_work_ = true;
   works_j_[mode] += dot(force_n, step_m - carried_m);
   data_motion_j_ += dot(force_n, carried_m);
 }
@@ -69,6 +71,7 @@ Energy Ledger::end(const Pose& proxy, const Pose& probe, const Motion& probe_ste
                    std::span<const Contact> contacts) noexcept {
   book_sub_steps(sub_steps, placed);
   for (const Contact& contact : contacts) {
+    any_work_ = true;
     works_j_[contact.id.mode] += contact.held_j;
     elastic_j_ += contact.held_j;
   }
@@ -79,9 +82,9 @@ Energy Ledger::end(const Pose& proxy, const Pose& probe, const Motion& probe_ste
   energy.elastic_j = elastic_j_;
   energy.data_motion_j = data_motion_j_;
   double sum_j = 0.0;
-  for (const double work_j : works_j()) {
-    sum_j += work_j;
-    (work_j >= 0.0 ? energy.injected_j : energy.dissipated_j) += std::abs(work_j);
+  for (std::size_t m = 0; any_work_ && m < modes_; ++m) {
+    sum_j += works_j_[m];
+    (works_j_[m] >= 0.0 ? energy.injected_j : energy.dissipated_j) += std::abs(works_j_[m]);
   }
   // I = S_m − k/2 |x₀ − p⁺|², written as a product: the difference of squares would lose its digits.
   double gained_j =

@@ -37,7 +37,10 @@ class Ledger {
   std::span<const double> works_j() const noexcept { return {works_j_.get(), modes_}; }
 
   /// Forgets all works, as in a tick without a probe.
-  void clear() noexcept { std::fill_n(works_j_.get(), modes_, 0.0); }
+  void clear() noexcept {
+    if (any_work_) std::fill_n(works_j_.get(), modes_, 0.0);
+    any_work_ = false;
+  }
 
  private:
   void begin(const Pose& proxy, const Pose& processed_up_to, std::span<const Contact> contacts) noexcept;
@@ -50,6 +53,7 @@ class Ledger {
   double lost_by_turning_m2(const SubStep& step) const noexcept;
   std::size_t modes_;
   std::unique_ptr<double[]> works_j_;
+  bool any_work_ = false;  // else all are zero
   const Tool& tool_;
   Pose start_;
   Vec3 start_arc_m_;  // of a tool, from the last probe to the start

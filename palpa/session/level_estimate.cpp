@@ -4,9 +4,8 @@
 
 namespace palpa {
 
-LevelEstimate estimate_level(Samples& samples, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
+LevelEstimate estimate_level(const ScalarSample& sample, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
                              double spacing_m) noexcept {
-  const ScalarSample& sample = samples.scalar(level.field, x_m);
   const double steepness = norm(sample.gradient);
   if (!sample.inside || !(steepness > 0.0)) return {x_m};
   const Vec3 uphill = normalized(sample.gradient);

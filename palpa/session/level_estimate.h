@@ -13,9 +13,9 @@ struct LevelEstimate {
   double behind = 0.0;             ///< difference from the level's value, in the field's own unit, > 0 in the solid
 };
 
-/// Estimates `level` from a sample at `x_m` [hand m]; `solid_is_high`: higher values are the solid. Distances are at most
-/// `spacing_m` [m]: the gradient is no guide beyond. Allocates nothing.
-LevelEstimate estimate_level(Samples& samples, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
+/// Estimates `level` from a sample of its field at `x_m` [hand m]; `solid_is_high`: higher values are the solid. Distances are
+/// at most `spacing_m` [m]: the gradient is no guide beyond. Allocates nothing.
+LevelEstimate estimate_level(const ScalarSample& sample, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
                              double spacing_m) noexcept;
 
 }  // namespace palpa

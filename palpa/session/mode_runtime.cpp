@@ -147,9 +147,15 @@ void ModeRuntime::place_mode(std::size_t m, const Foot& foot, const StepContext&
     live.at_edge = false;
     for (std::size_t i = first; i < out.size(); ++i) live.at_edge = live.at_edge || out.captured(i).limited;
   }
-  for (std::size_t i = first; i < out.size(); ++i) {
-    if (live.fade.share() < 1.0) out.fade(i, live.fade.share());
-    if (tool_.share() < 1.0 && parts_[m].at_all_feet && !live.fade.is_leaving()) out.bear(i, tool_.share());
+  const std::size_t end = out.size();
+  if (live.fade.share() < 1.0) {
+    for (std::size_t i = first; i < end; ++i) out.fade(i, live.fade.share());
+  }
+  if (tool_.share() < 1.0 && parts_[m].at_all_feet && !live.fade.is_leaving()) {
+    for (std::size_t i = first; i < end; ++i) out.bear(i, tool_.share());
+  }
+  if (most_n_ == std::numeric_limits<double>::infinity()) return;
+  for (std::size_t i = first; i < end; ++i) {
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
     // A level stronger than the force limit never yields: raise it above the spring's largest pull.
     double longest_m = distance(foot.probe_m, at_m);

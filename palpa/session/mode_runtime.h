@@ -33,6 +33,7 @@ class ModeRuntime {
   std::size_t size() const noexcept { return size_; }
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
+  bool any_enabled() const noexcept { return std::ranges::any_of(modes_, &SceneMode::enabled); }
   /// Whether a mode is enabled and acts at a foot.
   bool acts(std::size_t m, std::size_t foot) const noexcept { return enabled(m) && (foot == 0 || parts_[m].at_all_feet); }
   bool has_memory(std::size_t m) const noexcept { return parts_[m].has_memory; }

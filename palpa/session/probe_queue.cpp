@@ -9,7 +9,9 @@ void ProbeQueue::start(const Pose& probe) noexcept {
 
 double ProbeQueue::push(const Pose& probe, double time_s, const Tool& tool) noexcept {
   const auto is_fast = [](double offset_m, double in_s) { return offset_m > fastest_m_per_s * in_s; };
-  if (is_fast(tool.way_m(before(size_), probe), time_s)) {
+  double offset_m = tool.way_m(before(size_), probe);
+  const std::size_t last = size_;
+  if (is_fast(offset_m, time_s)) {
     double excursion_s = 0.0;
     for (std::size_t i = size_; i-- > 0;) {
       excursion_s += corners_[i].time_s;
@@ -20,7 +22,7 @@ double ProbeQueue::push(const Pose& probe, double time_s, const Tool& tool) noex
     }
   }
   if (size_ == corners_.size()) --size_;
-  const double offset_m = tool.way_m(before(size_), probe);
+  if (size_ != last) offset_m = tool.way_m(before(size_), probe);
   corners_[size_++] = {probe, time_s};
   return offset_m;
 }

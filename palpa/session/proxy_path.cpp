@@ -42,6 +42,7 @@ ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map
       stopped_by_(live.add<Crossing>(tool_.feet())),
       queue_(live.add<ProbeQueue>()),
       steps_(steps),
+      goes_with_probe_(tool_.is_point() && !modes_.any_enabled() && !moments_.can_change()),
       step_share_(steps == Steps::refined ? 0.5 : unbounded) {
   events_.reserve(tool_.feet());
   while (events_.size() < tool_.feet()) events_.push_back(crossings_.event());
@@ -116,6 +117,10 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   walk_.unreached_m = 0.0;
   walk_.dropped = 0;
   path_m_ = queue_.push(probe, time_step_s, tool_);
+  if (goes_with_probe_ && refined_ == 1) {
+    go_with_probe();
+    return walk_;
+  }
   moments_.choose_octave(c.proxy, path_m_, time_step_s);
   if (moments_.can_change()) find_changes();
   const double data_way_m = changes_ ? modes_.motion_m(c.proxy, moments_.followed(), moments_.now()) : 0.0;
@@ -142,6 +147,26 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   walk_.followed = c.followed;
   walk_.work = work_.spent();
   return walk_;
+}
+
+// Without an enabled mode there is no primitive, and no event.
+void ProxyPath::go_with_probe() noexcept {
+  const ProbeSegment segment = queue_.front();  // the whole path: none is ever left
+  const StepContext context{state_.proxy, segment.to, segment.time_s, stiffness_n_per_m_, 1.0};
+  work_.spend(modes_.work());
+  Move made;
+  made.to_pose = model_.pose_of(model_.balance_of_nothing(context), segment.to);
+  state_.proxy = made.to_pose;
+  const Vec3 way_m = made.to_pose.position_m - context.start.position_m;
+  const double moved_m = tool_.length_m(segment.from, segment.to), went_m = norm(way_m);
+  if (went_m > moved_m) walk_.released_m.way_m += (1.0 - moved_m / went_m) * way_m;
+  queue_.pop(segment, tool_);
+  state_.followed = queue_.processed_up_to();
+  moments_.follow();
+  log(segment, made, context, false);
+  walk_.proxy = state_.proxy;
+  walk_.followed = state_.followed;
+  walk_.work = work_.spent();
 }
 
 // Whether the data change in this tick. Data that stand still are as plain ones.
@@ -264,7 +289,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   modes_.arrive();
 }
 
-void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept {
+void ProxyPath::log(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept {
   SubStep& step = record_.begin();
   step.time_step_s = segment.time_s;
   step.start_m = context.start.position_m;
@@ -278,7 +303,11 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const Step
     step.start_turn = context.start.turn, step.probe_turn = segment.to.turn, step.proxy_turn = state_.proxy.turn;
     step.turning_radius_m = tool_.turning_radius_m();
   }
-  record_.end(settles, spacing_m_, model_, modes_);
+  record_.end(settles, context.spacing_m, model_, modes_);
+}
+
+void ProxyPath::accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept {
+  log(segment, made, context, settles);
   walk_.dropped += model_.set().dropped();
   state_.felt = model_.set().can_pull();
   if (made.fraction > 0.0 || made.stop == Stop::event) {  // also where a foot stands on one already
@@ -393,6 +422,17 @@ double ProxyPath::longest_flight_m() noexcept {
   return spacing_m_ * std::max(1.0, tool_spared_work / (most_chords * all_feet_work));
 }
 
+// Move without primitives, no longer than `longest_m`: no level gives way, and every end is free.
+ProxyPath::Move ProxyPath::move_freely(const StepContext& context, bool flies, double longest_m) noexcept {
+  Move made;
+  balance(made, context.probe, context.time_step_s);
+  const Motion whole = tool_.motion(context.start, made.to_pose);
+  made.fraction = share_of(whole, tool_.way_m(whole), longest_m);
+  made.stop = made.fraction == 1.0 ? Stop::full : Stop::release;
+  stop_at_first_event(context.start, flies, made);
+  return made;
+}
+
 // One move towards the balance, at most half a sample spacing, to the first free position. If the end is not free, the facets
 // that exclude it are added and the balance is repeated. Directions are sampled at the middle of the move: sampled at its start
 // they would lead the proxy off the outside of every curve.
@@ -417,6 +457,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   const double same_m = (settles ? piercing : turned) * spacing_m_;  // settling moves are a small part of a step
   model_.begin_move(context, spacing_m_);
   place(context, end, end);
+  if (model_.set().empty() && !settles) return move_freely(context, flies, longest);
   for (int trial = 0; trial < max_trials + max_shutting && (trial < patient_trials_ || work_.any()); ++trial) {
     balance(made, context.probe, context.time_step_s);
     // No level may give way because of a predicted plane.
@@ -500,6 +541,10 @@ void ProxyPath::find_events(const Pose& start, const Pose& end, bool flies) noex
   first_foot_ = 0;
   for (std::size_t foot = 0; foot < tool_.feet(); ++foot) {
     Event& event = events_[foot];
+    if (!changes_ && entered_.empty() && !crossings_.any_watched() && model_.contacts().empty()) {  // nothing to meet
+      event.clear();
+      continue;
+    }
     const Vec3 start_m = tool_.foot_m(start, foot), end_m = tool_.foot_m(end, foot);
     const auto search = [&] { crossings_.first_event(foot, start_m, end_m, policy_, modes_.samples(foot), work_, event); };
     configure_events(foot, end, flies);

@@ -84,6 +84,7 @@ class ProxyPath {
   std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
 
  private:
+  void go_with_probe() noexcept;
   void sub_step(ProbeSegment& segment) noexcept;
   void one_step(const ProbeSegment& segment) noexcept;
 
@@ -125,8 +126,10 @@ class ProxyPath {
     return moments_.elapsed_s() - queue_.time_behind_s(segment);
   }
   DataMoments::Step advance_data(const ProbeSegment& segment) noexcept;
+  void log(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, const StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
+  Move move_freely(const StepContext& context, bool flies, double longest_m) noexcept;
   Pose stop_at_first_event(const Pose& start, bool flies, Move& move) noexcept;
   void find_events(const Pose& start, const Pose& end, bool flies) noexcept;
   bool reverses_last_crossing(std::size_t foot, const Vec3& start_m, const Vec3& end_m) const noexcept;
@@ -174,7 +177,8 @@ class ProxyPath {
   std::span<Crossing> stopped_by_;  // by foot, on the spot: without a field if it crossed nothing
   ProbeQueue& queue_;
   Steps steps_;
-  double step_share_;  // [1] of the finest spacing: the longest segment and move, before refining
+  bool goes_with_probe_;  // no mode is enabled
+  double step_share_;     // [1] of the finest spacing: the longest segment and move, before refining
   int refined_ = 1;
   int patient_trials_ = 1;                 // of a move, however little work is left
   int spared_work_ = 0;                    // no move begins with less left

@@ -32,7 +32,10 @@ void StepRecord::end(bool settles, double spacing_m, const ContactProblem& model
     begins_ = !settles;
     first_end_m_ = step.proxy_m;
   }
-  add_rows(step, model, modes);
+  step.directed_n = {};
+  step.first_primitive = static_cast<std::uint32_t>(placed_.size());
+  step.primitives = 0;
+  if (!model.set().empty()) add_rows(step, model, modes);
   complete(step, placed().subspan(step.first_primitive));
   if (!is_one) return;
   *before = step;
@@ -44,10 +47,11 @@ void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const Mode
   const PrimitiveSet& set = model.set();
   const Tool& tool = modes.tool();
   const std::span<const Vec3> forces = model.law().forces_n();
-  step.directed_n = {};
-  step.first_primitive = static_cast<std::uint32_t>(placed_.size());
+  const Pose start{step.start_m, step.start_turn};
+  auto next = model.contacts().begin();  // in the order of their rows
   for (std::size_t i = 0; i < set.size(); ++i) {
-    const LevelContact* contact = model.contact_of(i);
+    while (next != model.contacts().end() && set.row(next->plane) + next->facets <= i) ++next;
+    const LevelContact* contact = next != model.contacts().end() && set.row(next->plane) <= i ? &*next : nullptr;
     const Primitive& p = set[i];
     PrimitiveKind kind = p.kind;
     if (contact && p.kind == PrimitiveKind::corner) {
@@ -57,7 +61,7 @@ void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const Mode
       if (pressed > 0 ? forces[i] == Vec3{} : i != first) continue;
       if (pressed <= 1) kind = PrimitiveKind::plane;
     }
-    const Vec3 carried_m = begins_ ? modes.origin_m(p.id) - tool.foot_m({step.start_m, step.start_turn}, p.id.foot) : Vec3{};
+    const Vec3 carried_m = begins_ ? modes.origin_m(p.id) - tool.foot_m(start, p.id.foot) : Vec3{};
     const PrimitiveState state =
         contact ? contact->state
                 : model.law().at_foot(step.balance, p.id, [&](const Balance& at) { return state_at(set.primitives(), i, at); });

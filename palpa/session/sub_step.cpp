@@ -46,6 +46,7 @@ double gap_slope_n(const PlacedPrimitive& placed, const Vec3& force_n, const Vec
 
 double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m,
                         double time_step_s, double turning_radius_m) noexcept {
+  if (placed.empty()) return balance.error_bound_m;
   const double k = stiffness_n_per_m;
   const auto size_of = [](const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
