@@ -164,7 +164,6 @@ const Balance& ContactProblem::balance_of_nothing(const StepContext& context) no
   set_.clear(context.start.position_m);
   contacts_.clear();
   law_.begin_move(start_ = context.start);
-  work_.spend(1);
   return found_ = law_.solve(set_, context.probe, stiffness_n_per_m_, context.time_step_s);
 }
 

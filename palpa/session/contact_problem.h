@@ -72,7 +72,7 @@ class ContactProblem {
   bool revert_prediction() noexcept;
   /// Valid until the next.
   const Balance& balance(const Pose& probe, double time_step_s) noexcept;
-  /// Of a whole move in which no mode places a primitive.
+  /// Of a whole move in which no mode places a primitive. Spends no work.
   const Balance& balance_of_nothing(const StepContext& context) noexcept;
   const Balance& last_balance() const noexcept { return found_; }
   /// Pose of a balance of this move for the device at `probe` [m].

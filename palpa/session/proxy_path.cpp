@@ -149,21 +149,18 @@ const Walk& ProxyPath::walk(const Pose& probe, double time_step_s) noexcept {
   return walk_;
 }
 
-// Without an enabled mode there is no primitive, and no event.
+// Without an enabled mode there is no primitive, and no event. The balance is at the probe, so that nothing is stretched or
+// released.
 void ProxyPath::go_with_probe() noexcept {
   const ProbeSegment segment = queue_.front();  // the whole path: none is ever left
   const StepContext context{state_.proxy, segment.to, segment.time_s, stiffness_n_per_m_, 1.0};
-  work_.spend(modes_.work());
-  Move made;
-  made.to_pose = model_.pose_of(model_.balance_of_nothing(context), segment.to);
-  state_.proxy = made.to_pose;
-  const Vec3 way_m = made.to_pose.position_m - context.start.position_m;
-  const double moved_m = tool_.length_m(segment.from, segment.to), went_m = norm(way_m);
-  if (went_m > moved_m) walk_.released_m.way_m += (1.0 - moved_m / went_m) * way_m;
+  work_.spend(modes_.work() + 1);
+  state_.proxy = model_.pose_of(model_.balance_of_nothing(context), segment.to);
   queue_.pop(segment, tool_);
   state_.followed = queue_.processed_up_to();
   moments_.follow();
-  log(segment, made, context, false);
+  static constexpr Move whole;
+  log(segment, whole, context, false);
   walk_.proxy = state_.proxy;
   walk_.followed = state_.followed;
   walk_.work = work_.spent();

@@ -36,7 +36,7 @@ void StepRecord::end(bool settles, double spacing_m, const ContactProblem& model
   step.first_primitive = static_cast<std::uint32_t>(placed_.size());
   step.primitives = 0;
   if (!model.set().empty()) add_rows(step, model, modes);
-  complete(step, placed().subspan(step.first_primitive));
+  complete(step, placed().last(step.primitives));
   if (!is_one) return;
   *before = step;
   --size_;

@@ -46,7 +46,6 @@ double gap_slope_n(const PlacedPrimitive& placed, const Vec3& force_n, const Vec
 
 double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m,
                         double time_step_s, double turning_radius_m) noexcept {
-  if (placed.empty()) return balance.error_bound_m;
   const double k = stiffness_n_per_m;
   const auto size_of = [](const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
@@ -97,7 +96,7 @@ namespace {
 void complete(SubStep& step, std::span<const PlacedPrimitive> placed) noexcept {
   const double k = step.stiffness_n_per_m;
   double& bound_m = step.balance.error_bound_m;
-  bound_m = recorded_bound_m(placed, step.balance, k, step.time_step_s, step.turning_radius_m);
+  if (!placed.empty()) bound_m = recorded_bound_m(placed, step.balance, k, step.time_step_s, step.turning_radius_m);
   if (step.balance.status == BalanceStatus::exact && bound_m > exact_bound_m) step.balance.status = BalanceStatus::capped;
   const auto energy_j = [&](const Vec3& x) {
     return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
