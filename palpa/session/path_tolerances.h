@@ -1,7 +1,12 @@
 // Tolerances of the proxy's path, relative to the finest spacing near it.
 #pragma once
 
+#include <limits>
+
 namespace palpa::path_tolerances {
+
+/// No limit.
+inline constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 /// [1] A closer position is on a level; less: contact lost to rounding, more: soft contact.
 inline constexpr double contact_tolerance = 1e-9;
