@@ -5,7 +5,7 @@
 
 namespace palpa::path_tolerances {
 
-/// No limit.
+/// [1] No limit, of shares and lengths alike.
 inline constexpr double unbounded = std::numeric_limits<double>::infinity();
 
 /// [1] A closer position is on a level; less: contact lost to rounding, more: soft contact.
