@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "palpa/data/parallel.h"
+#include "palpa/data/row_samples.h"
 #include "palpa/data/unread_grid.h"
 
 namespace palpa::detail {
@@ -25,13 +26,13 @@ struct Found {
   }
 };
 
-/// Number of finite voxels of a row in `step`, from one to before another.
+/// Number of finite voxels of samples, from one to before another.
 template <int Components, class T>
-std::int64_t finite_voxels(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to,
-                           std::int64_t step) noexcept {
+std::int64_t finite_voxels(const T* voxels, std::int64_t width, const RowSamples& rows, std::int64_t from,
+                           std::int64_t to) noexcept {
   std::int64_t count = 0;
-  for (std::int64_t row = from; row < to; row += step) {
-    const T* voxel = voxels + row * width * Components;
+  for (std::int64_t sample = from; sample < to; ++sample) {
+    const T* voxel = voxels + rows[sample] * width * Components;
     for (std::int64_t v = 0; v < width; ++v, voxel += Components) {
       T poison{};
       for (int c = 0; c < Components; ++c) poison += voxel[c] - voxel[c];
@@ -41,9 +42,9 @@ std::int64_t finite_voxels(const T* voxels, std::int64_t width, std::int64_t fro
   return count;
 }
 
-/// Range over rows in `step`, from one to before another. By value in lanes, which the compiler vectorises.
+/// Range over samples, from one to before another. By value in lanes, which the compiler vectorises.
 template <int Components, class T>
-Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to, std::int64_t step) noexcept {
+Found find_range(const T* voxels, std::int64_t width, const RowSamples& rows, std::int64_t from, std::int64_t to) noexcept {
   constexpr std::int64_t lanes = 48;                 // [values] of whole registers and whole voxels
   T least[lanes], greatest[lanes], poison[lanes]{};  // the last: NaN after a value that was not finite
   std::fill(least, least + lanes, std::numeric_limits<T>::max());
@@ -57,19 +58,19 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
     least[lane] = value < least[lane] ? value : least[lane];
     greatest[lane] = value > greatest[lane] ? value : greatest[lane];
   };
-  const std::int64_t rows_at_once = step == 1 ? to - from : 1, values = rows_at_once * width * Components;
-  for (std::int64_t row = from; row < to; row += step * rows_at_once) {
-    const T* value = voxels + row * width * Components;
+  const std::int64_t at_once = rows.step == 1 ? to - from : 1, values = at_once * width * Components;
+  for (std::int64_t sample = from; sample < to; sample += at_once) {
+    const T* value = voxels + rows[sample] * width * Components;
     std::int64_t v = 0;
     for (; v + lanes <= values; v += lanes) {
       for (std::int64_t lane = 0; lane < lanes; ++lane) take(value[v + lane], lane);
     }
     for (std::int64_t lane = 0; v < values; ++v, ++lane) take(value[v], lane);
   }
-  Found found{.valid = (to - from + step - 1) / step * width};
+  Found found{.valid = (to - from) * width};
   if constexpr (std::is_floating_point_v<T>) {
     if (std::any_of(poison, poison + lanes, [](T bad) { return bad != T{}; }))
-      found.valid = finite_voxels<Components>(voxels, width, from, to, step);
+      found.valid = finite_voxels<Components>(voxels, width, rows, from, to);
   }
   for (int c = 0; c < Components; ++c) {
     for (std::int64_t lane = c + Components; lane < lanes; lane += Components) {
@@ -83,16 +84,15 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
 
 /// Ranges of all components, on all cores.
 template <class T>
-Found find_ranges(const T* voxels, int components, std::int64_t width, std::int64_t rows, std::int64_t step) {
+Found find_ranges(const T* voxels, int components, std::int64_t width, const RowSamples& rows) {
   constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: thread overhead; more: idle cores
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Found all;
   all.ranges.fill({infinity, -infinity});
   std::mutex joining;
-  in_parts((rows + step - 1) / step, worth_a_thread / width + 1, [&](std::int64_t first, std::int64_t last) {
-    const std::int64_t from = first * step, to = std::min(last * step, rows);
+  in_parts(rows.count(), worth_a_thread / width + 1, [&](std::int64_t first, std::int64_t last) {
     const Found found =
-        components == 1 ? find_range<1>(voxels, width, from, to, step) : find_range<3>(voxels, width, from, to, step);
+        components == 1 ? find_range<1>(voxels, width, rows, first, last) : find_range<3>(voxels, width, rows, first, last);
     const std::lock_guard lock(joining);
     all.join(found);
   });
@@ -113,11 +113,11 @@ VoxelFacts facts_of(const GridGeometry& geometry, const Voxels& voxels, std::int
       }
       return;
     }
-    const std::int64_t width = geometry.dims[0], rows = geometry.dims[1] * geometry.dims[2];
-    const std::int64_t step = is_felt ? 1 : one_row_in;
-    const Found found = find_ranges(values, voxels.components, width, rows, step);
+    const std::int64_t width = geometry.dims[0];
+    const RowSamples rows{geometry.dims[1] * geometry.dims[2], is_felt ? 1 : one_row_in};
+    const Found found = find_ranges(values, voxels.components, width, rows);
     facts.ranges = found.ranges;
-    facts.valid_share = static_cast<double>(found.valid) / static_cast<double>((rows + step - 1) / step * width);
+    facts.valid_share = static_cast<double>(found.valid) / static_cast<double>(rows.count() * width);
   });
   return facts;
 }

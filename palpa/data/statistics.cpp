@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 #include <mutex>
-#include <numbers>
 #include <numeric>
 #include <type_traits>
 
@@ -13,6 +12,7 @@
 #include "palpa/data/halton.h"
 #include "palpa/data/octave_parts.h"
 #include "palpa/data/parallel.h"
+#include "palpa/data/row_samples.h"
 
 namespace palpa {
 namespace {
@@ -28,19 +28,6 @@ constexpr std::int64_t parts = 16;
 /// Numbers of samples, in order: of rows of a grid, places, stored numbers.
 struct Part {
   std::int64_t first = 0, last = 0;
-};
-
-/// Samples of the rows of a grid: one row of each `step`.
-struct Rows {
-  std::int64_t all = 0, step = 1;  ///< numbers of rows
-
-  std::int64_t samples() const noexcept { return (all + step - 1) / step; }
-  /// At shares of the steps that no plane of the grid has in common: multiples of the golden ratio.
-  std::int64_t operator[](std::int64_t sample) const noexcept {
-    const double turns = static_cast<double>(sample) * std::numbers::phi;
-    const auto width = static_cast<double>(std::min(step, all - sample * step));
-    return sample * step + static_cast<std::int64_t>((turns - std::floor(turns)) * width);
-  }
 };
 
 /// Sums over the values of a part. The first pass finds the smallest and largest value; the second counts values in classes
@@ -70,7 +57,7 @@ struct Sums {
 
 /// Calls `each(value, index of the voxel, 1)` with every finite value of some rows of a grid.
 template <class T, class Each>
-void for_each_value(const GridView& grid, const T* voxels, const Rows& rows, const Part& part, Each&& each) {
+void for_each_value(const GridView& grid, const T* voxels, const detail::RowSamples& rows, const Part& part, Each&& each) {
   const std::int64_t width = grid.geometry.dims[0];
   for (std::int64_t sample = part.first; sample < part.last; ++sample) {
     const std::int64_t begin = rows[sample] * width;
@@ -92,13 +79,13 @@ void for_each_value(const GridView& grid, const T* voxels, const Rows& rows, con
 /// Frequency of each stored number in rows of a grid, by the number minus the least of its type: short types have few, from
 /// which the statistics follow in a fraction of the time of visiting each value.
 template <class T>
-std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, const Rows& rows) {
+std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, const detail::RowSamples& rows) {
   constexpr std::int64_t least_rows = 256;  // [1] for a thread of its own. More: idle cores; fewer: tables cost more
   constexpr auto numbers = std::size_t{1} << (8 * sizeof(T));
   const std::int64_t width = grid.geometry.dims[0];
   std::vector<std::int64_t> times(numbers, 0);
   std::mutex mutex;
-  detail::in_parts(rows.samples(), least_rows, [&](std::int64_t first, std::int64_t last) {
+  detail::in_parts(rows.count(), least_rows, [&](std::int64_t first, std::int64_t last) {
     std::vector<std::int64_t> here(numbers, 0);
     for (std::int64_t sample = first; sample < last; ++sample) {
       const T* const begin = voxels + rows[sample] * width;
@@ -112,9 +99,9 @@ std::vector<std::int64_t> times_stored(const GridView& grid, const T* voxels, co
 
 /// Index of the first voxel, in rows of a grid, that stores a number; it exists.
 template <class T>
-std::int64_t first_with(const GridView& grid, const T* voxels, const Rows& rows, T stored) {
+std::int64_t first_with(const GridView& grid, const T* voxels, const detail::RowSamples& rows, T stored) {
   const std::int64_t width = grid.geometry.dims[0];
-  for (std::int64_t sample = 0; sample < rows.samples(); ++sample) {
+  for (std::int64_t sample = 0; sample < rows.count(); ++sample) {
     const T* const begin = voxels + rows[sample] * width;
     if (const T* const found = std::find(begin, begin + width, stored); found != begin + width) return found - voxels;
   }
@@ -181,7 +168,7 @@ Statistics looked_at(std::int64_t samples, const ForValues& for_values) {
 
 /// `looked_at` from the frequencies of stored numbers.
 template <class T>
-Statistics of_stored(const GridView& grid, const T* voxels, const Rows& rows) {
+Statistics of_stored(const GridView& grid, const T* voxels, const detail::RowSamples& rows) {
   const std::vector<std::int64_t> times = times_stored(grid, voxels, rows);
   Statistics found = looked_at(std::ssize(times), [&](const Part& part, const auto& each) {
     for (std::int64_t n = part.first; n < part.last; ++n) {
@@ -278,12 +265,12 @@ Statistics statistics(const Field& field, std::int64_t most) {
   }
   const auto& dims = grid->geometry.dims;
   const std::int64_t step = std::max<std::int64_t>(1, (grid->geometry.voxels() + most - 1) / std::max<std::int64_t>(most, 1));
-  const Rows rows{dims[1] * dims[2], step};
+  const detail::RowSamples rows{dims[1] * dims[2], step};
   Statistics found = detail::with_values_of(grid->voxels, [&]<class T>(const T* voxels) {
     if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
       if (grid->voxels.components == 1) return of_stored(*grid, voxels, rows);
     }
-    return looked_at(rows.samples(),
+    return looked_at(rows.count(),
                      [&](const Part& part, const auto& each) { for_each_value(*grid, voxels, rows, part, each); });
   });
   found.one_in = step;
@@ -297,8 +284,9 @@ Statistics statistics(std::span<const FieldPtr> grids) {
   const auto for_grids = [&](const Part& part, const auto& each) {
     for (std::int64_t n = part.first; n < part.last; ++n) {
       const GridView& grid = *grid_behind(*grids[static_cast<std::size_t>(n)]);
-      const Rows rows{grid.geometry.dims[1] * grid.geometry.dims[2]};
-      detail::with_values_of(grid.voxels, [&](const auto* voxels) { for_each_value(grid, voxels, rows, {0, rows.all}, each); });
+      const detail::RowSamples rows{grid.geometry.dims[1] * grid.geometry.dims[2]};
+      detail::with_values_of(grid.voxels,
+                             [&](const auto* voxels) { for_each_value(grid, voxels, rows, {0, rows.rows}, each); });
     }
   };
   Statistics found = looked_at(std::ssize(grids), for_grids);

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "palpa/data/analytic.h"
+#include "palpa/data/row_samples.h"
 #include "palpa/data/timed_field.h"
 #include "tests/data/test_fields.h"
 
@@ -298,7 +299,9 @@ void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int co
   }
   std::vector<ValueRange> ranges(components, {infinity, -infinity});
   double all = 0.0, valid = 0.0;
-  for (std::int64_t row = 0; row < geometry.dims[1] * geometry.dims[2]; row += one_row_in) {
+  const detail::RowSamples rows{geometry.dims[1] * geometry.dims[2], one_row_in};
+  for (std::int64_t sample = 0; sample < rows.count(); ++sample) {
+    const std::int64_t row = rows[sample];
     for (std::int64_t i = 0; i < geometry.dims[0]; ++i) {
       bool is_valid = true;
       for (int c = 0; c < components; ++c) {

@@ -106,6 +106,8 @@ TEST(Statistics, OfSomeRowsKnowABallWhateverTheStep) {
     const Statistics some = statistics(*field, n * n * n / step);
     EXPECT_NEAR(some.mean, mean, 0.15 * mean) << step;
     EXPECT_EQ(some.max, 100.0) << step;
+    const GridView& grid = *grid_behind(*field);
+    EXPECT_EQ(preview_grid_field(grid.geometry, grid.voxels, 1.0, 0.0, step)->value_ranges()[0].max, 100.0) << step;
   }
 }
 
