@@ -93,9 +93,9 @@ void simplify(Shape& surface, std::size_t most_triangles) {
   const std::size_t corners =
       meshopt_simplify(kept[0].data(), surface.triangles[0].data(), 3 * kept.size(), positions_m[0].data(), positions_m.size(),
                        sizeof(positions_m[0]), 3 * most_triangles, any_error, 0, nullptr);
-  kept.resize(corners / 3);
   std::vector<std::uint32_t> numbers(positions_m.size());
   const std::size_t points = meshopt_optimizeVertexFetchRemap(numbers.data(), kept[0].data(), corners, numbers.size());
+  kept.resize(corners / 3);
   const auto keep = [&](auto& all) {
     if (all.empty()) return;
     std::remove_reference_t<decltype(all)> of_kept(points);

@@ -63,8 +63,8 @@ export class Feeler {
   private said: string[] = [];
   private ticks = 0;
   private t_s = 0;
-  private spent_ms = 0; // by so many last ticks
-  private spent_in = 0;
+  private spent_ms = 0;
+  private spent_in = 0; // so many last ticks
 
   constructor(readonly module: Module) {
     this.files = module.handle('palpa_files_new');
