@@ -180,7 +180,11 @@ bool Exchange::take_first(std::string_view text) {
 }
 
 bool Exchange::take_answer(std::string_view text) {
-  if (!is_awaiting_) return refuse(unasked);
+  if (!is_awaiting_) {  // no later message certainly answers its request
+    answers_in_time_ = 0;
+    fault_of_link_ = unasked;
+    return refuse(unasked);
+  }
   look_at_age();
   is_awaiting_ = false;
   const bool had_arm = view_.arm.has_value();

@@ -281,6 +281,17 @@ TEST(Inverse3Exchange, FindsALateAnswer) {
   EXPECT_GE(messages_to_trust(program) + 1, answers_to_trust);
 }
 
+TEST(Inverse3Exchange, HasNoForceAfterAMessageThatWasNotRequested) {
+  Program program;
+  ASSERT_TRUE(program.is_felt(force_n));
+  while (program.is_awaiting) program.take_answer();
+  program.take(program.service.text(force_n));
+  program.write(force_n);
+  EXPECT_EQ(program.sent.back().force_n, Vec3{});
+  EXPECT_GE(messages_to_trust(program) + 1, answers_to_trust);
+  EXPECT_EQ(program.connections, 1) << "one alone costs no connection";
+}
+
 TEST(Inverse3Exchange, AnOldStateHasNoPosition) {
   Program program;
   ASSERT_TRUE(program.is_felt(force_n));
@@ -482,7 +493,10 @@ class RandomEvents {
   }
   void answer() {
     if (!program_.is_open || (!program_.is_awaiting && !choices_.one_in(50))) return;
-    if (program_.is_awaiting) witness_.answer(program_);
+    if (program_.is_awaiting)
+      witness_.answer(program_);
+    else
+      witness_.answers_in_time = 0;
     program_.take_answer();
   }
   void change() {

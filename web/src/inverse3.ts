@@ -27,11 +27,10 @@ const longest_step_s = 1; // of palpa_loop_tick
 const late_s = 0.01;
 // Of ticks without messages, so that the guard falls and the page shows it. Longer: shown later; shorter: idle work.
 const idle_tick_s = 0.02;
-// A message that comes sooner after the one before, or after the answer to that, is answered a millisecond later: a service that
-// answers at once would keep a processor busy with ticks that no hand feels, and messages that nobody asked for come meanwhile, and
-// are refused. Longer: a fast service is felt at half its rate; shorter: idle work, and old positions by a service that floods.
+// A message that comes sooner after the one before, or that had come before the last request was sent, is answered a millisecond
+// later: a service that answers at once would keep a processor busy with ticks that no hand feels, and messages without a request
+// come meanwhile, and are refused. Longer: a fast service is felt at half its rate; shorter: idle work.
 const shortest_interval_s = 4e-4;
-const shortest_answer_s = 1e-4;
 // Advance of the date beyond the timer's by which the machine slept. Longer: a shorter sleep is not found; shorter: a date that is
 // set anew costs the force.
 const shortest_sleep_ms = 20;
@@ -68,9 +67,10 @@ export class Inverse3 {
   private begins_anew = false;
   private is_fresh = false; // a message was taken since the last tick
   private is_paced = false; // its answer follows after a millisecond
+  private readonly behind_unread = new MessageChannel(); // its markers arrive behind messages that lie unread
+  private markers = 0; // on their way
   private taken_s = 0;
   private ticked_s = 0;
-  private sent_s = 0;
   private words = '';
 
   /** probe: address of a palpa_probe with its size set. failed: the module cannot be called any more. */
@@ -83,6 +83,7 @@ export class Inverse3 {
     this.fault_at = module.room(4);
     this.taken = module.room(most_taken_bytes);
     this.given = module.room(most_given_bytes);
+    this.behind_unread.port1.onmessage = () => (this.markers -= 1);
   }
 
   /** State in words; '': the device is felt, or not in use. */
@@ -159,7 +160,7 @@ export class Inverse3 {
     const now_s = this.clock.now_s();
     const is_taken = this.module.call('palpa_inverse3_take', this.handle, this.taken, bytes, now_s) === 0;
     this.is_fresh ||= is_taken;
-    const is_early = now_s - this.taken_s < shortest_interval_s || now_s - this.sent_s < shortest_answer_s;
+    const is_early = this.markers > 0 || now_s - this.taken_s < shortest_interval_s;
     this.taken_s = now_s;
     if (this.is_paced) return;
     if (!is_early) return this.work();
@@ -221,7 +222,8 @@ export class Inverse3 {
     const bytes = this.module.call('palpa_inverse3_give', this.handle, this.given, most_given_bytes, now_s);
     if (bytes === 0) return;
     socket.send(this.decoder.decode(this.module.bytes(this.given, bytes)));
-    this.sent_s = now_s;
+    this.markers += 1;
+    this.behind_unread.port2.postMessage(null);
   }
 
   private close(): void {
