@@ -106,6 +106,7 @@ bool is_opened(Driver& driver, const std::function<void()>& act) {
   act();
   const bool opened = Driver::wait_for([&] { return done; }, 60'000);
   QObject::disconnect(told);
+  if (!opened) ADD_FAILURE() << "not opened; the window: " << driver.message().toStdString();
   return opened;
 }
 
@@ -131,7 +132,8 @@ void choose_file(const fs::path& file, const std::function<void()>& act) {
     if (!name || !buttons) return;
     if (++ticks > 100) return dialog->reject();
     const QString wanted = QString::fromStdString(file.string());
-    if (name->text() != wanted) {
+    // A row that is selected in the list, which is filled meanwhile, counts before the name.
+    if (name->text() != wanted || dialog->selectedFiles() != QStringList(wanted)) {
       name->selectAll();
       QTest::keyClicks(name, wanted);
     } else {
