@@ -23,7 +23,7 @@ struct InfoLine {
 InfoArguments arguments_of(InfoLine given, bool scene) {
   InfoArguments& info = given.info;
   info.read.preview = true;
-  info.read.checksums = info.json;
+  info.read.checksums = info.json ? Checksums::now : Checksums::none;
   info.request = request_of(given.how);
   for (const std::string& position : given.at_m) info.places.push_back(asked_place_m(position));
   for (const std::string& place : given.at) info.places.push_back(asked_place(place));

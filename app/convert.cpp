@@ -43,7 +43,7 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   if (!arguments.crop.empty()) arguments.options.crop = range_of(arguments.crop);
   detail::refuse_web_address(arguments.out, "palpa convert");
   const std::string& in = arguments.request.files.front().string();
-  arguments.read.checksums = false;
+  arguments.read.checksums = Checksums::none;
   const bool to_store = is_store(arguments.out);
   if (!to_store && (arguments.options.shares_store || arguments.options.zarr != 0))
     throw LoadError("--part, --zarr: are of stores alone; name OUT.zarr");

@@ -86,7 +86,7 @@ void add_files(InfoTable& table, const Volume& volume) {
   std::uint64_t bytes = 0;
   Json& files = table.json["files"] = Json::array();
   for (const SourceFile& source : volume.files) {
-    files.push_back({{"path", source.path}, {"bytes", source.bytes}, {"sha256", source.sha256}});
+    files.push_back({{"path", source.path}, {"bytes", source.bytes}, {"sha256", source.sha256.text()}});
     bytes += source.bytes;
   }
   table.words += line("format", fmt::format("{}, {} {}, {}", format_words(volume.format), files.size(),

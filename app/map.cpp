@@ -117,7 +117,7 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
     pictures = &pictures_for(arguments.picture.string());
   }
   ReadOptions read = arguments.read;
-  read.checksums = true;
+  read.checksums = Checksums::now;
   LoadedScene loaded;
   {
     const Progress progress("loading " + arguments.scene.filename().string());

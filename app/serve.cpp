@@ -384,7 +384,7 @@ int run_serve(const ServeArguments& arguments, const std::atomic<bool>& stop) {
   if (!options.out.empty()) expect_new(options.out);
   std::optional<Progress> progress(std::in_place, "loading " + options.scene.filename().string());
   ReadOptions read = options.read;
-  read.checksums = !options.out.empty();
+  read.checksums = options.out.empty() ? Checksums::none : Checksums::later;
   House house{arguments, load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options),
               tokens};
   progress.reset();

@@ -139,7 +139,7 @@ class Data {
     if (!wanted_.beside.empty()) {
       VolumeRequest beside;
       beside.files = {fs::absolute(wanted_.beside)};
-      beside_ = read_volume(beside, {.stop = stop_});
+      beside_ = read_volume(beside, {.checksums = Checksums::later, .stop = stop_});
     }
     Opened opened{.loaded = suggested(), .scene_file = {}, .trace = {}, .title = title()};
     opened.request = request_, opened.notes = notes_;
@@ -161,12 +161,12 @@ class Data {
       const bool several = found.series.size() > 1 && request_.series.empty();
       if (!wanted_.is_decided && (several || !found.alternatives.empty())) throw Enough();
     };
-    file_ = read_volume_file(request_, {.stop = stop_, .found = ask});
+    file_ = read_volume_file(request_, {.checksums = Checksums::later, .stop = stop_, .found = ask});
     std::optional<VolumeRequest> better = as_directions(request_, file_, {.stop = stop_});
     if (!better) better = with_vectors_joined(request_, file_.volume);
     if (!better) return;
     request_ = *better;
-    file_ = read_volume_file(request_, {.stop = stop_});
+    file_ = read_volume_file(request_, {.checksums = Checksums::later, .stop = stop_});
   }
 
   LoadedScene suggested() {
@@ -276,7 +276,7 @@ Found open_or_ask(const Wanted& wanted, const std::vector<fs::path>& data_folder
       throw LoadError(path.string() + ": there is no such file or folder; check the name");
   }
   const fs::path& path = wanted.paths.front();
-  const ReadOptions read{.stop = stop};
+  const ReadOptions read{.checksums = Checksums::later, .stop = stop};
   if (is_trace(path)) {
     Opened opened = opened_traces(traces_in(path), data_folders, read);
     opened.second_trace = wanted.second_trace;

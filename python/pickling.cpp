@@ -109,7 +109,7 @@ VolumeRequest request_of(const py::handle& state) {
 using FileFacts = std::tuple<std::string, std::uint64_t, std::string>;
 std::vector<FileFacts> facts_of(const std::vector<SourceFile>& files) {
   std::vector<FileFacts> facts;
-  for (const SourceFile& file : files) facts.emplace_back(file.path, file.bytes, file.sha256);
+  for (const SourceFile& file : files) facts.emplace_back(file.path, file.bytes, file.sha256.text());
   return facts;
 }
 std::vector<SourceFile> files_of(const py::handle& facts) {

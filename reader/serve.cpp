@@ -45,40 +45,49 @@ void limit_memory([[maybe_unused]] std::uint64_t bytes) {
 #endif
 }
 
-/// Checks a source's files and, if requested, computes checksums, in a thread that starts at once; the thread in `finished`
+/// Checks a source's files and, if requested, computes checksums, in threads that start at once; the thread in `finished`
 /// helps.
-class Checksums {
+class FileChecks {
  public:
   /// \param request  with which the source was opened
-  Checksums(const Source& source, const protocol::Request& request)
-      : source_(source), request_(request), wanted_(request.checksums), files_(source.files.size()) {
-    other_ = std::async(std::launch::async, [this] {
-      work();
-      source_.check_files();
-    });
+  FileChecks(const Source& source, const protocol::Request& request)
+      : source_(source),
+        request_(request),
+        files_(source.files.size()),
+        checked_(std::async(std::launch::async, [this] { source_.check_files(); })),
+        computed_(std::async(std::launch::async, [this] { work(); })) {}
+
+  /// The files without checksums, once they are checked.
+  std::vector<SourceFile> checked() {
+    checked_.get();
+    std::vector<SourceFile> files;
+    for (const std::string& file : source_.files) files.push_back({path_of(file), file_bytes(path_of(file)), {}});
+    return files;
   }
 
   std::vector<SourceFile> finished() {
     work();
-    other_.get();
+    computed_.get();
+    if (checked_.valid()) checked_.get();
     return std::move(files_);
   }
 
  private:
   void work() {
     for (std::size_t f = next_++; f < files_.size(); f = next_++) {
-      const bool is_unpacked = !request_.packed.empty() && source_.files[f] == request_.path;
-      const std::string& path = is_unpacked ? request_.packed : source_.files[f];
-      files_[f] = {path, file_bytes(path), wanted_ ? detail::sha256_of_file(path) : std::string()};
+      const std::string& path = path_of(source_.files[f]);
+      files_[f] = {path, file_bytes(path), request_.checksums == Checksums::none ? "" : detail::sha256_of_file(path)};
     }
+  }
+  const std::string& path_of(const std::string& file) const {
+    return !request_.packed.empty() && file == request_.path ? request_.packed : file;
   }
 
   const Source& source_;
   const protocol::Request& request_;
-  const bool wanted_;
   std::vector<SourceFile> files_;
   std::atomic<std::size_t> next_ = 0;
-  std::future<void> other_;
+  std::future<void> checked_, computed_;
 };
 
 /// Reports complete voxels and their files to the caller; a long list is sent in several messages.
@@ -91,7 +100,7 @@ void send_done(int socket, const Source& source, const std::vector<SourceFile>& 
       protocol::send(socket, done);
       done = {}, bytes = 0;
     }
-    bytes += file.path.size() + file.sha256.size() + 32;
+    bytes += file.path.size() + file.sha256.text().size() + 32;
     done.files.push_back(file);
   }
   done.resampled = source.resampled;
@@ -161,7 +170,7 @@ void answer(int socket, Open open, bool unpacks) {
   check_request(request, *source);
   if (!protocol::send(socket, source->header)) return;
   if (request.rows) return serve_rows(socket, *source);
-  Checksums checks(*source, request);
+  FileChecks checks(*source, request);
 
   bool garbled = false;
   auto second = protocol::receive(socket, garbled);
@@ -170,13 +179,17 @@ void answer(int socket, Open open, bool unpacks) {
   const auto offsets = protocol::place(source->header, room);
   if (!offsets || room.frames != source->frames_read) return;
   limit_memory(offsets->back() + source->header.working_bytes);
-  const protocol::Memory memory = protocol::mapped({second->descriptor, second->second_descriptor}, offsets->back(), true);
-  std::vector<std::byte*> to;
-  for (std::size_t n = 0; n + 1 < offsets->size(); ++n) to.push_back(memory.all.get() + (*offsets)[n]);
-
-  source->put = [&](std::byte* place, const std::byte* from, std::uint64_t bytes_put) { memory.write(place, from, bytes_put); };
-  source->read(room.fields, to);
-  for (std::size_t n = 0; n < to.size(); ++n) put_planes(source->header.fields[room.fields[n % room.fields.size()]], to[n]);
+  {
+    const protocol::Memory memory = protocol::mapped({second->descriptor, second->second_descriptor}, offsets->back(), true);
+    std::vector<std::byte*> to;
+    for (std::size_t n = 0; n + 1 < offsets->size(); ++n) to.push_back(memory.all.get() + (*offsets)[n]);
+    source->put = [&](std::byte* place, const std::byte* from, std::uint64_t bytes_put) {
+      memory.write(place, from, bytes_put);
+    };
+    source->read(room.fields, to);
+    for (std::size_t n = 0; n < to.size(); ++n) put_planes(source->header.fields[room.fields[n % room.fields.size()]], to[n]);
+  }  // the caller can seal only what is not mapped
+  if (request.checksums == Checksums::later) send_done(socket, *source, checks.checked());
   send_done(socket, *source, checks.finished());
 }
 

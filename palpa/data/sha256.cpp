@@ -106,7 +106,7 @@ bool processor_can() {
 
 }  // namespace
 
-std::string sha256_of_file(const std::string& path) {
+std::string sha256_of_file(const std::string& path, std::stop_token stop) {
   const InputFile file(path);
   if (!file.is_open())
     throw LoadError("needs '" + path + "', which " + file.problem() + "; put it back, or check its permissions");
@@ -120,6 +120,7 @@ std::string sha256_of_file(const std::string& path) {
   std::uint64_t bytes = 0;
   std::size_t got = 0;
   while ((got = file.read(bytes, buffer.data(), buffer.size())) == buffer.size()) {
+    if (stop.stop_requested()) return {};
     add(state, buffer.data(), got / 64);
     bytes += got;
   }

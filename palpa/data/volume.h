@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "palpa/data/checksum.h"
 #include "palpa/data/field.h"
 #include "palpa/data/grid.h"
 #include "palpa/data/timed_field.h"
@@ -79,7 +80,7 @@ struct VolumeField {
 struct SourceFile {
   std::string path;
   std::uint64_t bytes = 0;
-  std::string sha256;  ///< hexadecimal
+  Checksum sha256;
 };
 
 struct VolumeRequest;

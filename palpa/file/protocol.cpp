@@ -63,7 +63,8 @@ void unpack(Unpacker& from, Request& m) {
     box.low_m = from.vector(), box.high_m = from.vector();
     return box;
   });
-  m.checksums = from.truth(), m.listing = from.truth(), m.store = from.truth(), m.rows = from.truth();
+  m.checksums = static_cast<Checksums>(std::min<std::uint8_t>(from.number<std::uint8_t>(), 2));
+  m.listing = from.truth(), m.store = from.truth(), m.rows = from.truth();
 }
 
 void pack(Packer& to, const FieldHeader& f) {
@@ -175,7 +176,7 @@ Resampling unpack_resampling(Unpacker& from) {
 }
 
 void pack(Packer& to, const Done& m) {
-  to.list(m.files, [&](const SourceFile& f) { to.text(f.path), to.number(f.bytes), to.text(f.sha256); });
+  to.list(m.files, [&](const SourceFile& f) { to.text(f.path), to.number(f.bytes), to.text(f.sha256.text()); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
   to.list(m.resampled, [&](const Resampling& r) { pack(to, r); });
   to.number(static_cast<std::uint8_t>(m.more));

@@ -46,7 +46,7 @@ struct Request {
   ArrayLayout layout{};                 ///< of that array, lengths in the file's unit
   std::optional<double> time_s{};       ///< [s] of a case with several moments; none: the latest
   std::optional<Box> crop{};            ///< in the file's unit of length: region to resample
-  bool checksums = true;                ///< request the files' checksums
+  Checksums checksums = Checksums::now;  ///< later: a second series of Done follows, with them
   bool listing = false;                 ///< a file of which one array has to be named is answered by a header without fields
   bool store = false;                   ///< chunks are requested one by one (store_protocol.h); only of an OME-Zarr store
   bool rows = false;                    ///< rows of slices are requested one by one, if the header permits (`reads_rows`)

@@ -22,6 +22,7 @@
 #include "palpa/file/components.h"
 #include "palpa/file/derive_store.h"
 #include "palpa/file/fetch_process.h"
+#include "palpa/file/late_checksums.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_packed.h"
 #include "palpa/file/raw_file.h"
@@ -117,7 +118,7 @@ GridGeometry in_metres(const GridGeometry& grid, double metres_per_unit) {
 
 /// Request to the reader. Lengths of a VolumeRequest are in metres, those of the file in its unit, known if the request names
 /// it; formats with keys of length are in metres themselves.
-protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit, bool checksums) {
+protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit, Checksums checksums) {
   const PlaceInFile place = place_in_file(request.files.front());
   protocol::Request ask{place.file.string(), request.as, request.frame, limit};
   for (std::size_t f = 1; f < request.files.size(); ++f) ask.partners.push_back(request.files[f].string());
@@ -355,7 +356,9 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
 }
 
 /// Reads a file of bare numbers: mapped for display; else copied, unless it would fill more than half of the memory.
-void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, VolumeFile& result) {
+/// \param ends  ends checksums
+void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options,
+              const std::stop_source& ends, VolumeFile& result) {
   Volume& volume = result.volume;
   if (protocol::is_packed(ask.path) && std::filesystem::path(ask.path).extension() == ".gz")
     throw LoadError("is packed by gzip, and bare numbers are read as they lie; unpack it (gunzip)");
@@ -366,10 +369,14 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   const bool in_place = file.kept_in_place() && (options.preview || large);
   if (!in_place) check_size(plan, options, ask.max_bytes);
 
-  std::future<std::string> checksum;
-  if (options.checksums) checksum = std::async(std::launch::async, detail::sha256_of_file, ask.path);
+  Checksum checksum;
+  if (options.checksums != Checksums::none) {
+    const auto compute = [path = ask.path, stop = ends.get_token()] { return std::vector{detail::sha256_of_file(path, stop)}; };
+    checksum = {detail::checksums_by(compute, ends), 0};
+  }
   const std::shared_ptr<const std::byte> voxels = in_place ? file.mapped() : file.copied();
-  protocol::Done done{{{ask.path, bytes_of(ask.path), checksum.valid() ? checksum.get() : std::string()}}, {}};
+  if (options.checksums == Checksums::now) checksum = checksum.text();
+  protocol::Done done{{{ask.path, bytes_of(ask.path), checksum}}, {}};
   if (in_place && !options.preview)
     done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
   // A preview must not block on the disk: of large files it reads some rows only. More voxels: slower; fewer: a coarser range.
@@ -389,8 +396,22 @@ FileContents contents_of(const Header& header) {
   return contents;
 }
 
-/// Reads a file by palpa-read.
-void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, VolumeFile& result) {
+/// A whole series of Done. \param work_bytes, memory_bytes  of `ReaderProcess::receive`
+protocol::Done whole_done(detail::ReaderProcess& reader, std::uint64_t work_bytes, std::uint64_t memory_bytes) {
+  protocol::Done done;
+  for (bool more = true; more;) {
+    auto part = expect<protocol::Done>(reader.receive(work_bytes, memory_bytes));
+    done.files.insert(done.files.end(), part.files.begin(), part.files.end());
+    done.warnings.insert(done.warnings.end(), part.warnings.begin(), part.warnings.end());
+    done.resampled = part.resampled;
+    more = part.more && !part.files.empty() && done.files.size() < most_files;
+  }
+  return done;
+}
+
+/// Reads a file by palpa-read. \param ends  ends reading and checksums
+void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options,
+                 const std::stop_source& ends, VolumeFile& result) {
   Volume& volume = result.volume;
   // Usual bound of the expansion of a compressed file. More: a damaged one can take more; less: valid ones are refused.
   constexpr std::uint64_t usual_ratio = 16;
@@ -400,34 +421,37 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   if (packed || protocol::may_be_deflated(ask.path)) unpacked.emplace();
   std::uint64_t file_bytes = bytes_of(ask.path) * (packed ? usual_ratio : 1);
   for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
-  protocol::Done done;
-  Plan plan;
-  std::unique_ptr<detail::SharedMemory> memory;
-  {
-    detail::ReaderProcess reader(detail::find_reader(options.reader), detail::idle_limit_s(ask.path, options), options.stop);
-    reader.send(ask, {fetch ? fetch->socket() : unpacked ? unpacked->file() : -1, -1});
-    Header header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
-    result.contents = contents_of(header);
-    if (options.found) options.found(result.contents);
-    if (const auto& all = result.contents.alternatives; header.fields.empty() && !all.empty())
-      throw LoadError("holds several arrays; name one, as FILE:" + all.front().name);
-    plan = planned(std::move(header), request, volume);
-    check_size(plan, options, ask.max_bytes);
-    check_places(plan);
-    const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
-    memory = std::make_unique<detail::SharedMemory>(bytes);
-    reader.send(plan.room, memory->files());
-    const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (bytes + working_bytes);
-    for (bool more = true; more;) {
-      auto part = expect<protocol::Done>(reader.receive(file_bytes + bytes + working_bytes, memory_bytes));
-      done.files.insert(done.files.end(), part.files.begin(), part.files.end());
-      done.warnings.insert(done.warnings.end(), part.warnings.begin(), part.warnings.end());
-      done.resampled = part.resampled;
-      more = part.more && !part.files.empty() && done.files.size() < most_files;
-    }
+  auto reader = std::make_shared<detail::ReaderProcess>(detail::find_reader(options.reader),
+                                                        detail::idle_limit_s(ask.path, options), ends.get_token());
+  reader->send(ask, {fetch ? fetch->socket() : unpacked ? unpacked->file() : -1, -1});
+  Header header = expect<Header>(reader->receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
+  result.contents = contents_of(header);
+  if (options.found) options.found(result.contents);
+  if (const auto& all = result.contents.alternatives; header.fields.empty() && !all.empty())
+    throw LoadError("holds several arrays; name one, as FILE:" + all.front().name);
+  const Plan plan = planned(std::move(header), request, volume);
+  check_size(plan, options, ask.max_bytes);
+  check_places(plan);
+  const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
+  detail::SharedMemory memory(bytes);
+  reader->send(plan.room, memory.files());
+  const std::uint64_t work_bytes = file_bytes + bytes + working_bytes;
+  const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (bytes + working_bytes);
+  protocol::Done done = whole_done(*reader, work_bytes, memory_bytes);
+  if (options.checksums == Checksums::later) {
+    const auto compute = [=, reader = std::move(reader)]() mutable {
+      const auto ended_here = std::exchange(reader, nullptr);
+      std::vector<std::string> texts;
+      for (const SourceFile& file : whole_done(*ended_here, work_bytes, memory_bytes).files)
+        texts.push_back(file.sha256.text());
+      return texts;
+    };
+    const auto later = detail::checksums_by(compute, ends);
+    for (std::size_t f = 0; f < done.files.size(); ++f) done.files[f].sha256 = {later, f};
   }
+  reader.reset();
   if (fetch) done.files.push_back({ask.path, 0, {}});
-  add_fields(volume, plan, memory->sealed_and_mapped(), done, options.preview ? 1 : 0);
+  add_fields(volume, plan, memory.sealed_and_mapped(), done, options.preview ? 1 : 0);
 }
 
 /// `read_volume_file` of one file without the fields derived of a store; errors are sentences, without its name.
@@ -442,7 +466,10 @@ VolumeFile read_alone(const VolumeRequest& request, const ReadOptions& options) 
     result.volume = std::move(*large);
     return result;
   }
-  (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result);
+  // Checksums may go on after the reading, and end with the data.
+  std::stop_source ends;
+  const std::stop_callback end_too(options.stop, [&] { ends.request_stop(); });
+  (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, ends, result);
   result.volume.request = std::make_shared<const VolumeRequest>(request);
   result.frames = result.volume.frames;
   return result;
@@ -487,7 +514,8 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
 
 /// `open_sliced_file`; errors are sentences, without the file's name.
 std::unique_ptr<SlicedFile> open_one_sliced(const VolumeRequest& request, const ReadOptions& options) {
-  protocol::Request ask = as_asked(request, options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2, false);
+  protocol::Request ask =
+      as_asked(request, options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2, Checksums::none);
   check_file(ask.path);
   if (!ask.layout.type.empty() || !ask.partners.empty() || protocol::is_packed(ask.path) || protocol::is_store(ask.path) ||
       request.frame == VolumeRequest::all_frames)

@@ -43,7 +43,7 @@ struct ReadOptions {
   std::uint64_t max_bytes = 0;   ///< larger voxels are refused before allocation; 0: two thirds of the free memory
   double idle_limit_s = 10.0;    ///< without progress (CPU time or bytes read) the reader is ended; > 0
   bool preview = false;    ///< for display only: a file of bare numbers is mapped, not copied, and a large one read in part
-  bool checksums = true;   ///< of the files, for recordings; without them plain voxels are read twice as fast
+  Checksums checksums = Checksums::now;  ///< of the files, for recordings; later or without them the voxels come sooner
   std::stop_token stop{};  ///< a stop ends the reader within 0.1 s, with a LoadError
   std::function<void(const FileContents&)> found{};  ///< called before the voxels are read; may throw to end the reading
 };

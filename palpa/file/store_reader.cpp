@@ -136,7 +136,7 @@ class StoreReader::State {
     fetch_ = detail::start_fetch(store, options);
     process_ = std::make_unique<detail::ReaderProcess>(detail::find_reader(options.reader), idle_limit_s_, options.stop);
     protocol::Request ask;
-    ask.path = store.string(), ask.store = true, ask.checksums = false;
+    ask.path = store.string(), ask.store = true, ask.checksums = Checksums::none;
     ask.max_bytes = most_bytes(options);
     process_->send(ask, {fetch_ ? fetch_->socket() : -1, -1});
     protocol::Message answer = process_->receive(0, reader_bytes);

@@ -48,7 +48,7 @@ std::vector<std::vector<std::string>> rows_of_files(const std::vector<SourceFile
       i = end;
       continue;
     }
-    for (; i < end; ++i) rows.push_back({names.of_path(files[i].path), files[i].sha256, size(files[i].bytes)});
+    for (; i < end; ++i) rows.push_back({names.of_path(files[i].path), files[i].sha256.text(), size(files[i].bytes)});
   }
   return rows;
 }

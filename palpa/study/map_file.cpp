@@ -33,7 +33,7 @@ std::string header(const std::string& identity) { return std::string(magic) + id
 
 std::string identity_of_map(const Scene& scene, const std::vector<fs::path>& plugins, const MapLattice& lattice) {
   std::string text = std::string("palpa ") + version + "\n" + to_toml(scene) + "\n";
-  for (const SourceFile& file : detail::data_files(scene)) text += "data " + file.sha256 + "\n";
+  for (const SourceFile& file : detail::data_files(scene)) text += "data " + file.sha256.text() + "\n";
   for (const fs::path& plugin : plugins) text += "plugin " + detail::sha256_of_file(plugin.string()) + "\n";
   const auto& [i, j, k] = lattice.points;
   text += detail::text("%d x %d x %d places from %.17g %.17g %.17g m, %.17g m apart\n", i, j, k, lattice.low_m.x,

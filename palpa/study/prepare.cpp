@@ -240,7 +240,7 @@ PreparedRun prepared_with(const std::function<LoadedScene()>& scene, const RunOp
 
 LoadedScene loaded_scene(const RunOptions& options) {
   ReadOptions read = options.read;
-  read.checksums = !options.out.empty();
+  read.checksums = options.out.empty() ? Checksums::none : Checksums::later;
   SceneOptions scene_options = options.scene_options;
   scene_options.thin_parts = true;  // warns of a wall with holes before the run
   return load_scene(options.scene, volume_reader(read), modes_with(options.plugins), scene_options);

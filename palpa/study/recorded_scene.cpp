@@ -27,7 +27,7 @@ void check_data(const std::vector<SourceFile>& recorded, const std::vector<Sourc
     if (i < recorded.size() && i < found.size() && recorded[i].sha256 == found[i].sha256) continue;
     const std::string& path = i < found.size() ? found[i].path : recorded[i].path;
     const std::string was =
-        i < recorded.size() ? recorded[i].path + " with sha256 " + recorded[i].sha256 : std::string("no such file");
+        i < recorded.size() ? recorded[i].path + " with sha256 " + recorded[i].sha256.text() : std::string("no such file");
     throw LoadError(path + ": differs from the recorded file (" + was + "); name the folder of the recorded data with --data");
   }
 }

@@ -79,12 +79,12 @@ struct TraceHeader {
   double device_max_torque_nm = 0.0;  ///< of a tool, as the next; 0: it drives no torque
   double device_max_turn_damping_nms_per_rad = std::numeric_limits<double>::infinity();
   std::uint32_t dead_man_buttons = 0;
-  std::vector<SourceFile> data_files;
-  std::vector<std::uint64_t> seeds;  ///< below 2^63
-  std::vector<std::string> notes;    ///< sentences for the reader: placement of the hand, reasons for little contact
-  bool primitives = false;           ///< balances.csv and primitives.csv exist
-  bool has_tool = false;             ///< a tool with an orientation: ticks.csv and the others have its columns, which say so
-  bool has_octaves = false;          ///< a volume is larger than memory: likewise
+  std::vector<SourceFile> data_files;  ///< a checksum that is not known yet is added by a later `flush`, or `finish`
+  std::vector<std::uint64_t> seeds;    ///< below 2^63
+  std::vector<std::string> notes;      ///< sentences for the reader: placement of the hand, reasons for little contact
+  bool primitives = false;             ///< balances.csv and primitives.csv exist
+  bool has_tool = false;               ///< a tool with an orientation: ticks.csv and the others have its columns, which say so
+  bool has_octaves = false;            ///< a volume is larger than memory: likewise
 };
 
 struct TracedField;
@@ -126,8 +126,8 @@ class TraceWriter {
   void add_note(const std::string& note);
   /// Passes all whole rows to the operating system. Throws LoadError if the disk is full.
   void flush();
-  /// Flushes, closes, and marks the trace as complete. Throws LoadError if the disk is, or was meanwhile, full: the trace then
-  /// stays incomplete.
+  /// Flushes, closes, and marks the trace as complete; waits for the data's checksums. Throws LoadError if the disk is, or was
+  /// meanwhile, full: the trace then stays incomplete.
   void finish();
 
  private:

@@ -124,7 +124,7 @@ std::string header_to_toml(const TraceHeader& header) {
     out += "\n[[data_file]]\n";
     put("path", toml_text(file.path));
     put("bytes", std::to_string(file.bytes));
-    put("sha256", toml_text(file.sha256));
+    put("sha256", toml_text(file.sha256.is_known() ? file.sha256.text() : std::string()));
   }
   return out;
 }

@@ -184,6 +184,16 @@ class TraceWriter::Files {
     }
   }
 
+  bool has_checksums() const {
+    return std::ranges::all_of(header.data_files, [](const SourceFile& file) { return file.sha256.is_known(); });
+  }
+  // A killed recording is felt again only with them.
+  void put_checksums() {
+    if (!lacks_checksums || !has_checksums()) return;
+    replace_header(folder, header);
+    lacks_checksums = false;
+  }
+
   void note_guard(const TickFrame& frame) {
     const Command& command = frame.command;
     if (command.guard == last_guard && command.cause == last_cause) return;
@@ -231,7 +241,8 @@ class TraceWriter::Files {
   std::vector<TracedField> octaves;
   std::vector<std::size_t> sums_written;  // by field
   std::unique_ptr<OutputFile> ticks, modes, events, break_throughs, timing, balances, primitives, works, windows, chunks;
-  double unfelt_j = 0.0;  // since the begin
+  double unfelt_j = 0.0;         // since the begin
+  bool lacks_checksums = false;  // in trace.toml: they were not computed yet
   bool has_told_unfelt = false;
   GuardState last_guard = GuardState::pass;
   GuardCause last_cause = GuardCause::none;
@@ -251,6 +262,7 @@ TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, cons
     detail::write_whole(folder / "scene.toml", scene_text, detail::Existing::refused);
     flush();
     // trace.toml is written last: it marks a folder as a trace.
+    files_->lacks_checksums = !files_->has_checksums();
     replace_header(folder, files_->header);
   } catch (...) {
     files_.reset();
@@ -317,6 +329,7 @@ void TraceWriter::append_event(std::int64_t tick, double t_s, const std::string&
 void TraceWriter::flush() {
   files_->guarded([&] {
     files_->put_chunks();
+    files_->put_checksums();
     files_->each([](OutputFile& file) { file.write(); });
   });
 }
@@ -328,6 +341,7 @@ void TraceWriter::finish() {
     files.put_chunks();
     files.each([](OutputFile& file) { file.close(); });
     files.header.complete = true;
+    for (SourceFile& file : files.header.data_files) file.sha256 = file.sha256.text();
     replace_header(files.folder, files.header);
   });
   files.finished = true;

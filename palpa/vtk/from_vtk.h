@@ -233,7 +233,7 @@ inline Volume resampled(vtkDataSet& data, const FromVtkOptions& options) {
   if (writer->Write() != 1)
     throw LoadError("cannot be resampled: VTK cannot write it into a file on its way; make room, or set TMPDIR");
   ReadOptions read = options.read;
-  read.checksums = false;
+  read.checksums = Checksums::none;
   Volume volume;
   try {
     volume = read_volume(file, read);

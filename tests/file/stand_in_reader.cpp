@@ -149,7 +149,9 @@ int main() {
   void* memory = ::mmap(nullptr, 64, PROT_READ | PROT_WRITE, MAP_SHARED, room->descriptor, 0);
   if (memory == MAP_FAILED) return 4;
   for (int v = 0; v < 64; ++v) static_cast<unsigned char*>(memory)[v] = static_cast<unsigned char>(v);
+  if (part.starts_with("later")) ::munmap(memory, 64);
   send(socket, Done{{{"a file", 1, "00"}}, {"a late warning"}});
-  if (part == "stay") ::pause();
+  if (part == "later") send(socket, Done{{{"a file", 1, "00ff"}}, {}});
+  if (part == "stay" || part == "later hangs") ::pause();
   return 0;
 }

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -92,6 +93,34 @@ TEST_F(StandIn, AWellBehavedReaderGivesAVolumeThatStays) {
   EXPECT_EQ(volume.warnings.back(), "a late warning");
   ::setenv("STAND_IN", "stay", 1);
   EXPECT_NEAR(read().fields[0].field->scalar({1e-3, 1e-3, 1e-3}).value, 21.0, 1e-9);
+}
+
+TEST_F(StandIn, TheVolumeIsThereBeforeItsChecksums) {
+  options_.checksums = Checksums::later;
+  for (const auto& [part, text] : {std::pair("later", "00ff"), {"later ends", ""}, {"later hangs", ""}}) {
+    ::setenv("STAND_IN", part, 1);
+    const Volume volume = read();
+    EXPECT_EQ(volume.files[0].path, "a file");
+    EXPECT_EQ(std::ranges::count(volume.warnings, "a late warning"), 1);
+    EXPECT_EQ(volume.files[0].sha256.text(), text) << part;
+    EXPECT_TRUE(volume.files[0].sha256.is_known());
+    EXPECT_NEAR(volume.fields[0].field->scalar({1e-3, 1e-3, 1e-3}).value, 21.0, 1e-9);
+  }
+}
+
+TEST_F(StandIn, NoReaderThatGoesOnCanWriteTheVoxels) {
+  options_.checksums = Checksums::later;
+  options_.idle_limit_s = 1000.0;
+  expect_error("stay", "cannot be sealed");
+}
+
+TEST_F(StandIn, ChecksumsEndWithTheVolume) {
+  options_.checksums = Checksums::later;
+  options_.idle_limit_s = 1000.0;
+  ::setenv("STAND_IN", "later hangs", 1);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_FALSE(read().files[0].sha256.is_known());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
 }
 
 class StoreStandIn : public StandIn {

@@ -27,7 +27,7 @@ Attempt begin(const test::SetToDamage& set) {
   options.reader = programs_folder() / "palpa-read";
   options.max_bytes = 1'000'000'000;
   options.idle_limit_s = 8.0 * slowness;
-  options.checksums = false;  // which would find damage that a reader passes over
+  options.checksums = Checksums::none;  // which would find damage that a reader passes over
   const auto damaged = std::make_shared<test::DamagedSet>(set, options);
   return [damaged, name = set.name](Choices& choices, const fs::path& folder) {
     test::Damage damage = damage_of(choices);

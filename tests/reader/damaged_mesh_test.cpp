@@ -13,7 +13,7 @@ class DamagedMesh : public ReaderTest {
   Volume read_quickly(const fs::path& file) const {
     ReadOptions options = options_;
     options.idle_limit_s = 4.0;
-    options.checksums = false;
+    options.checksums = Checksums::none;
     VolumeRequest request;
     request.files = {file};
     return read_volume(request, options);

@@ -483,7 +483,7 @@ TEST_F(Dicom, AThousandSlicesHaveAThousandChecksums) {
   write(series, places, [&](int n, DicomElements& e) { e.set(0x00200013, "IS", std::to_string(n)); });
   const Volume volume = open();
   EXPECT_EQ(volume.files.size(), 1100U);
-  EXPECT_EQ(volume.files.back().sha256.size(), 64U);
+  EXPECT_EQ(volume.files.back().sha256.text().size(), 64U);
 }
 
 }  // namespace dicom_test

@@ -63,7 +63,7 @@ TEST_F(NamedFiles, LieWithTheirHeader) {
 }
 
 TEST_F(NamedFiles, HaveAnEnd) {
-  for (const bool checksums : {true, false}) {
+  for (const Checksums checksums : {Checksums::none, Checksums::now, Checksums::later}) {
     options_.checksums = checksums;
     for (const char* name : {"/dev/zero", "/dev/random", "pipe.raw"}) {
       for (const char* more : {"", "line skip: 1\n", "byte skip: -1\n"})

@@ -166,7 +166,7 @@ TEST_F(Nrrd, EncodingsAndByteOrdersGiveTheSame) {
     expect_linear(*volume.fields[0].field, grid, lps_mm);
     for (const SourceFile& source : volume.files) {
       EXPECT_EQ(source.bytes, fs::file_size(source.path)) << source.path;
-      EXPECT_EQ(source.sha256.size(), 64U);
+      EXPECT_EQ(source.sha256.text().size(), 64U);
     }
   }
   EXPECT_EQ(read(files[3]).files.size(), 5U);

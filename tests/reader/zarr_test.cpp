@@ -299,7 +299,7 @@ TEST_F(StoreTest, ChecksumsCoverMetadataAndChunks) {
   const fs::path store = write("sums", {.shape = {20, 20, 20}, .chunk = {16, 16, 16}, .codec = "zlib"});
   const Volume volume = read(store);
   EXPECT_EQ(volume.files.size(), 3u + 8u);
-  for (const SourceFile& file : volume.files) EXPECT_EQ(file.sha256.size(), 64u) << file.path;
+  for (const SourceFile& file : volume.files) EXPECT_EQ(file.sha256.text().size(), 64u) << file.path;
 }
 
 }  // namespace zarr_test

@@ -324,6 +324,31 @@ TEST_F(Trace, TheHeaderReadsBack) {
   EXPECT_FALSE(read.primitives);
 }
 
+/// Checksums that a test makes known.
+class PromisedChecksums final : public LateChecksums {
+ public:
+  bool are_known() const override { return is_kept; }
+  std::string text(std::size_t file) const override { return std::string(1, static_cast<char>('a' + file)); }
+  bool is_kept = false;
+};
+
+TEST_F(Trace, ChecksumsAreWrittenOnceTheyAreKnown) {
+  const auto later = std::make_shared<PromisedChecksums>();
+  TraceHeader header;
+  header.data_files = {{"/data/head.mhd", 1, Checksum(later, 0)}, {"/data/head.raw", 2, Checksum(later, 1)}};
+  const auto written = [&] { return TraceReader(folder()).header().data_files.at(1).sha256.text(); };
+  TraceWriter writer(folder(), header, scene, {});
+  writer.flush();
+  EXPECT_EQ(written(), "");
+  later->is_kept = true;
+  writer.flush();
+  EXPECT_EQ(written(), "b") << "a killed recording has them";
+  EXPECT_FALSE(TraceReader(folder()).header().complete);
+  later->is_kept = false;
+  writer.finish();
+  EXPECT_EQ(written(), "b") << "finish waits for them";
+}
+
 TEST_F(Trace, ColumnsMayStandInAnyOrderAmongOthersThatAreUnknown) {
   {
     TraceWriter writer(folder(), {}, scene, {});

@@ -40,7 +40,7 @@ Json given(const palpa::Volume& volume, const fs::path& folder, std::size_t numb
   for (const palpa::VolumeField& field : volume.fields)
     fields.push_back(given(field, folder / (std::to_string(number) + "-" + std::to_string(fields.size()))));
   for (const palpa::SourceFile& file : volume.files)
-    sources.push_back({{"name", file.path}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+    sources.push_back({{"name", file.path}, {"bytes", file.bytes}, {"sha256", file.sha256.text()}});
   return {{"format", volume.format},
           {"modality", volume.modality},
           {"length_unit", volume.length_unit},
