@@ -36,20 +36,20 @@ inline constexpr int socket_descriptor = 3;               ///< palpa-read's end 
 
 struct Request {
   std::string path;
-  std::string as;                       ///< "vector": a file of three frames is one vector; else empty
-  std::int32_t frame = -1;              ///< of a file with several; -1: the first, with a warning; VolumeRequest::all_frames
-  std::uint64_t max_bytes = 0;          ///< voxels beyond this are refused
-  std::string series{};                 ///< of a DICOM folder with several; empty: the largest, with a warning
-  std::string components_along{};       ///< "index": vectors are along the axes of the grid; else by the format
-  std::vector<std::string> partners{};  ///< further files of the volume
-  std::string inside{};                 ///< array of an HDF5 file: "/velocity"; empty: the file's own choice
-  ArrayLayout layout{};                 ///< of that array, lengths in the file's unit
-  std::optional<double> time_s{};       ///< [s] of a case with several moments; none: the latest
-  std::optional<Box> crop{};            ///< in the file's unit of length: region to resample
+  std::string as;                        ///< "vector": a file of three frames is one vector; else empty
+  std::int32_t frame = -1;               ///< of a file with several; -1: the first, with a warning; VolumeRequest::all_frames
+  std::uint64_t max_bytes = 0;           ///< voxels beyond this are refused
+  std::string series{};                  ///< of a DICOM folder with several; empty: the largest, with a warning
+  std::string components_along{};        ///< "index": vectors are along the axes of the grid; else by the format
+  std::vector<std::string> partners{};   ///< further files of the volume
+  std::string inside{};                  ///< array of an HDF5 file: "/velocity"; empty: the file's own choice
+  ArrayLayout layout{};                  ///< of that array, lengths in the file's unit
+  std::optional<double> time_s{};        ///< [s] of a case with several moments; none: the latest
+  std::optional<Box> crop{};             ///< in the file's unit of length: region to resample
   Checksums checksums = Checksums::now;  ///< later: a second series of Done follows, with them
-  bool listing = false;                 ///< a file of which one array has to be named is answered by a header without fields
-  bool store = false;                   ///< chunks are requested one by one (store_protocol.h); only of an OME-Zarr store
-  bool rows = false;                    ///< rows of slices are requested one by one, if the header permits (`reads_rows`)
+  bool listing = false;                  ///< a file of which one array has to be named is answered by a header without fields
+  bool store = false;                    ///< chunks are requested one by one (store_protocol.h); only of an OME-Zarr store
+  bool rows = false;                     ///< rows of slices are requested one by one, if the header permits (`reads_rows`)
 
   /// Not sent: source file of `path`, unpacked by the reader; empty: none.
   std::string packed{};
