@@ -59,7 +59,9 @@ TEST(ExplorerCut, HidesWhatIsInFrontOfTheSliceFromTheEyeAndFromTheHand) {
     if (std::abs(dot(slice->view().towards, towards)) > 0.9) facing = slice;
   ASSERT_TRUE(facing);
   const bool along = dot(facing->view().towards, towards) > 0.0;
-  driver.wheel(*facing, {facing->width() / 2, facing->height() / 2}, along ? 60 : -60);
+  const QPoint over = facing->rect().center();
+  QWheelEvent spun(over, facing->mapToGlobal(over), {}, QPoint(0, (along ? 60 : -60) * 120), {}, {}, Qt::NoScrollPhase, false);
+  QApplication::sendEvent(facing, &spun);
   Driver::live(800);
   EXPECT_NEAR(depth_m(), whole_m, 1e-6);
   const QImage cut_before_all = view.picture();

@@ -198,7 +198,8 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   const double from_s = player.at_s();
   EXPECT_TRUE(Driver::wait_for([&] { return player.at_s() > from_s; }, 3000)) << "it does not play";
   driver.key(Qt::Key_P);
-  // A film of it: its pictures, to its end.
+  // A film of it: its pictures, to its end. Small ones are drawn and written in a quarter of the time.
+  driver.window().resize(800, 500);
   QTest::keyClick(&driver.window(), Qt::Key_F, Qt::ControlModifier);
   EXPECT_TRUE(Driver::wait_for(
       [&] {
