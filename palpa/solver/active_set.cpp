@@ -82,7 +82,7 @@ Solver::Work::Sides Solver::Work::take_sides() noexcept {
 
 // A corner acts within the span of the face found by a sweep: its R is the vector to that face's hull.
 void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
-  const detail::LeastWay way = p.pull(Z_, 1.0);
+  const detail::LeastWay way = p.pull(Z_, 1.0, p.face);
   double r[most_facets];
   for (std::size_t i = 0; i < p.normals.size(); ++i) r[i] = p.residual(i, Z_);
   p.face = way.face;

@@ -24,7 +24,7 @@ void Solver::Work::sweep() noexcept {
   for (std::size_t i = 0; i < corner_count_; ++i) {
     Corner& p = corners_[i];
     const Vec3 before = p.u;
-    p.answer(p.pull(Z, 1.0), 1.0);
+    p.answer(p.pull(Z, 1.0, p.face), 1.0);
     Z += p.u - before;
   }
   Z_ = Z;

@@ -1,5 +1,6 @@
 #include "palpa/solver/corner.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "palpa/solver/double2.h"
@@ -76,16 +77,27 @@ class Projection {
     for (std::size_t i = 0; i < normals.size(); ++i) largest_ = std::max(largest_, std::abs(c[i]));
   }
 
-  LeastWay run() noexcept {
+  LeastWay run(const Face& guess) noexcept {
+    if (guess.size > 0) {
+      face() = guess;
+      compute_from_face();
+      if (std::none_of(least_.t, least_.t + guess.size, [](double t) { return t < 0.0; }) && furthest_behind() < 0)
+        return least_;
+      least_ = {};
+    }
     for (int j = furthest_behind(); j >= 0 && steps_ < max_steps; j = furthest_behind()) press(j);
-    // Recomputed from the face alone: the steps have accumulated rounding.
-    least_.w = face().hull(c_);
-    face().shares(least_.w, least_.t);
+    compute_from_face();
     for (int a = 0; a < face().size; ++a) least_.t[a] = std::max(0.0, least_.t[a]);
     return least_;
   }
 
  private:
+  // From the face alone: the steps have accumulated rounding.
+  void compute_from_face() noexcept {
+    least_.w = face().hull(c_);
+    face().shares(least_.w, least_.t);
+  }
+
   Face& face() noexcept { return least_.face; }
   const Vec3& normal(int i) const noexcept { return normals_[static_cast<std::size_t>(i)]; }
 
@@ -158,7 +170,9 @@ class Projection {
 
 }  // namespace
 
-LeastWay least_way(std::span<const Vec3> normals, const double* c) noexcept { return Projection(normals, c).run(); }
+LeastWay least_way(std::span<const Vec3> normals, const double* c, const Face& guess) noexcept {
+  return Projection(normals, c).run(guess);
+}
 
 double width_of(std::span<const Vec3> normals) noexcept {
   double ones[most_facets];

@@ -43,7 +43,8 @@ struct LeastWay {
 
 /// Goldfarb and Idnani's dual active set (1983) in three dimensions. Needs no start; the error of w is a few roundings of the c
 /// of its face, times the inverse of T. For normals of unit length, at most `most_facets`, and any finite c.
-LeastWay least_way(std::span<const Vec3> normals, const double* c) noexcept;
+/// \param guess  a face of these normals, as of a similar c: where it is the face, it costs a third
+LeastWay least_way(std::span<const Vec3> normals, const double* c, const Face& guess = {}) noexcept;
 
 /// σ = max over unit vectors e of min nᵢ·e, or 0 if not positive.
 double width_of(std::span<const Vec3> normals) noexcept;

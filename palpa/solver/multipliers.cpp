@@ -38,7 +38,7 @@ void Solver::Work::augmented_lagrangian() noexcept {
       Span& p = spans_[j];
       p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
     }
-    for (std::size_t j = 0; j < corner_count_; ++j) corners_[j].answer(corners_[j].pull(Z_, tau), tau);
+    for (std::size_t j = 0; j < corner_count_; ++j) corners_[j].answer(corners_[j].pull(Z_, tau, corners_[j].face), tau);
     if (certify(3)) return;
     if (i == 0 || tau > steady_penalty) {
       recentre();
@@ -86,7 +86,7 @@ bool Solver::Work::minimise(double tau) noexcept {
     }
     for (std::size_t i = 0; i < corner_count_; ++i) {
       const Corner& p = corners_[i];
-      const detail::LeastWay way = p.pull(Z_, tau);
+      const detail::LeastWay way = p.pull(Z_, tau, p.face);
       const double squared = norm_squared(way.w);
       const double yields = 1.0 + p.compliance * tau;
       const bool slips = std::sqrt(squared) > p.s * yields;
@@ -144,7 +144,7 @@ double Solver::Work::slope(const Vec3& at, const Vec3& d, double tau) const noex
   }
   for (std::size_t i = 0; i < corner_count_; ++i) {
     const Corner& p = corners_[i];
-    slope -= dot(shortened(p.pull(at, tau).w / (1.0 + p.compliance * tau), p.s), d);
+    slope -= dot(shortened(p.pull(at, tau, p.face).w / (1.0 + p.compliance * tau), p.s), d);
   }
   return slope;
 }

@@ -2,10 +2,10 @@
 
 namespace palpa::detail {
 
-LeastWay Corner::pull(const Vec3& Z, double tau) const noexcept {
+LeastWay Corner::pull(const Vec3& Z, double tau, const Face& guess) const noexcept {
   double c[most_facets];
   for (std::size_t i = 0; i < normals.size(); ++i) c[i] = tau * residual(i, Z) + dot(normals[i], u);
-  return least_way(normals, c);
+  return least_way(normals, c, guess);
 }
 
 void Corner::answer(const LeastWay& way, double tau) noexcept {

@@ -209,8 +209,8 @@ struct Corner {
   Vec3 R = {};
 
   double residual(std::size_t i, const Vec3& Z) const noexcept { return b[i] - dot(normals[i], Z); }
-  /// Pull on it through a spring of stiffness τ that starts from u: the least way for c = τ r + n·u.
-  LeastWay pull(const Vec3& Z, double tau) const noexcept;
+  /// Pull on it through a spring of stiffness τ that starts from u: the least way for c = τ r + n·u. \param guess  of least_way
+  LeastWay pull(const Vec3& Z, double tau, const Face& guess = {}) const noexcept;
   /// Sets the force for the least way of such a pull: w/(1 + cτ) up to s, else s along w.
   void answer(const LeastWay& way, double tau) noexcept;
   /// Sets the t of the face from u, projected on the admissible forces; with full strength if `slips`.

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -25,6 +26,36 @@ TEST(Corner, ItsWayOutIsThatOfAllFacesTriedOneByOne) {
     EXPECT_LE(distance(residual(problem.primitives, 0, x_m + off_m), expected_m), 1e-14) << i;
     EXPECT_EQ(residual(problem.primitives, facets.size() - 1, x_m + off_m), residual(problem.primitives, 0, x_m + off_m));
   }
+}
+
+// Whichever face the search begins with.
+TEST(Corner, ItsLeastWayIsThatOfASearchWithoutAGuess) {
+  Random random(3);
+  int kept = 0, left = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<Vec3> normals;
+    std::vector<double> before, c;
+    const std::size_t facets = 1 + random.below(8);
+    const double change = std::pow(10.0, random.uniform(-16.0, 1.0));
+    for (const Facet& facet : some_facets(random, {}, 0.003, facets)) {
+      normals.push_back(facet.normal);
+      before.push_back(random.uniform(-1.0, 1.0));
+      c.push_back(before.back() + change * random.uniform(-1.0, 1.0));
+    }
+    const detail::LeastWay guess = detail::least_way(normals, before.data());
+    const detail::LeastWay from_guess = detail::least_way(normals, c.data(), guess.face);
+    const detail::LeastWay expected = detail::least_way(normals, c.data());
+    ASSERT_EQ(from_guess.found, expected.found) << i;
+    if (!expected.found) continue;
+    const double size = norm(expected.w) + change;
+    ASSERT_LE(distance(from_guess.w, expected.w), 1e-13 * (1.0 + size) * expected.face.inverse_norm() + 1e-13) << i;
+    const detail::LeastWay again = detail::least_way(normals, c.data(), expected.face);
+    ASSERT_EQ(again.w, expected.w) << i << ": its own face gives it to the bit";
+    const bool is_kept = from_guess.face.size == guess.face.size && std::ranges::equal(from_guess.face.facet, guess.face.facet);
+    (is_kept ? kept : left) += guess.face.size > 0;
+  }
+  EXPECT_GT(kept, 1000);
+  EXPECT_GT(left, 1000);
 }
 
 TEST(Corner, HoldsWhileTheStiffnessTimesTheDistanceIsWithinItsStrengthThenLetsGoAsAWhole) {
