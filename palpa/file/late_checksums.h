@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/data/checksum.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::detail {
 
