@@ -35,7 +35,7 @@ TEST(Corner, ItsLeastWayIsThatOfASearchWithoutAGuess) {
   for (int i = 0; i < 20000; ++i) {
     std::vector<Vec3> normals;
     std::vector<double> before, c;
-    const std::size_t facets = 1 + random.below(8);
+    const int facets = 1 + random.below(8);
     const double change = std::pow(10.0, random.uniform(-16.0, 1.0));
     for (const Facet& facet : some_facets(random, {}, 0.003, facets)) {
       normals.push_back(facet.normal);
