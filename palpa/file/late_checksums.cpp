@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "palpa/base/load_error.h"
+#include "palpa/data/sha256.h"
 
 namespace palpa::detail {
 
@@ -39,6 +40,11 @@ class ChecksumsOfThread final : public LateChecksums {
 
 std::shared_ptr<const LateChecksums> checksums_by(std::function<std::vector<std::string>()> compute, std::stop_source stop) {
   return std::make_shared<const ChecksumsOfThread>(std::move(compute), std::move(stop));
+}
+
+Checksum checksum_by_thread(const std::string& path, std::stop_source stop) {
+  const auto compute = [path, ends = stop.get_token()] { return std::vector{sha256_of_file(path, ends)}; };
+  return {checksums_by(compute, std::move(stop)), 0};
 }
 
 }  // namespace palpa::detail

@@ -16,4 +16,7 @@ namespace palpa::detail {
 /// \param stop     ends `compute` soon; requested when nothing has the checksums any more
 std::shared_ptr<const LateChecksums> checksums_by(std::function<std::vector<std::string>()> compute, std::stop_source stop);
 
+/// Likewise of one file.
+Checksum checksum_by_thread(const std::string& path, std::stop_source stop);
+
 }  // namespace palpa::detail

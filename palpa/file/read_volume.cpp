@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <future>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "palpa/base/free_memory.h"
 #include "palpa/base/input_file.h"
@@ -17,7 +17,6 @@
 #include "palpa/base/web_address.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/length_unit.h"
-#include "palpa/data/sha256.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/components.h"
 #include "palpa/file/derive_store.h"
@@ -370,12 +369,10 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   if (!in_place) check_size(plan, options, ask.max_bytes);
 
   Checksum checksum;
-  if (options.checksums != Checksums::none) {
-    const auto compute = [path = ask.path, stop = ends.get_token()] { return std::vector{detail::sha256_of_file(path, stop)}; };
-    checksum = {detail::checksums_by(compute, ends), 0};
-  }
+  if (options.checksums != Checksums::none) checksum = detail::checksum_by_thread(ask.path, ends);
   const std::shared_ptr<const std::byte> voxels = in_place ? file.mapped() : file.copied();
-  if (options.checksums == Checksums::now) checksum = checksum.text();
+  if (options.checksums == Checksums::now && checksum.text().empty())
+    throw LoadError("was not read: it is gone, or this was cancelled; open it again");
   protocol::Done done{{{ask.path, bytes_of(ask.path), checksum}}, {}};
   if (in_place && !options.preview)
     done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");

@@ -148,6 +148,16 @@ TEST_F(Raw, ALookAtALargeFileReadsOneRowInMany) {
   });
 }
 
+TEST_F(Raw, AStopLeavesNoChecksumOut) {
+  VolumeRequest request = of_type("int16");
+  request.layout.dims = {64, 64, 64};
+  const fs::path file = folder_.write("a.raw", std::string(2 * 64 * 64 * 64, '\x11'));
+  std::stop_source stop;
+  stop.request_stop();
+  options_.stop = stop.get_token();
+  EXPECT_NE(error_of([&] { read(file, request); }).find("cancelled"), std::string::npos);
+}
+
 TEST_F(Raw, WithoutChecksums) {
   options_.checksums = Checksums::none;
   for (const char* name : {"a.raw", "a.nrrd"}) {
