@@ -21,6 +21,8 @@ import { View } from './view';
 
 const said_for_ms = 12_000; // a message
 const beat_ms = 16;
+// Longer: the hand rests for longer on a page that stays; shorter: a page that is left begins to feel again until it is gone.
+const left_after_ms = 2000;
 
 export class App {
   private readonly camera = new Camera();
@@ -357,8 +359,19 @@ export class App {
     };
     const wake = () => document.hidden || this.send({ kind: 'wake' });
     document.addEventListener('visibilitychange', () => (document.hidden ? rest() : wake()));
-    window.addEventListener('pagehide', rest);
-    window.addEventListener('pageshow', wake);
+    // The Worker's last messages need the page for as long as the next one is fetched.
+    window.addEventListener('beforeunload', (event) => {
+      if (this.is_recording) event.preventDefault(); // the browser asks
+      rest();
+      setTimeout(wake, left_after_ms);
+    });
+    // A browser may keep a page that is left, and stop its Worker anywhere: the connection ends with the Worker, and the force
+    // with the connection.
+    window.addEventListener('pagehide', () => {
+      rest();
+      this.worker.terminate();
+    });
+    window.addEventListener('pageshow', (event) => event.persisted && location.reload());
     window.addEventListener('blur', () => this.input.let_go());
     document.addEventListener('freeze', rest);
     document.addEventListener('resume', wake);
