@@ -155,6 +155,14 @@ const cases = {
       await one.page.waitForTimeout(25);
     }
     await one.page.mouse.up();
+    const question = one.page.waitForEvent('dialog');
+    await one.page.close({ runBeforeUnload: true });
+    const dialog = await question;
+    check(dialog.type() === 'beforeunload', 'the browser asks before a recording is lost');
+    await dialog.dismiss();
+    await one.press(at, 5);
+    check(await one.feels(), 'and a page that stays feels on');
+    await one.page.mouse.up();
     const download = one.page.waitForEvent('download');
     await one.page.click('#record');
     const saved = await download;
