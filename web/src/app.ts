@@ -367,11 +367,15 @@ export class App {
     });
     // A browser may keep a page that is left, and stop its Worker anywhere: the connection ends with the Worker, and the force
     // with the connection.
+    const has_motors = () => by_id<HTMLSelectElement>('device').value === 'inverse3';
     window.addEventListener('pagehide', () => {
       rest();
-      this.worker.terminate();
+      if (has_motors()) this.worker.terminate();
     });
-    window.addEventListener('pageshow', (event) => event.persisted && location.reload());
+    window.addEventListener('pageshow', ({ persisted }) => {
+      if (persisted && has_motors()) location.reload();
+      else wake();
+    });
     window.addEventListener('blur', () => this.input.let_go());
     document.addEventListener('freeze', rest);
     document.addEventListener('resume', wake);
