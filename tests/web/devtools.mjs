@@ -44,6 +44,11 @@ export class Tabs {
     const { result } = await this.send('Runtime.evaluate', { expression, returnByValue: true }, this.session);
     return result.value;
   }
+  /** A key of the first tab. number: that Windows gives it. */
+  async key(name, number) {
+    for (const type of ['keyDown', 'keyUp'])
+      await this.send('Input.dispatchKeyEvent', { type, key: name, code: name, windowsVirtualKeyCode: number }, this.session);
+  }
   open(address) {
     return this.send('Page.navigate', { url: address }, this.session);
   }

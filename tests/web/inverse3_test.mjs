@@ -68,6 +68,9 @@ async function feeling(body, prepare = async () => {}) {
   }
 }
 
+const choose = (tabs, device) =>
+  tabs.value(`document.getElementById('device').value = '${device}'; document.getElementById('device').dispatchEvent(new Event('change'))`);
+
 /** Likewise in a tab that may be hidden. */
 async function feeling_in_tabs(body) {
   await service.tell('send paced', 'say', 'power on', 'calibrated on', 'device on', outside);
@@ -76,7 +79,7 @@ async function feeling_in_tabs(body) {
     await tabs.open(server.address);
     if (!(await ends_within(() => tabs.value("!/Loading/.test(document.getElementById('guard')?.textContent ?? 'Loading')"))))
       throw new Error('the page is not loaded');
-    await tabs.value("document.getElementById('device').value = 'inverse3'; document.getElementById('device').dispatchEvent(new Event('change'))");
+    await choose(tabs, 'inverse3');
     await touch();
     await body(tabs);
   } finally {
@@ -241,6 +244,25 @@ const cases = {
         check(is_anew, 'and Back loads it anew');
       });
   },
+
+  'a page without motors is kept, and felt again': () => feeling_in_tabs(async (tabs) => {
+    await choose(tabs, 'mouse');
+    await has_let_go('mouse');
+    await tabs.value('window.is_left = true');
+    await tabs.open('about:blank');
+    await wait(500);
+    await tabs.value('history.back()');
+    const is_felt = await ends_within(async () => {
+      if (!(await tabs.value("document.getElementById('marks')?.focus() === undefined").catch(() => false))) return false;
+      for (const [key, number] of [['Escape', 27], ['Enter', 13], ['PageDown', 34], ['PageDown', 34]]) {
+        await tabs.key(key, number);
+        await wait(300);
+      }
+      return (await tabs.value("parseFloat(document.getElementById('force').textContent)")) > 0.05;
+    });
+    const is_kept = await tabs.value('window.is_left === true');
+    check(is_felt, `Back: it is felt, ${is_kept ? 'as it was' : 'loaded anew, as this browser keeps no pages'}`);
+  }),
 
   'a module that fails lets go': () => feeling(async (one) => {
     await worker_of(one).evaluate(() => {
