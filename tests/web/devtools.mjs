@@ -44,7 +44,7 @@ export class Tabs {
     const { result } = await this.send('Runtime.evaluate', { expression, returnByValue: true }, this.session);
     return result.value;
   }
-  /** A key of the first tab. number: that Windows gives it. */
+  /** A key of the first tab. number: its virtual key code. */
   async key(name, number) {
     for (const type of ['keyDown', 'keyUp'])
       await this.send('Input.dispatchKeyEvent', { type, key: name, code: name, windowsVirtualKeyCode: number }, this.session);
