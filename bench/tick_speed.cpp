@@ -81,20 +81,24 @@ struct Times {
   double of(double share) { return detail::quantile(us, share); }
 };
 
-/// \param code  a session of other data, ticked behind each eviction: then the code is in the caches, the data are not
-Times measure(const Scene& scene, double reach_m, int ticks, Other* other, Session* code = nullptr) {
+/// \param warms_code  session of other data, felt alike behind each eviction: the code is in the caches then, the data are not
+Times measure(const Scene& scene, double reach_m, int ticks, Other* other, Session* warms_code = nullptr) {
   const bench::Clock clock;
   Session session(scene);
   Round round(reach_m);
-  session.tick({.position_m = (1.0 + 2.0 * deep_m / ball_m) * ball_m / reach_m * round.next()}, dt_s);
-  for (int i = 0; i < 200; ++i) session.tick({.position_m = round.next()}, dt_s);
+  const auto tick_both = [&](const Probe& probe) {
+    session.tick(probe, dt_s);
+    if (warms_code) warms_code->tick(probe, dt_s);
+  };
+  tick_both({.position_m = (1.0 + 2.0 * deep_m / ball_m) * ball_m / reach_m * round.next()});
+  for (int i = 0; i < 200; ++i) tick_both({.position_m = round.next()});
   Times times;
   times.us.reserve(static_cast<std::size_t>(ticks));
   times.sub_steps.reserve(static_cast<std::size_t>(ticks));
   while (static_cast<int>(times.us.size()) < ticks) {
     const Probe probe{.position_m = round.next()};
     if (other) other->evict();
-    if (code) code->tick(probe, dt_s);
+    if (warms_code) warms_code->tick(probe, dt_s);
     const Disturbed before = Disturbed::now();
     const std::uint64_t begin = bench::Clock::now();
     const Tick tick = session.tick(probe, dt_s);
@@ -126,13 +130,13 @@ void evicted(const Options& options) {
               "switched", "faulted");
   for (const std::optional<Filter> filter : {std::optional<Filter>{}, std::optional<Filter>{Filter::trilinear}}) {
     const Scene scene = five_modes(volumes, filter);
-    Session code(five_modes(others, filter));
+    Session warms_code(five_modes(others, filter));
     const auto print = [&](const char* caches, Times t) {
       std::printf("%-52s %-12s %8.2f %8.2f %8.2f %9.2f %9d %9d\n", interpolants_of(filter), caches, t.of(0.5), t.of(0.99),
                   t.of(1.0), mean(t.sub_steps), t.switched, t.faulted);
     };
     print("hot", measure(scene, ball_m - deep_m, 20 * options.ticks, nullptr));
-    print("data evicted", measure(scene, ball_m - deep_m, options.ticks, &other, &code));
+    print("data evicted", measure(scene, ball_m - deep_m, options.ticks, &other, &warms_code));
     print("evicted", measure(scene, ball_m - deep_m, options.ticks, &other));
   }
 }

@@ -140,11 +140,17 @@ const faults = {
     .map((manner) => [`answers: ${manner}`, [`send ${manner}`, 'send paced']])),
 };
 
-/** The connection ends, and with it the force; of a page that lives on, behind a message without force. Returns whether one came. */
+/**
+ * The connection ends, and with it the force; of a page that lives on, behind a message without force. Then none is opened.
+ * Returns whether the last message had no force.
+ */
 async function has_let_go(name, lives_on = true) {
   const has_ended = await ends_within(async () => (await service.log()).connections === 0);
-  const { force_n, last_n } = await service.log();
+  await service.tell('begin');
+  await wait(800);
+  const { messages, connections, force_n, last_n } = await service.log();
   check(has_ended && force_n === 0 && (last_n === 0 || !lives_on), `${name}: the last message had ${last_n} N, then the connection ended`);
+  check(messages === 0 && connections === 0, `and no message comes: ${messages}`);
   return last_n === 0;
 }
 

@@ -359,7 +359,7 @@ export class App {
     };
     const wake = () => document.hidden || this.send({ kind: 'wake' });
     document.addEventListener('visibilitychange', () => (document.hidden ? rest() : wake()));
-    // The Worker's last messages need the page for as long as the next one is fetched.
+    // At the beginning of a navigation: the Worker sends its last messages while the next page is fetched.
     window.addEventListener('beforeunload', (event) => {
       if (this.is_recording) event.preventDefault(); // the browser asks
       rest();
