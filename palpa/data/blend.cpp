@@ -48,7 +48,8 @@ LipschitzBound blend(const LipschitzBound& a, const LipschitzBound& b, double u,
   // [1] of the largest value: two products and a sum, of an interpolant that overshoots its samples by a few times.
   constexpr double of_blend = 64.0 * std::numeric_limits<double>::epsilon();
   const LipschitzBound blended{radius_m, (1.0 - u) * a.slope_per_m + u * b.slope_per_m,
-                               (1.0 - u) * a.rounding + u * b.rounding + of_blend * largest};
+                               (1.0 - u) * a.rounding + u * b.rounding + of_blend * largest,
+                               (1.0 - u) * a.bend_per_m2 + u * b.bend_per_m2};
   return std::isfinite(blended.slope_per_m + blended.rounding) ? blended : LipschitzBound{};
 }
 

@@ -1,6 +1,7 @@
 // Field: scalar or vector data sampled at world positions.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -39,14 +40,24 @@ struct ValueRange {
 };
 
 /// Bound on a field around a centre: within `radius_m` of it, the value differs from the value at the centre by at most
-/// `change(distance)`, and there are data if and only if the centre has data. Proven, but often far from tight.
+/// `change(distance)`, from the tangent there by at most `off_tangent(distance)`, and there are data if and only if the centre
+/// has data. Proven, but often far from tight.
 struct LipschitzBound {
   double radius_m = 0.0;     ///< [m] 0: no bound
   double slope_per_m = 0.0;  ///< [unit/m]
   double rounding = 0.0;     ///< the field's own unit: rounding error of the difference of two samples
+  /// [unit/m²] of the second derivative along any direction; infinity: the gradient may jump, or the field has several
+  /// components
+  double bend_per_m2 = std::numeric_limits<double>::infinity();
 
   /// Largest change of the value, in the field's own unit, over a distance [m] of at most `radius_m`.
   double change(double distance_m) const noexcept { return slope_per_m * distance_m + rounding; }
+  /// Largest difference, in the field's own unit, between the value and the tangent of the sample at the centre, over a
+  /// distance [m] of at most `radius_m`, positive. Rounding of the gradient and of the positions: less than 8 times that of a
+  /// difference.
+  double off_tangent(double distance_m) const noexcept { return 0.5 * bend_per_m2 * distance_m * distance_m + 8.0 * rounding; }
+  /// Likewise on a straight way of this length [m] from the centre, between its value and that on the chord of both ends'.
+  double off_chord(double distance_m) const noexcept { return 0.125 * bend_per_m2 * distance_m * distance_m + 8.0 * rounding; }
   /// This bound in a frame of lengths `scale` [1] times as long, with positions rounded by up to `shift_m` [m].
   LipschitzBound scaled(double scale, double shift_m) const noexcept;
   /// This bound in the world of a pose, for positions around `world_m` [m].

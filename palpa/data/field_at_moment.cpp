@@ -139,6 +139,7 @@ LipschitzBound FieldAtMoment::lipschitz_bound(const Vec3& world_m) const noexcep
   LipschitzBound bound = bound_below(pose_.to_hand(world_m)).posed(pose_, world_m);
   bound.slope_per_m = per_length(bound.slope_per_m);
   bound.rounding = per_length(bound.rounding);
+  bound.bend_per_m2 = per_length(bound.bend_per_m2);
   return std::isfinite(bound.slope_per_m + bound.rounding) ? bound : LipschitzBound{};
 }
 

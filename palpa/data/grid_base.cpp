@@ -502,7 +502,8 @@ double GridBase::steepest(const std::int64_t (&low)[3], const std::int64_t (&hig
 }
 
 // An index derivative of either interpolant is a mean of differences of neighbouring voxels, so bounded by the largest in the
-// bricks that the ball reaches; a value changes by at most that times the indices passed, summed over the axes.
+// bricks that the ball reaches; a value changes by at most that times the indices passed, summed over the axes. A second index
+// derivative of the smooth one is a mean of differences of two such differences, and of no jump, as its gradient has none.
 LipschitzBound GridBase::certificate_in(const Place& place, int component, int count) const noexcept {
   const double depth = depth_at(place.steps), hair_m = 2.0 * face_tolerance_voxels * spacing_m_;
   if (!bricks_ || view_.signless) return {};  // an axis, interpolated by dyads, may turn at once
@@ -539,7 +540,10 @@ LipschitzBound GridBase::certificate_in(const Place& place, int component, int c
     squared += step * step;
     largest = std::max(largest, std::max(std::abs(static_cast<double>(all.min)), std::abs(static_cast<double>(all.max))));
   }
-  c.slope_per_m = std::abs(view_.scale) * std::sqrt(squared) * (is_rectilinear_ ? steepest(low, high) : steepest_per_m_);
+  const double index_slope = std::abs(view_.scale) * std::sqrt(squared);
+  c.slope_per_m = index_slope * (is_rectilinear_ ? steepest(low, high) : steepest_per_m_);
+  // Where cells of two sizes meet the gradient jumps.
+  if (count == 1 && !is_rectilinear_ && has_curvature()) c.bend_per_m2 = 2.0 * index_slope * steepest_per_m_ * steepest_per_m_;
   const double shift_m = 32.0 * eps * (furthest_m + steps_m);  // rounding of positions
   c.rounding = 128.0 * eps * (std::abs(view_.scale) * largest + std::abs(view_.offset)) + c.slope_per_m * shift_m;
   return std::isfinite(c.slope_per_m + c.rounding) ? c : LipschitzBound{};

@@ -299,7 +299,8 @@ ValueRange Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::
   return quiet;
 }
 
-// Whether the path lies so near to a known value that no event is possible.
+// Whether the path lies so near to a known value, its tangent, or the chord of the values at both ends that no event is
+// possible.
 bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const Vec3& start_m, const Vec3& end_m,
                         const EventPolicy& policy, Samples& samples, Event& event) const noexcept {
   const ValueRange quiet = this->quiet(policy, field, sides);
@@ -307,17 +308,29 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
   Event::Ball& ball = event.balls_[field];
   const std::uint64_t moment = samples.moment_of(field);
   const auto holds = [&] {
-    const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
+    const Vec3 to_start_m = start_m - ball.center_m, to_end_m = end_m - ball.center_m;
+    const double reach_m = std::max(norm(to_start_m), norm(to_end_m));
     if (!(reach_m < ball.lipschitz_bound.radius_m) || ball.moment != moment) return false;
     if (!ball.inside) return !has_sides(field, sides);
     const double change = is_any_value ? 0.0 : ball.lipschitz_bound.change(reach_m);
-    return ball.value - change > quiet.min && ball.value + change < quiet.max;
+    if (ball.value - change > quiet.min && ball.value + change < quiet.max) return true;
+    // Along a level the value changes far less than the slope allows.
+    const double at_start = ball.value + dot(ball.gradient, to_start_m), at_end = ball.value + dot(ball.gradient, to_end_m);
+    const double off = ball.lipschitz_bound.off_tangent(reach_m);
+    return std::min(at_start, at_end) - off > quiet.min && std::max(at_start, at_end) + off < quiet.max;
   };
   if (holds()) return true;
   const ScalarSample& sample = samples.scalar(field, start_m);
   const bool inside = sample.inside || samples.vector(field, start_m).inside;
-  ball = {start_m, moment, sample.value, inside, samples.lipschitz_bound(field, start_m)};
-  return holds();
+  ball = {start_m, moment, sample.value, sample.gradient, inside, samples.lipschitz_bound(field, start_m)};
+  if (holds()) return true;
+  // Between two values it leaves their chord by a quarter of its distance from the tangent of one.
+  const double length_m = distance(start_m, end_m);
+  if (!inside || !(length_m < ball.lipschitz_bound.radius_m)) return false;
+  const double off = ball.lipschitz_bound.off_chord(length_m);
+  const ValueRange within{quiet.min + off, quiet.max - off};
+  const auto is_within = [&](const ScalarSample& at) { return at.inside && at.value > within.min && at.value < within.max; };
+  return is_within(sample) && is_within(samples.scalar(field, end_m));
 }
 
 void Crossings::first_event(std::size_t foot, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy,

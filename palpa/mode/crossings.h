@@ -66,11 +66,12 @@ struct Event {
  private:
   friend class Crossings;
   enum class Side : std::uint8_t { none, below, above };
-  // Value of a field at a point and a moment, and its Lipschitz bound around it.
+  // Value and gradient of a field at a point and a moment, and its Lipschitz bound around it.
   struct Ball {
     Vec3 center_m;
     std::uint64_t moment = 0;
     double value = 0.0;
+    Vec3 gradient;  // [unit/m]
     bool inside = false;
     LipschitzBound lipschitz_bound;
   };

@@ -138,10 +138,18 @@ Vec3 beside(std::mt19937& random, const Box& box) {
   return random() % 4 == 0 ? box.centre_m() + uniform(random, 0.9, 1.5) * (x - box.centre_m()) : x;
 }
 
-/// Places looked at: with data, with a bound as well, with a bound on having none.
+/// Places looked at: with data, with a bound as well, with one on the bend, with a bound on having no data.
 struct Places {
-  int inside = 0, with_certificate = 0, without_data = 0;
+  int inside = 0, with_certificate = 0, with_bend = 0, without_data = 0;
 };
+
+/// The value at y is as near to the tangent at the centre x as the bound says, and on the way there to the chord.
+void expect_straight(std::mt19937& random, const Field& field, const LipschitzBound& c, const Vec3& x, const Vec3& y) {
+  const double way_m = distance(x, y), share = uniform(random, 0, 1);
+  const ScalarSample from = field.scalar(x), to = field.scalar(y), between = field.scalar(x + share * (y - x));
+  ASSERT_LE(std::abs(to.value - (from.value + dot(from.gradient, y - x))), c.off_tangent(way_m));
+  ASSERT_LE(std::abs(between.value - ((1.0 - share) * from.value + share * to.value)), c.off_chord(way_m));
+}
 
 void expect_bounds(std::mt19937& random, const Field& field, const Box& box, Places& places) {
   for (int i = 0; i < 50; ++i) {
@@ -152,6 +160,8 @@ void expect_bounds(std::mt19937& random, const Field& field, const Box& box, Pla
     if (c.radius_m == 0.0) continue;
     places.with_certificate += inside;
     places.without_data += !inside;
+    const bool bends = inside && std::isfinite(c.bend_per_m2);
+    places.with_bend += bends;
     ASSERT_TRUE(c.radius_m > 0.0 && std::isfinite(c.radius_m) && c.slope_per_m >= 0.0 && c.rounding >= 0.0);
     for (int pair = 0; pair < 20; ++pair) {
       const double way_m = (pair % 2 == 0 ? 1.0 : std::pow(10.0, uniform(random, -12, 0))) * c.radius_m;
@@ -160,6 +170,8 @@ void expect_bounds(std::mt19937& random, const Field& field, const Box& box, Pla
       const Looked at = look(field, x, y);
       ASSERT_EQ(at.inside, inside) << i;
       ASSERT_LE(at.change, c.change(distance(x, y))) << i;
+      if (bends) expect_straight(random, field, c, x, y);
+      if (testing::Test::HasFatalFailure()) return;
     }
   }
 }
@@ -173,6 +185,7 @@ TEST(LipschitzBound, BoundsEveryChangeWithinItsRadius) {
     expect_bounds(random, *field, field->bounds_m(), places);
   }
   EXPECT_GT(places.with_certificate, places.inside / 3);
+  EXPECT_GT(places.with_bend, places.inside / 10);
   EXPECT_GT(places.without_data, 100);
 }
 
@@ -197,6 +210,7 @@ TEST(LipschitzBound, OfWhatChangesWithTimeBoundsItAtItsMoment) {
     between_frames += series && series->frames.size() > 1 && n % 4 != 0 ? there.with_certificate : 0;
     places.inside += there.inside;
     places.with_certificate += there.with_certificate;
+    places.with_bend += there.with_bend;
     places.without_data += there.without_data;
     const Vec3 x = test::within(random, field->bounds_m());
     EXPECT_EQ(field->lipschitz_bound(x).radius_m, timed(*field)->lipschitz_bound_at(x, {}).radius_m);
@@ -205,6 +219,7 @@ TEST(LipschitzBound, OfWhatChangesWithTimeBoundsItAtItsMoment) {
               places.with_certificate, between_frames, places.without_data);
   EXPECT_GT(places.with_certificate, places.inside / 4);
   EXPECT_GT(between_frames, 300);
+  EXPECT_GT(places.with_bend, places.inside / 20);
   EXPECT_GT(places.without_data, 100);
 }
 
@@ -249,6 +264,22 @@ TEST(LipschitzBound, OfARampIsItsSlope) {
   const FieldPtr ramp = grid_field(geometry, test::voxels_of(values));
   // As if the value had this slope along every axis.
   EXPECT_NEAR(ramp->lipschitz_bound({0.0204, 0.0204, 0.0204}).slope_per_m, 1e3 * std::sqrt(3.0), 1e-2);
+}
+
+// A second difference of the voxels is at most twice their largest difference, and along a diagonal three times as steep.
+TEST(LipschitzBound, BendsBySecondDifferencesAlone) {
+  std::vector<float> saw;
+  for (int n = 0; n < 32 * 32 * 32; ++n) saw.push_back(static_cast<float>(n % 2));
+  const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {}};
+  const Vec3 x{0.0152, 0.0168, 0.0081};
+  EXPECT_NEAR(smooth_grid_field(geometry, test::voxels_of(saw))->lipschitz_bound(x).bend_per_m2, 6e6, 1.0);
+  const double no_bound = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(grid_field(geometry, test::voxels_of(saw))->lipschitz_bound(x).bend_per_m2, no_bound);
+  const FieldPtr flow = smooth_grid_field({{32, 32, 8}, 1e-3 * Mat3::identity(), {}},
+                                          test::voxels_of(std::vector<float>(3 * 32 * 32 * 8, 1.0F), 3));
+  const Vec3 inside{0.0152, 0.0168, 0.0041};
+  EXPECT_EQ(derived(Derivation::component_x, flow)->lipschitz_bound(inside).bend_per_m2, 0.0);
+  EXPECT_EQ(derived(Derivation::magnitude, flow)->lipschitz_bound(inside).bend_per_m2, no_bound);
 }
 
 TEST(LipschitzBound, IsNoneOfFormulasAndAxes) {

@@ -162,7 +162,7 @@ TEST_F(SamplesOfFields, HoldUntilThreeOtherPositionsWereAskedFor) {
 TEST_F(SamplesOfFields, CertificatesBoundThemInTheHandFrame) {
   test::Random random(13);
   Samples samples(fields_, map_);
-  int certified = 0;
+  int certified = 0, bent = 0;
   for (int n = 0; n < 2000; ++n) {
     const auto field = static_cast<std::int32_t>(n % 4);
     const Vec3 x = map_.to_hand(random.in_cube(0.02));
@@ -173,8 +173,12 @@ TEST_F(SamplesOfFields, CertificatesBoundThemInTheHandFrame) {
     const ScalarSample at_x = samples.scalar(field, x), at_y = samples.scalar(field, y);
     EXPECT_EQ(at_x.inside, at_y.inside);
     EXPECT_LE(std::abs(at_y.value - at_x.value), c.change(distance(x, y)));
+    if (!std::isfinite(c.bend_per_m2)) continue;
+    ++bent;
+    EXPECT_LE(std::abs(at_y.value - at_x.value - dot(at_x.gradient, y - x)), c.off_tangent(distance(x, y)));
   }
   EXPECT_GT(certified, 1000);
+  EXPECT_GT(bent, 300);
 }
 
 TEST_F(SamplesOfFields, SpacingsAreOfTheHandFrame) {
