@@ -8,7 +8,7 @@ namespace palpa {
 
 LipschitzBound LipschitzBound::scaled(double scale, double shift_m) const noexcept {
   const LipschitzBound seen{((1.0 - 1e-12) * radius_m - 2.0 * shift_m) * scale, slope_per_m / scale,
-                            rounding + 2.0 * slope_per_m * shift_m, bend_per_m2 / (scale * scale)};
+                            rounding + 2.0 * slope_per_m * shift_m, bend_per_m2 / (scale * scale), values};
   const bool usable = seen.radius_m > 0.0 && std::isfinite(seen.radius_m + seen.slope_per_m + seen.rounding);
   return usable ? seen : LipschitzBound{};
 }

@@ -49,6 +49,8 @@ struct LipschitzBound {
   /// [unit/m²] of the second derivative along any direction; infinity: the gradient may jump, or the field has several
   /// components
   double bend_per_m2 = std::numeric_limits<double>::infinity();
+  /// The field's own unit: all values within the radius, but for rounding; all numbers where they are not known.
+  ValueRange values{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 
   /// Largest change of the value, in the field's own unit, over a distance [m] of at most `radius_m`.
   double change(double distance_m) const noexcept { return slope_per_m * distance_m + rounding; }

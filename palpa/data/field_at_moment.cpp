@@ -140,6 +140,7 @@ LipschitzBound FieldAtMoment::lipschitz_bound(const Vec3& world_m) const noexcep
   bound.slope_per_m = per_length(bound.slope_per_m);
   bound.rounding = per_length(bound.rounding);
   bound.bend_per_m2 = per_length(bound.bend_per_m2);
+  bound.values = {per_length(bound.values.min), per_length(bound.values.max)};
   return std::isfinite(bound.slope_per_m + bound.rounding) ? bound : LipschitzBound{};
 }
 

@@ -524,8 +524,9 @@ LipschitzBound GridBase::certificate_in(const Place& place, int component, int c
     steps_m = std::max(steps_m, std::abs(at[a]) * plane_distance_m_[a]);
   }
   double squared = 0.0, largest = 0.0;
+  Bricks::Range all{0.0F, 0.0F};
   for (int n = component; n < component + count; ++n) {
-    Bricks::Range all = brick_at(n, low);
+    all = brick_at(n, low);
     std::int64_t b[3];
     for (b[2] = low[2]; b[2] <= high[2]; ++b[2]) {
       for (b[1] = low[1]; b[1] <= high[1]; ++b[1]) {
@@ -542,6 +543,10 @@ LipschitzBound GridBase::certificate_in(const Place& place, int component, int c
   }
   const double index_slope = std::abs(view_.scale) * std::sqrt(squared);
   c.slope_per_m = index_slope * (is_rectilinear_ ? steepest(low, high) : steepest_per_m_);
+  if (count == 1) {
+    const double one = all.min * view_.scale + view_.offset, other = all.max * view_.scale + view_.offset;
+    c.values = {std::min(one, other), std::max(one, other)};
+  }
   // Where cells of two sizes meet the gradient jumps.
   if (count == 1 && !is_rectilinear_ && has_curvature()) c.bend_per_m2 = 2.0 * index_slope * steepest_per_m_ * steepest_per_m_;
   const double shift_m = 32.0 * eps * (furthest_m + steps_m);  // rounding of positions

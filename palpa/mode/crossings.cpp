@@ -312,6 +312,8 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
     const double reach_m = std::max(norm(to_start_m), norm(to_end_m));
     if (!(reach_m < ball.lipschitz_bound.radius_m) || ball.moment != moment) return false;
     if (!ball.inside) return !has_sides(field, sides);
+    const ValueRange& values = ball.lipschitz_bound.values;
+    if (values.min >= quiet.min && values.max < quiet.max) return true;  // where a field is constant, also on a watched value
     const double change = is_any_value ? 0.0 : ball.lipschitz_bound.change(reach_m);
     if (ball.value - change > quiet.min && ball.value + change < quiet.max) return true;
     // Along a level the value changes far less than the slope allows.

@@ -138,9 +138,9 @@ Vec3 beside(std::mt19937& random, const Box& box) {
   return random() % 4 == 0 ? box.centre_m() + uniform(random, 0.9, 1.5) * (x - box.centre_m()) : x;
 }
 
-/// Places looked at: with data, with a bound as well, with one on the bend, with a bound on having no data.
+/// Places looked at: with data, with a bound as well, with one on the bend, with known values, with a bound on having no data.
 struct Places {
-  int inside = 0, with_certificate = 0, with_bend = 0, without_data = 0;
+  int inside = 0, with_certificate = 0, with_bend = 0, with_values = 0, without_data = 0;
 };
 
 /// The value at y is as near to the tangent at the centre x as the bound says, and on the way there to the chord.
@@ -149,6 +149,11 @@ void expect_straight(std::mt19937& random, const Field& field, const LipschitzBo
   const ScalarSample from = field.scalar(x), to = field.scalar(y), between = field.scalar(x + share * (y - x));
   ASSERT_LE(std::abs(to.value - (from.value + dot(from.gradient, y - x))), c.off_tangent(way_m));
   ASSERT_LE(std::abs(between.value - ((1.0 - share) * from.value + share * to.value)), c.off_chord(way_m));
+}
+
+void expect_among(const ValueRange& values, double value, double rounding) {
+  ASSERT_GE(value, values.min - rounding);
+  ASSERT_LE(value, values.max + rounding);
 }
 
 void expect_bounds(std::mt19937& random, const Field& field, const Box& box, Places& places) {
@@ -161,7 +166,8 @@ void expect_bounds(std::mt19937& random, const Field& field, const Box& box, Pla
     places.with_certificate += inside;
     places.without_data += !inside;
     const bool bends = inside && std::isfinite(c.bend_per_m2);
-    places.with_bend += bends;
+    const bool is_known = inside && std::isfinite(c.values.max);
+    places.with_bend += bends, places.with_values += is_known;
     ASSERT_TRUE(c.radius_m > 0.0 && std::isfinite(c.radius_m) && c.slope_per_m >= 0.0 && c.rounding >= 0.0);
     for (int pair = 0; pair < 20; ++pair) {
       const double way_m = (pair % 2 == 0 ? 1.0 : std::pow(10.0, uniform(random, -12, 0))) * c.radius_m;
@@ -171,6 +177,7 @@ void expect_bounds(std::mt19937& random, const Field& field, const Box& box, Pla
       ASSERT_EQ(at.inside, inside) << i;
       ASSERT_LE(at.change, c.change(distance(x, y))) << i;
       if (bends) expect_straight(random, field, c, x, y);
+      if (is_known) expect_among(c.values, field.scalar(y).value, c.rounding);
       if (testing::Test::HasFatalFailure()) return;
     }
   }
@@ -186,6 +193,7 @@ TEST(LipschitzBound, BoundsEveryChangeWithinItsRadius) {
   }
   EXPECT_GT(places.with_certificate, places.inside / 3);
   EXPECT_GT(places.with_bend, places.inside / 10);
+  EXPECT_GT(places.with_values, places.inside / 5);
   EXPECT_GT(places.without_data, 100);
 }
 
@@ -254,6 +262,7 @@ TEST(LipschitzBound, IsSharpWhereNothingChangesAndReachesAboutACell) {
   const LipschitzBound c = flat->lipschitz_bound({0.0152, 0.0168, 0.0081});
   EXPECT_EQ(c.slope_per_m, 0.0);
   EXPECT_LT(c.rounding, 1e-12);
+  EXPECT_EQ(c.values, (ValueRange{7.5, 7.5}));
   EXPECT_NEAR(c.radius_m, 1e-3, 1e-6);
 }
 
