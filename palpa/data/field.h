@@ -58,7 +58,7 @@ struct LipschitzBound {
   /// distance [m] of at most `radius_m`, positive. Rounding of the gradient and of the positions: less than 8 times that of a
   /// difference.
   double off_tangent(double distance_m) const noexcept { return 0.5 * bend_per_m2 * distance_m * distance_m + 8.0 * rounding; }
-  /// Likewise on a straight way of this length [m] from the centre, between its value and that on the chord of both ends'.
+  /// Likewise between the value on a straight way of this length [m] within the radius, and the chord of those at both ends.
   double off_chord(double distance_m) const noexcept { return 0.125 * bend_per_m2 * distance_m * distance_m + 8.0 * rounding; }
   /// This bound in a frame of lengths `scale` [1] times as long, with positions rounded by up to `shift_m` [m].
   LipschitzBound scaled(double scale, double shift_m) const noexcept;

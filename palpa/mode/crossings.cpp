@@ -307,32 +307,41 @@ bool Crossings::is_safe(std::int32_t field, std::span<const Side> sides, const V
   const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
   Event::Ball& ball = event.balls_[field];
   const std::uint64_t moment = samples.moment_of(field);
-  const auto holds = [&] {
-    const Vec3 to_start_m = start_m - ball.center_m, to_end_m = end_m - ball.center_m;
-    const double reach_m = std::max(norm(to_start_m), norm(to_end_m));
-    if (!(reach_m < ball.lipschitz_bound.radius_m) || ball.moment != moment) return false;
+  const auto is_near_center = [&](double reach_m) {
+    const LipschitzBound& bound = ball.lipschitz_bound;
+    if (!(reach_m < bound.radius_m) || ball.moment != moment) return false;
     if (!ball.inside) return !has_sides(field, sides);
-    const ValueRange& values = ball.lipschitz_bound.values;
-    if (values.min >= quiet.min && values.max < quiet.max) return true;  // where a field is constant, also on a watched value
-    const double change = is_any_value ? 0.0 : ball.lipschitz_bound.change(reach_m);
+    // Where a field is constant, also on a watched value.
+    if (is_any_value || (bound.values.min >= quiet.min && bound.values.max < quiet.max)) return true;
+    const double change = bound.change(reach_m);
     if (ball.value - change > quiet.min && ball.value + change < quiet.max) return true;
     // Along a level the value changes far less than the slope allows.
-    const double at_start = ball.value + dot(ball.gradient, to_start_m), at_end = ball.value + dot(ball.gradient, to_end_m);
-    const double off = ball.lipschitz_bound.off_tangent(reach_m);
-    return std::min(at_start, at_end) - off > quiet.min && std::max(at_start, at_end) + off < quiet.max;
+    const double off = bound.off_tangent(reach_m);
+    const auto is_within = [&](double value) { return value - off > quiet.min && value + off < quiet.max; };
+    return is_within(ball.value + dot(ball.gradient, start_m - ball.center_m)) &&
+           is_within(ball.value + dot(ball.gradient, end_m - ball.center_m));
   };
-  if (holds()) return true;
+  // A value leaves the chord of two by a quarter of its distance from the tangent of one.
+  const auto is_near_chord = [&](double reach_m) {
+    const LipschitzBound& bound = ball.lipschitz_bound;
+    if (!(reach_m < bound.radius_m) || ball.moment != moment || !ball.inside) return false;
+    const double off = bound.off_chord(distance(start_m, end_m));
+    const auto is_within = [&](const Vec3& at_m) {
+      const ScalarSample& at = samples.scalar(field, at_m);
+      return at.inside && at.value - off > quiet.min && at.value + off < quiet.max;
+    };
+    return quiet.max - quiet.min > 2.0 * off && is_within(start_m) && is_within(end_m);
+  };
+  const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
+  if (is_near_center(reach_m)) return true;
+  // The end of a way on a level that holds is sampled in any case.
+  const bool is_held = policy.fields[field].allowed != ValueRange{-infinity, infinity};
+  if (is_held && is_near_chord(reach_m)) return true;
   const ScalarSample& sample = samples.scalar(field, start_m);
   const bool inside = sample.inside || samples.vector(field, start_m).inside;
   ball = {start_m, moment, sample.value, sample.gradient, inside, samples.lipschitz_bound(field, start_m)};
-  if (holds()) return true;
-  // Between two values it leaves their chord by a quarter of its distance from the tangent of one.
   const double length_m = distance(start_m, end_m);
-  if (!inside || !(length_m < ball.lipschitz_bound.radius_m)) return false;
-  const double off = ball.lipschitz_bound.off_chord(length_m);
-  const ValueRange within{quiet.min + off, quiet.max - off};
-  const auto is_within = [&](const ScalarSample& at) { return at.inside && at.value > within.min && at.value < within.max; };
-  return is_within(sample) && is_within(samples.scalar(field, end_m));
+  return is_near_center(length_m) || is_near_chord(length_m);
 }
 
 void Crossings::first_event(std::size_t foot, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy,

@@ -48,7 +48,7 @@ const patience_ms = 180000; // a machine that builds meanwhile, without a graphi
 
 /** One page, with the complaints and the foreign requests that it made. */
 export class Visit {
-  static async begin(browser, address, { width = 1440, height = 900, dark = false, touch = false, hash = '' } = {}) {
+  static async begin(browser, address, { width = 1000, height = 640, dark = false, touch = false, hash = '' } = {}) {
     const visit = new Visit();
     visit.context = await browser.newContext({
       viewport: { width, height }, colorScheme: dark ? 'dark' : 'light', hasTouch: touch, isMobile: touch, acceptDownloads: true,
