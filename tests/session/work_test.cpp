@@ -378,7 +378,7 @@ TEST(Work, ThatEndsLetsNothingGoBefore) {
   EXPECT_GT(spent, 30);
 }
 
-// Twenty modes with friction on one rough wall: their balances exhaust the work, and friction is corrected no more.
+// Twenty-one modes with friction on one rough wall: their balances exhaust the work, and friction is corrected no more.
 TEST(Work, ThatEndsCorrectsNoFriction) {
   test::Random random(5);
   Volume values;
@@ -387,7 +387,7 @@ TEST(Work, ThatEndsCorrectsNoFriction) {
   Scene scene({.stiffness_n_per_m = k});
   scene.set(Workspace{.scale = 1.0, .center_m = Vec3{}});
   const FieldRef rough = scene.add("rough", values);
-  for (int m = 0; m < 20; ++m) {
+  for (int m = 0; m < 21; ++m) {
     scene.add("wall" + std::to_string(m),
               SurfaceAndFriction{.field = rough, .levels = {{.value = 0.1, .strength_n = 100.0}}, .friction_coefficient = 0.8});
   }
