@@ -46,7 +46,7 @@ struct LipschitzBound {
   double radius_m = 0.0;     ///< [m] 0: no bound
   double slope_per_m = 0.0;  ///< [unit/m]
   double rounding = 0.0;     ///< the field's own unit: rounding error of the difference of two samples
-  /// [unit/m²] of the second derivative along any direction; infinity: the gradient may jump, or the field has several
+  /// [unit/m²] Of the second derivative, along any direction. Infinity: the gradient may jump, or the field has several
   /// components
   double bend_per_m2 = std::numeric_limits<double>::infinity();
   /// The field's own unit: all values within the radius, but for rounding; all numbers where they are not known.

@@ -503,7 +503,7 @@ double GridBase::steepest(const std::int64_t (&low)[3], const std::int64_t (&hig
 
 // An index derivative of either interpolant is a mean of differences of neighbouring voxels, so bounded by the largest in the
 // bricks that the ball reaches; a value changes by at most that times the indices passed, summed over the axes. A second index
-// derivative of the smooth one is a mean of differences of two such differences, and of no jump, as its gradient has none.
+// derivative of the smooth interpolant is a mean of differences between two of these, and its gradient has no jumps.
 LipschitzBound GridBase::certificate_in(const Place& place, int component, int count) const noexcept {
   const double depth = depth_at(place.steps), hair_m = 2.0 * face_tolerance_voxels * spacing_m_;
   if (!bricks_ || view_.signless) return {};  // an axis, interpolated by dyads, may turn at once
