@@ -293,6 +293,23 @@ TEST(LipschitzBound, BendsBySecondDifferencesAlone) {
   EXPECT_EQ(derived(Derivation::magnitude, flow)->lipschitz_bound(inside).bend_per_m2, no_bound);
 }
 
+// Where the voxels alternate along their closest planes, tangent and chord are as far off as the bound says.
+TEST(LipschitzBound, OfTheBendIsSharpOnASaw) {
+  std::vector<float> saw;
+  for (int n = 0; n < 32 * 32 * 32; ++n) saw.push_back(static_cast<float>(n % 2));
+  const FieldPtr field = smooth_grid_field({{32, 32, 32}, {{{1e-3, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}}, test::voxels_of(saw));
+  const Vec3 x{0.015, 16, 16}, step{1e-5, 0, 0};
+  const LipschitzBound c = field->lipschitz_bound(x);
+  const ScalarSample at = field->scalar(x);
+  const double ahead = field->scalar(x + step).value, behind = field->scalar(x - step).value;
+  const double off_tangent = std::abs(ahead - at.value - dot(at.gradient, step));
+  const double off_chord = std::abs(at.value - 0.5 * (ahead + behind));
+  EXPECT_LE(off_tangent, c.off_tangent(norm(step)));
+  EXPECT_GE(off_tangent, 0.9 * c.off_tangent(norm(step)));
+  EXPECT_LE(off_chord, c.off_chord(2.0 * norm(step)));
+  EXPECT_GE(off_chord, 0.9 * c.off_chord(2.0 * norm(step)));
+}
+
 TEST(LipschitzBound, IsNoneOfFormulasAndAxes) {
   const FieldPtr ball = sphere_field(0.05).fields[0].field;
   const FieldPtr grid = sampled(*ball, 32);
