@@ -103,7 +103,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const bool turn_usable = tool.is_point() || is_unit(probe.turn, turn_tolerance);
   const Pose given{probe.position_m, tool.is_point() || !turn_usable ? Turn{} : unit_turn(probe.turn)};
   if (!tool.is_point()) result.probe_turn = probe.turn;
-  const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
+  const bool time_usable = dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path.advance_clock(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !turn_usable || !usable(probe.position_m)) {
