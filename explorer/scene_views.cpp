@@ -1,5 +1,7 @@
 #include "explorer/scene_views.h"
 
+#include <sys/resource.h>
+
 #include <QEvent>
 #include <QHBoxLayout>
 #include <QVBoxLayout>
@@ -22,6 +24,8 @@ constexpr double jump_m = 0.03;  // more than the mouse leads a hand between two
 // Streamlines near the proxy: radius, count, and proxy motion before the next update.
 constexpr double flow_reach_m = 0.012, flow_step_m = 0.0015;
 constexpr std::size_t flow_lines = 10;
+constexpr int nice_value =
+    10;  // of reading tiles. More: a busy machine shows coarse slices; less: the hand's windows come later
 
 bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
 
@@ -208,7 +212,10 @@ void SceneViews::read_tiles() {
   std::ranges::stable_sort(missing, std::greater(), &TilePlace::octave);
   jobs_.begin<std::vector<SliceTile>>(
       Jobs::Purpose::tiles, QString(),
-      [tiles = look_.tiles, missing](std::stop_token stop) { return tiles->read(missing, stop); },
+      [tiles = look_.tiles, missing](std::stop_token stop) {
+        ::setpriority(PRIO_PROCESS, 0, nice_value);  // of the job's thread alone, and of the reader that it starts
+        return tiles->read(missing, stop);
+      },
       [this, tiles = look_.tiles](std::vector<SliceTile> read) {
         std::vector<TilePlace> places;
         for (const SliceTile& tile : read) places.push_back(tile.place);

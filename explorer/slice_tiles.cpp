@@ -1,7 +1,5 @@
 #include "explorer/slice_tiles.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,7 +14,6 @@ constexpr std::int64_t most_bytes = 256'000'000;  // of all tiles. More: memory;
 constexpr std::int64_t most_area_bytes = most_bytes / 4;  // three slices, and the coarser octaves of each
 // Between a picture and the next. Longer: tiles come in bursts; shorter: more work of the window.
 constexpr auto longest_read = std::chrono::milliseconds(33);
-constexpr int nice_value = 10;  // of reading. More: a busy machine shows coarse slices; less: windows of the hand come later
 constexpr std::int64_t brick_voxels = 8;   // where windows begin
 constexpr std::int64_t beyond_voxels = 3;  // of a tile, for samples of a smooth filter
 /// [voxels] Samples at the border of a tile are in the one that begins there, whatever the rounding of their positions.
@@ -163,7 +160,6 @@ std::optional<double> SliceTiles::value_at(const Vec3& at_m, int across, int fin
 }
 
 std::vector<SliceTile> SliceTiles::read(const std::vector<TilePlace>& missing, std::stop_token stop) {
-  ::setpriority(PRIO_PROCESS, 0, nice_value);  // of this thread, and of the reader that it starts
   const std::lock_guard lock(reading_);
   std::vector<SliceTile> tiles;
   if (!source_) source_ = octaves_->shape().source->beside();

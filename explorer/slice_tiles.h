@@ -61,8 +61,8 @@ class SliceTiles {
   /// Box of a tile's samples, in the frame of the octaves, as its corners.
   std::array<Vec3, 8> corners_m(const TilePlace& place) const noexcept;
 
-  /// Reads missing tiles one after the other for a thirtieth of a second, at least one, from a source of its own with a lower
-  /// priority than the hand's. Blocks; on a thread for this call alone. Throws LoadError if the voxels cannot be read any more.
+  /// Reads missing tiles one after the other for a thirtieth of a second, at least one, from a source of its own, whose reader
+  /// has the priority of the calling thread. Blocks. Throws LoadError if the voxels cannot be read any more.
   std::vector<SliceTile> read(const std::vector<TilePlace>& missing, std::stop_token stop);
   /// Of the voxels in memory.
   std::int64_t bytes() const noexcept { return bytes_; }

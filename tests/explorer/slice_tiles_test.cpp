@@ -2,6 +2,7 @@
 #include "explorer/slice_tiles.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <chrono>
@@ -35,11 +36,13 @@ FieldPtr noise(std::array<std::int64_t, 3> dims, int components = 1, Filter filt
 
 /// Reads all that is missing for an area.
 TilesOfArea read_all(SliceTiles& tiles, const SliceArea& area, int known) {
+  const int priority = ::getpriority(PRIO_PROCESS, 0);
   TilesOfArea of = tiles.tiles_of(area, known);
   while (!of.missing.empty()) {
     tiles.keep(tiles.read(of.missing, {}));
     of = tiles.tiles_of(area, known);
   }
+  EXPECT_EQ(::getpriority(PRIO_PROCESS, 0), priority) << "of the calling thread";
   return of;
 }
 
