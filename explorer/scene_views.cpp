@@ -24,8 +24,8 @@ constexpr double jump_m = 0.03;  // more than the mouse leads a hand between two
 // Streamlines near the proxy: radius, count, and proxy motion before the next update.
 constexpr double flow_reach_m = 0.012, flow_step_m = 0.0015;
 constexpr std::size_t flow_lines = 10;
-constexpr int nice_value =
-    10;  // of reading tiles. More: a busy machine shows coarse slices; less: the hand's windows come later
+// Of reading tiles. More: a busy machine shows coarse slices; less: the hand's windows come later.
+constexpr int nice_value = 10;
 
 bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
 
